@@ -1,0 +1,122 @@
+"""A block and the modes before it -> what the block commands, and the modes after it (10-23)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from grind_env.control import numbers
+from grind_env.control.errors import ControlError
+from grind_env.control.modes import CYCLES, LATER, MOTIONS, SWITCHES, WITHOUT_EFFECT, Modes
+from grind_env.control.reader import Block, Word
+
+LENGTHS = frozenset("XYZIJKQR")
+PROGRAM_FLOW = frozenset({2, 30, 98, 99})
+"""M words that end or call a program; a block holds one of them at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A length word: its value in mm, and whether G91 was in force where it stands."""
+
+    mm: float
+    incremental: bool
+    word: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A decoded block.
+
+    Attributes:
+        block: the block.
+        modes: in force at its end.
+        code: its own motion, cycle, G04 or G80 code; None if it has none.
+        lengths: the X Y Z I J K Q R words.
+        words: every word but G and M words, by letter.
+        m: the M numbers.
+        reciprocation_feed: E, mm/min; None without an E word.
+    """
+
+    block: Block
+    modes: Modes
+    code: str | None
+    lengths: Mapping[str, Value]
+    words: Mapping[str, Word]
+    m: tuple[int, ...]
+    reciprocation_feed: float | None
+
+    @property
+    def action(self) -> str:
+        """The code of the block, or the motion code in force."""
+        return self.code or self.modes.motion
+
+    def error(self, name: str, message: str, letter: str = "") -> ControlError:
+        """A `ControlError` at the word with this letter, or at the block as a whole."""
+        return self.block.error(name, message, self.words.get(letter))
+
+    def allow_only(self, letters: str, action: str) -> None:
+        """Refuse every word other than these, F, E, S and T, as foreign to the block (PD-18)."""
+        for letter, word in self.words.items():
+            if letter not in letters and letter not in "FEST":
+                raise self.block.error("block-format", f"{word} has no meaning in {action}", word)
+
+
+def decode(block: Block, modes: Modes) -> Command:
+    """Apply the words of a block from left to right; a mode acts on the values to its right only.
+
+    Raises:
+        ControlError: an unknown or unsupported code, a second motion code, a number out of format, or a change
+            between G94 and G95 without a new F.
+    """
+    code: str | None = None
+    lengths: dict[str, Value] = {}
+    words: dict[str, Word] = {}
+    m: list[int] = []
+    reciprocation_feed: float | None = None
+    feed_missing: Word | None = None
+    for word in block.words:
+        letter = word.letter
+        if letter == "G":
+            g = numbers.g_code(block, word)
+            if g in SWITCHES:
+                field, value = SWITCHES[g]
+                if field == "per_revolution" and value != modes.per_revolution:
+                    feed_missing = word
+                modes = replace(modes, **{field: value})
+            elif g in MOTIONS or g in CYCLES or g in ("G04", "G80"):
+                if code is not None:
+                    raise block.error(
+                        "block-format", f"{word} follows {code}; a block holds one motion code", word
+                    )
+                code = g
+            elif g not in WITHOUT_EFFECT:
+                raise _refused(block, word, g)
+        elif letter == "M":
+            m.append(numbers.integer(block, word, 0, 999))
+        else:
+            words[letter] = word
+            if letter in LENGTHS:
+                lengths[letter] = Value(numbers.length(block, word, modes.inch), modes.incremental, word)
+            elif letter == "F":
+                modes = replace(modes, feed=numbers.feed(block, word, modes.inch))
+                feed_missing = None
+            elif letter == "E":
+                reciprocation_feed = numbers.feed(block, word, modes.inch)
+            elif letter == "S":
+                modes = replace(modes, spindle=numbers.plain(block, word))
+            elif letter == "T":
+                numbers.integer(block, word, 0, 99_999)
+    if feed_missing is not None:
+        raise block.error(
+            "no-feedrate", f"{feed_missing} changes the feed mode without an F to its right", feed_missing
+        )
+    if code in MOTIONS:
+        modes = replace(modes, motion=code)
+    if sum(number in PROGRAM_FLOW for number in m) > 1:
+        raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99")
+    return Command(block, modes, code, lengths, words, tuple(m), reciprocation_feed)
+
+
+def _refused(block: Block, word: Word, code: str) -> ControlError:
+    if code in LATER:
+        return block.error("not-supported", f"{code} is a code of the control but not supported yet", word)
+    return block.error("unknown-word", f"{word} is not a G code of this control", word)

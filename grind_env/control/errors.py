@@ -1,0 +1,46 @@
+"""The one exception of the control, and the place in a part program that it points to."""
+
+from dataclasses import dataclass
+
+from grind_env.errors import GrindError
+
+
+class ControlError(GrindError):
+    """A part program that the control refuses.
+
+    Attributes:
+        name: short code such as ``block-format`` or ``missing-parameter``.
+        message: one sentence: what was found, and what is legal.
+        block: N word of the block, or its line number when it has none; None for a file as a whole.
+        line: line in the file, from 1.
+        column: column in that line, from 1.
+        file: name of the file.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        message: str,
+        block: int | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        file: str = "",
+    ) -> None:
+        self.name, self.message = name, message
+        self.block, self.line, self.column, self.file = block, line, column, file
+        place = ":".join(str(part) for part in (file or None, line, column) if part is not None)
+        super().__init__(f"{place}: {message} [{name}]" if place else f"{message} [{name}]")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a block stands: file, line and column from 1, and its N word or else its line number."""
+
+    file: str
+    line: int
+    column: int
+    block: int
+
+    def error(self, name: str, message: str, column: int | None = None) -> ControlError:
+        """A `ControlError` at this place, or at another column of its line."""
+        return ControlError(name, message, self.block, self.line, column or self.column, self.file)

@@ -1,0 +1,134 @@
+"""Straight and circular paths: length, and the point after a fraction of it. Lengths and coordinates are mm."""
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from grind_env.control.modes import PLANES
+from grind_env.control.motions import Position
+
+RADIUS_TOLERANCE = 0.01
+"""mm by which the distances of start and end from the centre may differ; words carry 0.001 mm."""
+
+
+class ImpossibleArc(ValueError):
+    """No such arc exists; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Straight:
+    """A straight line."""
+
+    start: Position
+    end: Position
+
+    @property
+    def length(self) -> float:
+        """Length, mm."""
+        return math.dist(self.start, self.end)
+
+    def point(self, fraction: float) -> Position:
+        """The point after a fraction of the length."""
+        x, y, z = (a + fraction * (b - a) for a, b in zip(self.start, self.end, strict=True))
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
+class Circular:
+    """An arc in a plane, or a helix if the third axis moves too.
+
+    Attributes:
+        start: first point.
+        end: last point; equal to the first for a full circle.
+        centre: its third coordinate is that of the start.
+        rotation: 1 = G03, seen from the positive end of the axis normal to the plane.
+        plane: G17, G18 or G19.
+    """
+
+    start: Position
+    end: Position
+    centre: Position
+    rotation: int
+    plane: str
+
+    @property
+    def angle(self) -> float:
+        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
+        difference = self.rotation * (self._direction(self.end) - self._direction(self.start))
+        turned = difference % math.tau
+        return turned if turned > 1e-9 else math.tau
+
+    @property
+    def radius(self) -> float:
+        """Distance of the start from the centre, mm."""
+        return math.hypot(*self._offset(self.start))
+
+    @property
+    def length(self) -> float:
+        """Length along the arc or helix, mm."""
+        first, second = PLANES[self.plane]
+        normal = 3 - first - second
+        return math.hypot(self.radius * self.angle, self.end[normal] - self.start[normal])
+
+    def point(self, fraction: float) -> Position:
+        """The point after a fraction of the length."""
+        first, second = PLANES[self.plane]
+        normal = 3 - first - second
+        direction = self._direction(self.start) + self.rotation * fraction * self.angle
+        result = [0.0, 0.0, 0.0]
+        result[first] = self.centre[first] + self.radius * math.cos(direction)
+        result[second] = self.centre[second] + self.radius * math.sin(direction)
+        result[normal] = self.start[normal] + fraction * (self.end[normal] - self.start[normal])
+        return result[0], result[1], result[2]
+
+    def _offset(self, point: Position) -> tuple[float, float]:
+        first, second = PLANES[self.plane]
+        return point[first] - self.centre[first], point[second] - self.centre[second]
+
+    def _direction(self, point: Position) -> float:
+        u, v = self._offset(point)
+        return math.atan2(v, u)
+
+
+Path: TypeAlias = Straight | Circular
+
+
+def arc_about(
+    start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str
+) -> Circular:
+    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5).
+
+    Raises:
+        ImpossibleArc: the centre is at the start, or not equally far from start and end.
+    """
+    first, second = PLANES[plane]
+    centre = list(start)
+    centre[first] += offset[0]
+    centre[second] += offset[1]
+    radius = math.hypot(*offset)
+    if radius == 0.0:
+        raise ImpossibleArc("the centre is at the start point")
+    to_end = math.hypot(end[first] - centre[first], end[second] - centre[second])
+    if abs(to_end - radius) > RADIUS_TOLERANCE:
+        raise ImpossibleArc(f"the end is {to_end:.4f} mm from the centre but the start {radius:.4f} mm")
+    return Circular(start, end, (centre[0], centre[1], centre[2]), rotation, plane)
+
+
+def arc_with_radius(start: Position, end: Position, radius: float, rotation: int, plane: str) -> Circular:
+    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5).
+
+    Raises:
+        ImpossibleArc: start and end coincide, or lie further apart than the diameter.
+    """
+    first, second = PLANES[plane]
+    u, v = end[first] - start[first], end[second] - start[second]
+    chord = math.hypot(u, v)
+    if chord == 0.0:
+        raise ImpossibleArc("the end is at the start point; a full circle needs I, J or K")
+    if 0.5 * chord > abs(radius) + 0.5 * RADIUS_TOLERANCE:
+        raise ImpossibleArc(
+            f"the end is {chord:.4f} mm away, more than twice the radius of {abs(radius):.4f} mm"
+        )
+    height = math.sqrt(max(radius * radius - 0.25 * chord * chord, 0.0))
+    side = math.copysign(height, radius) * rotation / chord
+    return arc_about(start, end, (0.5 * u - side * v, 0.5 * v + side * u), rotation, plane)

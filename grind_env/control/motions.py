@@ -1,0 +1,231 @@
+"""What a part program makes the machine do, as a stream of events in the order in which they end.
+
+Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min,
+whatever units the program uses.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+Position: TypeAlias = tuple[float, float, float]
+"""X, Y, Z in mm."""
+
+
+class Source(str, Enum):
+    """What commanded a motion."""
+
+    PROGRAM = "program"
+    CYCLE = "cycle"
+    DRESS = "dress"
+    RETRACE = "retrace"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CyclePlan:
+    """The parameters of a surface-grinding cycle with every default filled in (table 16.C).
+
+    Axes are 0 = X, 1 = Y, 2 = Z; coordinates mm; picks mm and positive, towards their target; a G81 has neither
+    plunge nor cross axis and its picks are 0.
+
+    Attributes:
+        code: G81, G82 or G83.
+        pre_dress: whether it was programmed with ``.1``.
+        axis: the reciprocating axis.
+        plunge_axis: None for G81.
+        cross_axis: None for G81 and G82.
+        primary: primary reversal point.
+        secondary: secondary reversal point.
+        plunge_start: where the plunge axis stands before the cycle.
+        depth_target: plunge depth (Y in G19) as a coordinate.
+        primary_pick: J, plunge pick at the primary reversal; in G83 at the cross start.
+        secondary_pick: Q, plunge pick at the secondary reversal; in G83 at the crossover end.
+        cross_start: where the cross axis stands before the cycle.
+        cross_end: crossover (Z in G19) as a coordinate.
+        primary_cross_pick: K.
+        secondary_cross_pick: R.
+        spark_out: L.
+        pick_feed: F, mm/min.
+        feed: E, mm/min.
+        program: P, the dress program; None if none is known.
+        dresses: D, the auto-dress executions.
+        block: N word of the cycle block, or its line number.
+        line: its line in the file.
+        text: its text.
+    """
+
+    code: str
+    pre_dress: bool
+    axis: int
+    plunge_axis: int | None = None
+    cross_axis: int | None = None
+    primary: float
+    secondary: float
+    plunge_start: float = 0.0
+    depth_target: float = 0.0
+    primary_pick: float = 0.0
+    secondary_pick: float = 0.0
+    cross_start: float = 0.0
+    cross_end: float = 0.0
+    primary_cross_pick: float = 0.0
+    secondary_cross_pick: float = 0.0
+    spark_out: int = 0
+    pick_feed: float = 0.0
+    feed: float
+    program: int | None
+    dresses: int = 0
+    block: int
+    line: int
+    text: str
+
+    @property
+    def depth(self) -> float:
+        """Total plunge depth, mm."""
+        return abs(self.depth_target - self.plunge_start)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """A motion or dwell. `begin` and `seconds` are s; `inch` tells the units in force for output."""
+
+    start: Position
+    end: Position
+    begin: float
+    seconds: float
+    block: int
+    line: int
+    source: Source
+    inch: bool
+
+    @property
+    def finish(self) -> float:
+        """Time at which it ends, s."""
+        return self.begin + self.seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rapid(Motion):
+    """G00: a straight line at rapid speed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line(Motion):
+    """G01: a straight line at `feed`, mm/min along the path."""
+
+    feed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arc(Motion):
+    """G02 or G03; `rotation` is 1 for G03, seen from the positive end of the axis normal to the plane."""
+
+    feed: float
+    centre: Position
+    rotation: int
+    plane: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dwell(Motion):
+    """G04."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stroke(Motion):
+    """One pass of the reciprocating axis to its next reversal point.
+
+    `start`, `middle` and `end` are the positions of all axes at those moments, so that another motion under way
+    shows in them; only the pick that belongs to the reversal at its end counts as not yet begun. `seconds` includes
+    the reversal dwell.
+
+    Attributes:
+        middle: position when the reciprocating axis passes the middle of the stroke.
+        axis: the reciprocating axis.
+        feed: E, mm/min.
+        number: 1, 2, ... within a G82 or G83; None for G81 and for reciprocation after a cycle.
+        cycle: the cycle that it belongs to.
+    """
+
+    middle: Position
+    axis: int
+    feed: float
+    number: int | None
+    cycle: CyclePlan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pick(Motion):
+    """An infeed at a reversal, begun as the reciprocating axis decelerates (PD-22).
+
+    The reciprocating axis is shown at the reversal point; overlap shows in the times only. `kind` is "plunge" or
+    "cross", `feed` is F in mm/min.
+    """
+
+    axis: int
+    feed: float
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class CycleStart:
+    """A cycle takes over, before its pre-dress."""
+
+    time: float
+    plan: CyclePlan
+
+
+@dataclass(frozen=True, slots=True)
+class CycleEnd:
+    """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
+
+    time: float
+    plan: CyclePlan
+    strokes: int
+    dresses: int
+
+
+@dataclass(frozen=True, slots=True)
+class DressStart:
+    """A dress program begins, all axes at rest; `cause` is "pre", "auto" or "operator"."""
+
+    time: float
+    program: int
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class DressEnd:
+    """The wheel is back at the point where the dress began."""
+
+    time: float
+    program: int
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramStop:
+    """M00 or M01 after the motion of its block."""
+
+    time: float
+    code: str
+    block: int
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramEnd:
+    """The end: `cause` is "M02", "M30" or "text end"."""
+
+    time: float
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """Something the control tells the operator."""
+
+    time: float
+    text: str
+
+
+Event: TypeAlias = Motion | CycleStart | CycleEnd | DressStart | DressEnd | ProgramStop | ProgramEnd | Message

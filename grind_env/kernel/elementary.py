@@ -1,0 +1,111 @@
+"""Exponential and logarithm that vectorise and give the same bits on every machine.
+
+`math.exp` calls the C library, whose last digit differs between systems and which LLVM cannot vectorise.
+These are Taylor series after range reduction, free of branches. Against mpmath their relative error stays
+below 4e-16 (tests/test_elementary.py).
+"""
+
+import math
+import struct
+from typing import Any
+
+from numba import types
+from numba.extending import intrinsic, overload
+
+from grind_env.kernel.compile import inlined
+
+LN2_HIGH = 6.93147180369123816490e-01  # ln 2 in two parts: the first has 21 trailing zero bits,
+LN2_LOW = 1.90821492927058770002e-10  # so that its product with an exponent is exact
+LOG2_E = 1.0 / math.log(2.0)
+ROUND = 1.5 * 2.0**52  # adding it rounds to an integer, which then stands in the low bits
+ROUND_BITS = struct.unpack("<q", struct.pack("<d", ROUND))[0]
+SQRT_HALF_BITS = struct.unpack("<q", struct.pack("<d", math.sqrt(0.5)))[0]
+MANTISSA = (1 << 52) - 1
+
+
+def bits_of(x: float) -> int:
+    """The 64 bits of a float as a signed integer."""
+    return int(struct.unpack("<q", struct.pack("<d", x))[0])
+
+
+def float_of(bits: int) -> float:
+    """The float whose 64 bits are `bits`."""
+    return float(struct.unpack("<d", struct.pack("<q", bits))[0])
+
+
+def _bitcast(source: Any, target: Any) -> Any:
+    @intrinsic
+    def cast(typingctx: Any, value: Any) -> Any:
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.bitcast(args[0], context.get_value_type(signature.return_type))
+
+        return target(source), codegen
+
+    return cast
+
+
+_bits_of = _bitcast(types.float64, types.int64)
+_float_of = _bitcast(types.int64, types.float64)
+
+# numba wants the implementation to repeat the signature of the overload literally, so lambdas serve for both
+overload(bits_of, inline="always")(lambda x: lambda x: _bits_of(x))
+overload(float_of, inline="always")(lambda bits: lambda bits: _float_of(bits))
+
+
+@inlined
+def exp(x: float) -> float:
+    """e**x; the argument is held within -700 and 700, where the result is a normal number."""
+    x = min(max(x, -700.0), 700.0)
+    shifted = x * LOG2_E + ROUND
+    k = shifted - ROUND
+    r = (x - k * LN2_HIGH) - k * LN2_LOW
+    # 1 + r + r^2/2! + ... + r^13/13!, paired (Estrin) so that the terms are computed side by side
+    r2 = r * r
+    r4 = r2 * r2
+    r8 = r4 * r4
+    low = (1.0 + r) + r2 * (1.0 / 2.0 + r * (1.0 / 6.0))
+    middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5040.0))
+    high = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
+    top = 1.0 / 479001600.0 + r * (1.0 / 6227020800.0)
+    series = (low + r4 * middle) + r8 * (high + r4 * top)
+    power_of_two = float_of((bits_of(shifted) - ROUND_BITS + 1023) << 52)
+    return series * power_of_two
+
+
+@inlined
+def log(x: float) -> float:
+    """Natural logarithm of a positive, normal number."""
+    bits = bits_of(x)
+    exponent = (bits - SQRT_HALF_BITS) >> 52
+    m = float_of(bits - (exponent << 52))  # in [sqrt(1/2), sqrt(2))
+    # an integer below 2^51 added to the bits of ROUND is that integer added to the float ROUND
+    k = float_of(ROUND_BITS + exponent) - ROUND
+    f = m - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    # 2 atanh(s) = 2 s (1 + z/3 + z^2/5 + ...), written as f - s (f - R) to keep the low digits of f
+    z2 = z * z
+    z4 = z2 * z2
+    low = (2.0 / 3.0 + z * (2.0 / 5.0)) + z2 * (2.0 / 7.0 + z * (2.0 / 9.0))
+    middle = (2.0 / 11.0 + z * (2.0 / 13.0)) + z2 * (2.0 / 15.0 + z * (2.0 / 17.0))
+    high = (2.0 / 19.0 + z * (2.0 / 21.0)) + z2 * (2.0 / 23.0)
+    series = z * (low + z4 * (middle + z4 * high))
+    return k * LN2_HIGH + (f - (s * (f - series) - k * LN2_LOW))
+
+
+@inlined
+def power(x: float, exponent: float) -> float:
+    """x**exponent for positive x."""
+    return exp(exponent * log(x))
+
+
+@inlined
+def logistic(x: float) -> float:
+    """1 / (1 + e**-x)."""
+    return 1.0 / (1.0 + exp(-x))
+
+
+@inlined
+def softplus(x: float) -> float:
+    """ln(1 + e**x), without overflow for large x."""
+    return max(x, 0.0) + log(1.0 + exp(-abs(x)))

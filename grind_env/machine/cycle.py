@@ -1,0 +1,219 @@
+"""One G82 cycle, stroke by stroke: the rules of the control and the process model joined.
+
+`advance` runs one stroke and the reversal that ends it, `dress` one dress execution. The scalar loop and the
+block kernel of `batch.py` are made of these two, and `grind.py` calls the same rules and the same physics, one
+event of the interpreter at a time.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
+from grind_env.kernel import inlined
+from grind_env.process.equations import wheel_speed
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.stroke import dress_wheel, grind_stroke
+
+FINISHING_DEPTH = 0.05
+"""mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
+
+POWER_WINDOW = 6.0
+"""Full plunges over which the mean power is taken at the begin and at the end of a cycle."""
+
+
+class Cycle(NamedTuple):
+    """A G82 cycle block as the kernel sees it. Depths are mm from the touched-off surface, into the part."""
+
+    speed: float
+    """Table speed E/60, mm/s."""
+    first_seconds: float
+    """Time of the first stroke, from the start point to the primary point, s."""
+    stroke_seconds: float
+    """Time of every other stroke, s."""
+    start: float
+    """Depth at which the wheel stands when the cycle begins, mm."""
+    target: float
+    """Depth Y, mm."""
+    primary_pick: float
+    """J, mm."""
+    secondary_pick: float
+    """Q, mm."""
+    sparkout: float
+    """L, strokes."""
+    coverage: float
+    """1 if a coverage stroke precedes the spark-out strokes (PD-13), else 0."""
+    executions: float
+    """D."""
+    pre_dress: float
+    """1 for G82.1, else 0."""
+    width: float
+    """Engaged width b, mm."""
+    length: float
+    """Ground length Lw, mm."""
+    dress_passes: float
+    """Diamond passes of one execution."""
+    dress_feed: float
+    """Traverse feed of the diamond, mm/s."""
+    dress_depth: float
+    """Depth of each pass, mm."""
+    dress_seconds: float
+    """Time of one execution with set-up, approach and retrace, s."""
+
+
+class PartState(NamedTuple):
+    """The surface under the wheel."""
+
+    Z: float
+    """Depth at which the wheel made its last stroke, mm."""
+    S: float
+    """Stock removed, mm."""
+    Rs: float
+    """Roughness Ra, um."""
+
+
+class Progress(NamedTuple):
+    """How far the control is in the cycle."""
+
+    reversal: float
+    """Strokes done, which is the number of the reversal point reached."""
+    depth: float
+    """Plunge depth reached since the start, mm."""
+    left: float
+    """Strokes to make at full depth."""
+    dressed: float
+    """Auto-dress executions due so far."""
+    pending: float
+    """Executions to run at this reversal, before the next stroke."""
+    full_left: float
+    """Full plunges still to come."""
+
+
+class CycleResult(NamedTuple):
+    """What a cycle leaves behind, beside the states of wheel and part."""
+
+    seconds: float
+    """Time of strokes and dresses, s."""
+    strokes: float
+    dresses: float
+    first_power: float
+    """Sum of the power of the first full plunges (up to six), W."""
+    first_count: float
+    last_power: float
+    """Sum of the power of the last full plunges (up to six) since the last dress, W."""
+    last_count: float
+    peak_power: float
+    """Highest power of a stroke, W above idle."""
+    plunge_rise: float
+    """Highest temperature rise of a plunge stroke, K."""
+    finish_rise: float
+    """Highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K."""
+    burn_ratio: float
+    """Highest burn ratio of a stroke."""
+    worn: float
+    """Wheel volume worn, mm3."""
+    dressed_off: float
+    """Wheel volume dressed off, mm3."""
+
+
+@inlined
+def begin(cycle: Cycle, part: PartState) -> tuple[Progress, CycleResult]:
+    """State of control and result at the start of a cycle."""
+    full = max(np.floor((cycle.target - part.Z) / full_pick(cycle) + 1e-6), 0.0)
+    progress = Progress(0.0, 0.0, cycle.coverage + cycle.sparkout, 0.0, cycle.pre_dress, full)
+    return progress, CycleResult(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined
+def full_pick(cycle: Cycle) -> float:
+    """The plunge that counts as a full one when power is averaged, mm."""
+    return max(cycle.primary_pick, cycle.secondary_pick)
+
+
+@inlined
+def finished(cycle: Cycle, progress: Progress) -> bool:
+    """Whether the cycle has made its last stroke."""
+    return (progress.reversal > 0.0) & (progress.depth >= cycle.target - cycle.start) & (progress.left <= 0.0)
+
+
+@inlined
+def advance(
+    cycle: Cycle,
+    progress: Progress,
+    wheel: WheelState,
+    part: PartState,
+    result: CycleResult,
+    p: StrokeParameters,
+) -> tuple[Progress, WheelState, PartState, CycleResult, Stroke]:
+    """One stroke, and the pick and the dresses that fall due at the reversal which ends it."""
+    Z = cycle.start + progress.depth
+    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, cycle.width, cycle.length, p)
+
+    total = cycle.target - cycle.start
+    plunge = Z > part.Z
+    full = Z - part.Z >= full_pick(cycle) - DEPTH_TOLERANCE
+    among_first = full & (result.first_count < POWER_WINDOW)
+    among_last = full & (progress.full_left <= POWER_WINDOW)
+    finishing = plunge & (cycle.target - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE)
+    result = CycleResult(
+        result.seconds + (cycle.stroke_seconds if progress.reversal > 0.0 else cycle.first_seconds),
+        result.strokes + 1.0,
+        result.dresses,
+        result.first_power + (stroke.power if among_first else 0.0),
+        result.first_count + (1.0 if among_first else 0.0),
+        result.last_power + (stroke.power if among_last else 0.0),
+        result.last_count + (1.0 if among_last else 0.0),
+        max(result.peak_power, stroke.power),
+        max(result.plunge_rise, stroke.T if plunge else 0.0),
+        max(result.finish_rise, stroke.T if finishing else 0.0),
+        max(result.burn_ratio, stroke.Br),
+        result.worn + stroke.worn,
+        result.dressed_off,
+    )
+
+    at_depth = progress.depth >= total
+    reversal = progress.reversal + 1.0
+    picked = depth_after_pick(reversal, progress.depth, total, cycle.primary_pick, cycle.secondary_pick)
+    depth = progress.depth if at_depth else picked
+    due = dresses_due(depth, total, cycle.executions)
+    progress = Progress(
+        reversal,
+        depth,
+        progress.left - (1.0 if at_depth else 0.0),
+        due,
+        due - progress.dressed,
+        progress.full_left - (1.0 if full else 0.0),
+    )
+    return progress, wheel, PartState(Z, part.S + stroke.ae, stroke.Ra), result, stroke
+
+
+@inlined
+def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
+    """Dress lead, mm per wheel revolution, of a diamond that traverses with `feed` mm/s."""
+    return feed * math.pi * wheel.ds / (1000.0 * wheel_speed(wheel.ds, p.n, p.vs_set))
+
+
+@inlined
+def dress(
+    cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParameters
+) -> tuple[WheelState, CycleResult]:
+    """One dress execution within a cycle; the mean power of the last plunges begins anew."""
+    lead = dress_lead(wheel, cycle.dress_feed, p)
+    wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)
+    result = CycleResult(
+        result.seconds + cycle.dress_seconds,
+        result.strokes,
+        result.dresses + 1.0,
+        result.first_power,
+        result.first_count,
+        0.0,
+        0.0,
+        result.peak_power,
+        result.plunge_rise,
+        result.finish_rise,
+        result.burn_ratio,
+        result.worn,
+        result.dressed_off + removed,
+    )
+    return wheel, result

@@ -1,0 +1,205 @@
+"""The catalogue: built-in entries and the user's own, read from TOML files.
+
+A file holds tables `[material.NAME]`, `[wheel.NAME]`, `[dresser.NAME]`, `[fluid.NAME]` and
+`[machine.NAME]`. Their keys are the fields of the class of that name in `entries.py`. A table gives every
+field, or names as `base` an entry of its own kind that supplies the rest::
+
+    [material.hard_52100_lot]       # a new material: 52100 that dulls the wheel twice as fast
+    base = "aisi_52100"
+    wear_flat_growth = 2.5e-6
+
+    [machine.default]               # the default machine with a stiffer loop
+    base = "default"
+    stiffness = 50_000
+
+A name that exists already is redefined. `base` means the definition that stands when the table is read:
+that of an earlier table, an earlier file, or the built-in one.
+"""
+
+import difflib
+import functools
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from grind_env.process.entries import (
+    CatalogueError,
+    Dresser,
+    Entry,
+    Fluid,
+    Machine,
+    Material,
+    Quantity,
+    Wheel,
+    label,
+    quantities,
+)
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = [
+    "Catalogue",
+    "CatalogueError",
+    "Dresser",
+    "Entry",
+    "Fluid",
+    "Machine",
+    "Material",
+    "Quantity",
+    "Wheel",
+    "load_catalogue",
+    "quantities",
+]
+
+BUILT_IN = Path(__file__).with_name("catalogue_data")
+
+KINDS: Mapping[str, type[Entry]] = {
+    "material": Material,
+    "wheel": Wheel,
+    "dresser": Dresser,
+    "fluid": Fluid,
+    "machine": Machine,
+}
+
+EntryT = TypeVar("EntryT", bound=Entry)
+Entries = Mapping[tuple[str, str], Entry]
+"""Entries by kind (a key of `KINDS`) and name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Catalogue:
+    """All known entries by name."""
+
+    materials: Mapping[str, Material]
+    wheels: Mapping[str, Wheel]
+    dressers: Mapping[str, Dresser]
+    fluids: Mapping[str, Fluid]
+    machines: Mapping[str, Machine]
+
+    def material(self, name: str) -> Material:
+        """The material of that name; CatalogueError if there is none, as for the other kinds."""
+        return _find(Material, name, self.materials)
+
+    def wheel(self, name: str) -> Wheel:
+        """The wheel of that name."""
+        return _find(Wheel, name, self.wheels)
+
+    def dresser(self, name: str) -> Dresser:
+        """The dresser of that name."""
+        return _find(Dresser, name, self.dressers)
+
+    def fluid(self, name: str) -> Fluid:
+        """The fluid of that name."""
+        return _find(Fluid, name, self.fluids)
+
+    def machine(self, name: str) -> Machine:
+        """The machine of that name."""
+        return _find(Machine, name, self.machines)
+
+
+def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
+    """The built-in entries, then those of each file in turn, which add to or redefine what came before.
+
+    Raises:
+        CatalogueError: A file cannot be read or is not TOML, or one of its entries is not usable; the message
+            names file, entry, key, value and legal range.
+    """
+    entries = dict(_built_in())
+    for path in paths:
+        entries |= _read(Path(path), entries)
+    return Catalogue(
+        materials=_of_kind(Material, entries),
+        wheels=_of_kind(Wheel, entries),
+        dressers=_of_kind(Dresser, entries),
+        fluids=_of_kind(Fluid, entries),
+        machines=_of_kind(Machine, entries),
+    )
+
+
+@functools.cache
+def _built_in() -> Entries:
+    entries: dict[tuple[str, str], Entry] = {}
+    for path in sorted(BUILT_IN.glob("*.toml")):
+        entries |= _read(path, entries)
+    return MappingProxyType(entries)
+
+
+def _read(path: Path, known: Entries) -> Entries:
+    """The entries of one file; `known` are those of the files before it."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CatalogueError(f"{path}: the catalogue cannot be read: {error.strerror}.") from None
+    except ValueError as error:  # not TOML, or not UTF-8
+        raise CatalogueError(f"{path}: the catalogue is not valid TOML: {error}.") from None
+    try:
+        return _entries(document, known)
+    except CatalogueError as error:
+        raise CatalogueError(f"{path}: {error}") from None
+
+
+def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
+    entries = dict(known)
+    for heading, tables in document.items():
+        if heading not in KINDS:
+            raise CatalogueError(
+                f"there is no kind of entry {heading!r}{_did_you_mean(heading, KINDS)}; "
+                f"tables are headed [KIND.NAME], KIND being one of {', '.join(KINDS)}."
+            )
+        kind = KINDS[heading]
+        for name, table in _table(tables, heading).items():
+            values = _table(table, label(kind, name))
+            entries[heading, name] = _entry(kind, name, values, _of_kind(kind, entries))
+    return entries
+
+
+def _table(value: object, place: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise CatalogueError(f"{place}: found {value!r} where a table headed [KIND.NAME] belongs.")
+    return value
+
+
+def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mapping[str, EntryT]) -> EntryT:
+    place, legal = label(kind, name), quantities(kind)
+    for key, value in table.items():
+        if key != "base" and key not in legal:
+            raise CatalogueError(
+                f"{place}: there is no key {key} (= {value!r}){_did_you_mean(key, legal)}; "
+                f"the keys are base, {', '.join(legal)}."
+            )
+    values = dict(table)
+    if "base" in values:
+        try:
+            base = _find(kind, values.pop("base"), known)
+        except CatalogueError as error:
+            raise CatalogueError(f"{place}: base: {error}") from None
+        values = {key: getattr(base, key) for key in legal} | values
+    missing = [f"{key} ({quantity})" for key, quantity in legal.items() if key not in values]
+    if missing:
+        raise CatalogueError(
+            f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing."
+        )
+    return kind(name=name, **values)
+
+
+def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
+    return {entry.name: entry for entry in entries.values() if isinstance(entry, kind)}
+
+
+def _find(kind: type[EntryT], name: object, known: Mapping[str, EntryT]) -> EntryT:
+    if not isinstance(name, str) or name not in known:
+        hint, names = _did_you_mean(name, known), ", ".join(sorted(known))
+        raise CatalogueError(f"there is no {label(kind, name)}{hint}; known are {names}.")
+    return known[name]
+
+
+def _did_you_mean(word: object, choices: Iterable[str]) -> str:
+    close = difflib.get_close_matches(str(word).lower(), choices, n=1)
+    return f" (did you mean {close[0]}?)" if close else ""

@@ -1,0 +1,92 @@
+"""What a cycle costs, in $: time, wheel, dresser, and the chance that the part is scrap.
+
+The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & Nee 1992).
+"""
+
+import math
+from typing import NamedTuple
+
+from grind_env.kernel import inlined, logistic
+from grind_env.process.equations import dress_width, dressed_flat_area, overlap_ratio, sharpening_effort
+from grind_env.process.state import StrokeParameters, WheelState
+
+NO_LIMIT = 0.0
+"""A roughness limit or a tolerance of 0 is none."""
+
+
+class Rates(NamedTuple):
+    """Prices."""
+
+    hourly: float
+    """Machine and labour, $/h."""
+    wheel: float
+    """Wheel, $/mm3."""
+    dress: float
+    """Dresser, $ per execution."""
+
+
+class Limits(NamedTuple):
+    """What a good part must keep."""
+
+    rise: float
+    """Highest temperature rise, K."""
+    power: float
+    """Power limit of the spindle, W."""
+    roughness: float
+    """Highest Ra, um; 0 for none."""
+    size: float
+    """Tolerance on the size error, um; 0 for none."""
+
+
+@inlined
+def running_cost(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> float:
+    """Cost of time, wheel volume (worn and dressed off, mm3) and dress executions, $."""
+    return rates.hourly * seconds / 3600.0 + rates.wheel * wheel_volume + rates.dress * dresses
+
+
+@inlined
+def survival(rise: float, power: float, roughness: float, size_error: float, limits: Limits) -> float:
+    """Probability that a part with these values is good.
+
+    Each limit is a logistic step: 12 K wide in temperature rise, 2 % in power, 4 % in roughness and 0.8 um in size.
+
+    Args:
+        rise: highest temperature rise that counts, K.
+        power: highest power, W.
+        roughness: Ra, um.
+        size_error: stock left, um.
+        limits: the limits.
+    """
+    burn = logistic((rise - limits.rise) / 12.0)
+    stall = logistic((power / limits.power - 1.0) / 0.02)
+    ra_limit = limits.roughness if limits.roughness > NO_LIMIT else 1.0
+    rough = logistic((roughness / ra_limit - 1.0) / 0.04) if limits.roughness > NO_LIMIT else 0.0
+    off_size = logistic((abs(size_error) - limits.size) / 0.8) if limits.size > NO_LIMIT else 0.0
+    return (1.0 - burn) * (1.0 - stall) * (1.0 - rough) * (1.0 - off_size)
+
+
+@inlined
+def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float, rates: Rates) -> float:
+    """Cost of one dress execution: its time, the wheel volume it takes off, the dresser, $."""
+    return running_cost(seconds, passes * depth * math.pi * ds * bs, 1.0, rates)
+
+
+@inlined
+def handover_cost(
+    wheel: WheelState,
+    passes: float,
+    lead: float,
+    depth: float,
+    seconds: float,
+    p: StrokeParameters,
+    rates: Rates,
+) -> float:
+    """Price of handing over a wheel that is duller than a dressed one, $.
+
+    As many dress executions (a fraction; at most four) as bring wear-flat area and loading back to within a tenth
+    of a dressed wheel.
+    """
+    Ud = overlap_ratio(dress_width(depth, p.rd, wheel.wd), lead)
+    per_dress = passes * depth / (p.dd * (1.0 + wheel.lam + wheel.A / 0.05))
+    dresses = min(sharpening_effort(wheel.A, wheel.lam, dressed_flat_area(Ud, p.Ad0, p.kU)) / per_dress, 4.0)
+    return dresses * dress_cost(passes, depth, seconds, wheel.ds, p.bs, rates)

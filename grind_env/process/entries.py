@@ -1,0 +1,190 @@
+"""What the catalogue holds: work materials, wheels, dressers, fluids and machines.
+
+Each field of an entry states its symbol in the process model and in the literature (Malkin; Rowe; Wen, Tay
+and Nee), its unit and its legal range. The ranges bound what the equations accept; they are wider than any
+one grinding job needs, so that a calibration can move within them.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from inspect import get_annotations
+from numbers import Real
+from typing import Annotated, ClassVar
+
+from grind_env.errors import GrindError
+
+
+class CatalogueError(GrindError):
+    """An unknown entry or key, or a value that the process model cannot use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a field may hold: a number from `low` to `high`, both allowed, in `unit` ("" without one)."""
+
+    symbol: str
+    unit: str
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        """The range: `1 to 500 W/(m K)`."""
+        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """Base of all entries; construction, and so `dataclasses.replace`, checks every field.
+
+    Raises:
+        CatalogueError: A field is no number within its range, or a pair of `ASCENDING` is not in order.
+    """
+
+    ASCENDING: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """Pairs of fields of which the first must be less than the second."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        """Check all fields, and store whole numbers as floats."""
+        for key, quantity in quantities(type(self)).items():
+            value = getattr(self, key)
+            is_number = isinstance(value, Real) and not isinstance(value, bool)
+            if not (is_number and quantity.low <= value <= quantity.high):
+                raise CatalogueError(f"{self}: {key} is {value!r}, but must be a number from {quantity}.")
+            object.__setattr__(self, key, float(value))
+        for lesser, greater in self.ASCENDING:
+            low, high = getattr(self, lesser), getattr(self, greater)
+            if not low < high:
+                raise CatalogueError(f"{self}: {lesser} is {low:g}, but must be below {greater}, {high:g}.")
+
+    def __str__(self) -> str:
+        """The entry as messages name it."""
+        return label(type(self), self.name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material(Entry):
+    """A work material; factors compare it with hardened AISI 52100."""
+
+    ASCENDING = (("tempering_rise", "austenitising_rise"),)
+
+    chip_energy: Annotated[float, Quantity("u_ch", "J/mm3", 1, 100)]  # of chip formation
+    ploughing_force: Annotated[float, Quantity("Fpl0", "N/mm", 0, 20)]  # tangential, per width
+    conductivity: Annotated[float, Quantity("k", "W/(m K)", 1, 500)]
+    density: Annotated[float, Quantity("rho", "kg/m3", 1000, 20_000)]
+    specific_heat: Annotated[float, Quantity("c", "J/(kg K)", 100, 2000)]
+    youngs_modulus: Annotated[float, Quantity("Ew", "GPa", 20, 700)]
+    poisson_ratio: Annotated[float, Quantity("nuw", "", 0, 0.49)]
+    wear_flat_growth: Annotated[float, Quantity("kA", "1/mm", 0, 1e-4)]  # per mm that a grain slides
+    loading_rate: Annotated[float, Quantity("kL", "1/(mm3/mm)", 0, 0.1)]  # per specific volume removed
+    tempering_rise: Annotated[float, Quantity("T_temper", "K", 50, 2000)]  # surface rise that softens
+    austenitising_rise: Annotated[float, Quantity("T_aus", "K", 50, 3000)]  # surface rise that rehardens
+    g_ratio_factor: Annotated[float, Quantity("gm", "", 0.001, 10)]
+    pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
+    burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
+    burn_factor: Annotated[float, Quantity("Bm", "J/(mm2 s^0.5)", 0.1, 50)]  # slope of the same; mm and mm/s
+
+    @property
+    def effusivity(self) -> float:
+        """Thermal contact coefficient beta = sqrt(k rho c), J/(m2 K s^0.5)."""
+        return math.sqrt(self.conductivity * self.density * self.specific_heat)
+
+    @property
+    def diffusivity(self) -> float:
+        """Thermal diffusivity alpha = k/(rho c), mm2/s."""
+        return 1e6 * self.conductivity / (self.density * self.specific_heat)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wheel(Entry):
+    """A grinding wheel; volumes are mm3 per mm of engaged width, areas fractions of the wheel face."""
+
+    ASCENDING = (
+        ("minimum_diameter", "diameter"),
+        ("wear_flat_floor", "wear_flat_limit"),
+        ("dressed_wear_flat", "wear_flat_limit"),
+        ("chatter_onset", "chatter_reference"),
+    )
+
+    diameter: Annotated[float, Quantity("ds0", "mm", 100, 600)]  # when new
+    minimum_diameter: Annotated[float, Quantity("ds_min", "mm", 50, 600)]  # below it the wheel is changed
+    width: Annotated[float, Quantity("bs", "mm", 5, 300)]
+    price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
+    grit_size: Annotated[float, Quantity("dg", "mm", 0.01, 2)]
+    grain_density: Annotated[float, Quantity("Cref", "1/mm2", 0.1, 100)]  # active, at the reference dress
+    chip_shape_ratio: Annotated[float, Quantity("r", "", 1, 50)]  # chip width to thickness
+    grain_conductivity: Annotated[float, Quantity("kg", "W/(m K)", 1, 2000)]  # effective, of one grain
+    youngs_modulus: Annotated[float, Quantity("Es", "GPa", 5, 500)]
+    poisson_ratio: Annotated[float, Quantity("nus", "", 0, 0.49)]
+    contact_roughness: Annotated[float, Quantity("Rr", "", 1, 20)]  # Rowe and Qi's roughness factor
+    friction: Annotated[float, Quantity("mu", "", 0.05, 1)]  # wear flat on work
+    force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # normal to tangential, when cutting
+    pressure_base: Annotated[float, Quantity("pa", "N/mm2", 0, 1000)]
+    pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of pressure over curvature difference
+    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e5)]  # at the reference chip thickness
+    g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]
+    reference_chip_thickness: Annotated[float, Quantity("href", "um", 0.01, 10)]  # equivalent, for g_ratio
+    fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grit; what a wheel grade stands for
+    fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
+    renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
+    initial_wear_volume: Annotated[float, Quantity("Vt", "mm3/mm", 1, 1000)]  # span of fast early wear
+    initial_wear_factor: Annotated[float, Quantity("kt", "", 0, 10)]
+    corner_wear: Annotated[float, Quantity("ke_c", "mm", 0, 1)]  # section lost at the corner, per radial wear
+    wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
+    wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
+    wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]
+    loading_area: Annotated[float, Quantity("AL", "", 0, 0.2)]  # rubbing area of a fully loaded face
+    dressed_wear_flat: Annotated[float, Quantity("Ad0", "", 0, 0.1)]
+    dressed_wear_flat_slope: Annotated[float, Quantity("kU", "", 0, 0.05)]  # over the overlap ratio
+    damage_depth: Annotated[float, Quantity("dd", "mm", 0.0005, 0.1)]  # that a dress has to remove
+    roughness: Annotated[float, Quantity("RaRef", "um", 0.02, 5)]  # ground Ra at the reference dress
+    roughness_exponent: Annotated[float, Quantity("x", "", 0.15, 0.6)]  # of Ra over chip thickness
+    settling_volume: Annotated[float, Quantity("Vr", "mm3/mm", 1, 1000)]  # in which the dressed texture fades
+    chatter_volume: Annotated[float, Quantity("Vchi", "mm3/mm", 10, 1e5)]  # for waviness to grow e-fold
+    chatter_onset: Annotated[float, Quantity("ks", "", 0, 5)]  # grinding to machine stiffness, stable below
+    chatter_reference: Annotated[float, Quantity("kr", "", 0.01, 10)]  # where chatter_volume holds
+    waviness_floor: Annotated[float, Quantity("alw0", "um", 0.001, 1)]  # amplitude of a dressed wheel
+    waviness_passed: Annotated[float, Quantity("cw", "", 0, 1)]  # share that the Ra cut-off lets through
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dresser(Entry):
+    """A stationary diamond dresser."""
+
+    tip_radius: Annotated[float, Quantity("rd", "mm", 0.05, 5)]
+    wear_rate: Annotated[float, Quantity("kd", "mm/mm3", 0, 1e-4)]  # of its flat, per wheel volume
+    cost_per_dress: Annotated[float, Quantity("cD", "$", 0, 1000)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fluid(Entry):
+    """A grinding fluid and the way it is delivered."""
+
+    convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]  # over the contact, before burn-out
+    boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1000)]  # surface rise at which the film boils
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Machine(Entry):
+    """A surface grinder."""
+
+    stiffness: Annotated[float, Quantity("ke", "N/mm", 1000, 500_000)]  # of the loop wheel to work, normal
+    power_limit: Annotated[float, Quantity("Pmax", "W", 100, 500_000)]
+    idle_power: Annotated[float, Quantity("P_idle", "W", 0, 100_000)]
+    acceleration: Annotated[float, Quantity("acc", "mm/s2", 10, 100_000)]  # of the table
+    reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
+    rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
+    hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
+
+
+def quantities(kind: type[Entry]) -> Mapping[str, Quantity]:
+    """Symbol, unit and range of each field of an entry class but `name`, by field name."""
+    # Entry classes are one level deep, so that the class's own annotations are all of them.
+    return {key: hint.__metadata__[0] for key, hint in get_annotations(kind).items()}
+
+
+def label(kind: type[Entry], name: object) -> str:
+    """How messages name an entry: `wheel 'a60j'`."""
+    return f"{kind.__name__.lower()} {name!r}"
