@@ -197,21 +197,24 @@ def run_scalar(
 
 
 @entry
-def longest_first(cycles: Table, order: Table) -> None:
-    """Write the machines into `order`, longest predicted cycle first (counting sort, stable)."""
+def longest_first(cycles: Table, machines: Table, order: Table) -> None:
+    """Write `machines` into `order`, longest predicted cycle first (counting sort, stable)."""
+    if machines.size <= LANES:
+        order[:] = machines
+        return
     count = np.zeros(LONGEST_BUCKET + 1, np.int64)
-    bucket = np.empty(order.size, np.int64)
-    for i in range(order.size):
-        cycle = read_cycle(cycles, i)
+    bucket = np.empty(machines.size, np.int64)
+    for k in range(machines.size):
+        cycle = read_cycle(cycles, machines[k])
         picks = 2.0 * (cycle.target - cycle.start) / (cycle.primary_pick + cycle.secondary_pick)
         strokes = min(picks + cycle.sparkout, float(LONGEST_BUCKET - 1))
-        bucket[i] = LONGEST_BUCKET - 1 - int(strokes)
-        count[bucket[i] + 1] += 1
+        bucket[k] = LONGEST_BUCKET - 1 - int(strokes)
+        count[bucket[k] + 1] += 1
     for k in range(LONGEST_BUCKET):
         count[k + 1] += count[k]
-    for i in range(order.size):
-        order[count[bucket[i]]] = i
-        count[bucket[i]] += 1
+    for k in range(machines.size):
+        order[count[bucket[k]]] = machines[k]
+        count[bucket[k]] += 1
 
 
 def grind_cycles(
@@ -250,7 +253,7 @@ def grind_cycles(
     results = np.zeros(n, RESULT)
     log = np.zeros((n, log_strokes), STROKE)
     order = np.empty(n, np.int64)
-    longest_first(as_table(cycles), order)
+    longest_first(as_table(cycles), np.arange(n), order)
     arguments = (
         as_table(cycles),
         as_table(parameters),

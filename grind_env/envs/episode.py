@@ -1,0 +1,127 @@
+"""The noise tape: everything random in an episode, drawn at reset.
+
+The same seed therefore means the same stock, lots, wheel and measurement noise, whatever the policy does, and
+policies can be compared on common random numbers.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.tasks import Task
+from grind_env.kernel import entry, exp, inlined
+from grind_env.kernel.rows import column_writer
+
+CUT = 1.8
+"""Log-normal factors are cut at this many standard deviations: no wheel is so odd that no E can hold the limits."""
+
+
+class TapeRow(NamedTuple):
+    """What the tape holds for one block."""
+
+    kind: float
+    """Index of the block kind."""
+    stock: float
+    """True stock, mm, on the resolution of the control (1 um)."""
+    gauged: float
+    """Pre-gauged stock, mm."""
+    new_lot: float
+    """1 if the part begins a new lot."""
+    kA: float
+    """Factor on the wear-flat growth."""
+    pm: float
+    """Factor on the wear-flat pressure."""
+    hf: float
+    """Factor on the convection."""
+    fc: float
+    """Factor on the fracture force."""
+    Gref: float
+    """Factor on the G-ratio."""
+    ra_scale: float
+    """Factor on the roughness."""
+    mean_noise: float
+    """Standard normal noise of the mean power, relative and absolute alike."""
+    first_noise: float
+    peak_noise: float
+    size_noise: float
+    """Standard normal noise of the size gauge."""
+    roughness_noise: float
+    """Standard normal noise of the roughness gauge."""
+
+
+write_row = column_writer(TapeRow)
+
+NORMALS = 9
+"""Standard normal numbers drawn for a block."""
+
+
+def draw(task: Task, rng: np.random.Generator) -> tuple[NDArray[np.float64], float]:
+    """The tape of one episode, shape (blocks, fields of `TapeRow`), and the diamond's wear flat at the start, mm.
+
+    The count of random numbers depends on the task only, never on what they turn out to be.
+    """
+    spread = task.spread
+    normals = rng.standard_normal((task.blocks + 1, NORMALS))
+    uniforms = rng.random(task.blocks + 1)
+    kinds = np.array([task.kind_of_block(k) for k in range(task.blocks)])
+    tape = np.empty((task.blocks, len(TapeRow._fields)))
+    _fill(
+        tape,
+        kinds,
+        np.array([kind.stock for kind in task.kinds]),
+        np.array([kind.starts_part for kind in task.kinds]),
+        normals,
+        uniforms,
+        (spread.stock, spread.gauge, spread.lot_probability, spread.lot_growth, spread.lot_pressure),
+        (
+            spread.wheel_growth,
+            spread.wheel_roughness,
+            spread.fracture_force,
+            spread.g_ratio,
+            spread.convection,
+        ),
+    )
+    return tape, spread.diamond_flat * float(uniforms[task.blocks])
+
+
+@inlined
+def log_normal(sigma: float, z: float) -> float:
+    """Cut log-normal factor for a standard normal number z."""
+    return exp(sigma * min(max(z, -CUT), CUT))
+
+
+@entry
+def _fill(
+    tape: Any, kinds: Any, stocks: Any, starts: Any, normals: Any, uniforms: Any, lots: Any, wheels: Any
+) -> None:
+    stock_sigma, gauge_sigma, probability, lot_growth, lot_pressure = lots
+    wheel_growth, roughness, fracture, g_ratio, convection = wheels
+    episode = normals[tape.shape[0]]
+    lot_kA, lot_pm = 1.0, 1.0
+    for k in range(tape.shape[0]):
+        z = normals[k]
+        nominal = stocks[kinds[k]]
+        new_lot = k == 0 or (starts[kinds[k]] and uniforms[k] < probability)
+        if new_lot:
+            lot_kA, lot_pm = log_normal(lot_growth, z[2]), log_normal(lot_pressure, z[3])
+        stock = nominal * max(0.4, 1.0 + stock_sigma * z[0])
+        stock = np.floor(1000.0 * stock + 0.5) / 1000.0
+        row = TapeRow(
+            kind=float(kinds[k]),
+            stock=stock,
+            gauged=max(stock + gauge_sigma * z[1], 0.3 * nominal),
+            new_lot=1.0 if new_lot else 0.0,
+            kA=lot_kA * log_normal(wheel_growth, episode[0]),
+            pm=lot_pm,
+            hf=log_normal(convection, episode[4]),
+            fc=log_normal(fracture, episode[2]),
+            Gref=log_normal(g_ratio, episode[3]),
+            ra_scale=log_normal(roughness, episode[1]),
+            mean_noise=z[4],
+            first_noise=z[5],
+            peak_noise=z[6],
+            size_noise=z[7],
+            roughness_noise=z[8],
+        )
+        write_row(tape, k, row)

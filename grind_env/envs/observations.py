@@ -1,0 +1,146 @@
+"""What an agent sees: named readings with unit, scale, noise and delay.
+
+A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at the
+range of its sensor. `HIDDEN` readings are only in `observation="full"`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.tasks import Task
+
+
+class Readings(NamedTuple):
+    """Everything that is observed before a block, in physical units."""
+
+    mean_power: float
+    first_power: float
+    peak_power: float
+    last_speed: float
+    last_executions: float
+    last_pick: float
+    last_width: float
+    size_error: float
+    roughness: float
+    parts_since_gauged: float
+    volume: float
+    blocks_since_dress: float
+    dresses: float
+    diameter: float
+    pick: float
+    width: float
+    length: float
+    sparkout: float
+    stock: float
+    roughness_limit: float
+    tolerance: float
+    scrap: float
+    new_lot: float
+    remaining: float
+    wear_flat: float
+    loading: float
+    waviness: float
+    diamond_flat: float
+    dressed_roughness: float
+    dressed_density: float
+    growth: float
+    pressure: float
+    fracture: float
+    wear: float
+    convection: float
+    roughness_scale: float
+
+
+class Reading(NamedTuple):
+    """One entry of the observation: `(value - offset) / scale`, within `low` and `high`."""
+
+    name: str
+    unit: str
+    offset: float
+    scale: float
+    low: float
+    high: float
+    noise: str
+    meaning: str
+
+
+HIDDEN = Readings._fields.index("wear_flat")
+"""Number of readings that a real machine has; those after it are hidden."""
+
+
+def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
+    """The observation of a task, entry by entry.
+
+    Args:
+        task: the task.
+        full: with the hidden state, for oracles and tests.
+    """
+    power = task.machine.power_limit
+    speeds = task.action.speed_range or (min(task.action.speed_levels or ()), max(task.action.speed_levels or ()))
+    centre, half = (speeds[0] + speeds[1]) / 2.0, (speeds[1] - speeds[0]) / 2.0
+    tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
+    most = max(task.action.executions, 1)
+    table = [
+        Reading("mean_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W",
+                "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if there were none"),
+        Reading("first_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W",
+                "mean power of the first (up to 6) full plunges of the last block"),
+        Reading("peak_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W", "highest power of the last block"),
+        Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
+        Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
+        Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the last block"),
+        Reading("last_width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the last block"),
+        Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, "0.7 um", "stock left on the last finished part"),
+        Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, "6 %, every third part, one part late",
+                "Ra of the last gauged part over its limit"),
+        Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
+        Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact", "specific volume removed since the last dress"),
+        Reading("blocks_since_dress", "", 0.0, 10.0, 0.0, 20.0, "exact", "blocks since the last dress"),
+        Reading("dresses", "", 0.0, 50.0, 0.0, 10.0, "exact", "dress executions so far"),
+        Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, "exact", "wheel diameter (offset 33)"),
+        Reading("pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the coming block"),
+        Reading("width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the coming block"),
+        Reading("length", "mm", 0.0, 300.0, 0.0, 5.0, "exact", "length of the coming block"),
+        Reading("sparkout", "", 0.0, 5.0, 0.0, 5.0, "exact", "spark-out strokes of the coming block"),
+        Reading("stock", "of nominal", 1.0, 1.0, -1.0, 3.0, "pre-gauge of the task", "stock of the coming block"),
+        Reading("roughness_limit", "um", 0.0, 1.0, 0.0, 5.0, "exact", "Ra limit of the coming block, 0 for none"),
+        Reading("tolerance", "um", 0.0, 10.0, 0.0, 5.0, "exact", "tolerance of the coming block, 0 for none"),
+        Reading("scrap", "$", 0.0, 100.0, 0.0, 5.0, "exact", "price of scrapping the coming part"),
+        Reading("new_lot", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming part begins a new lot"),
+        Reading("remaining", "of all", 0.0, 1.0, 0.0, 1.0, "exact", "blocks still to grind"),
+        Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
+        Reading("loading", "", 0.0, 1.0, 0.0, 1.0, "hidden", "loading"),
+        Reading("waviness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "waviness amplitude"),
+        Reading("diamond_flat", "mm", 0.0, 0.2, 0.0, 20.0, "hidden", "wear flat of the diamond"),
+        Reading("dressed_roughness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "roughness scale left by the dress"),
+        Reading("dressed_density", "1/mm2", 0.0, 10.0, 0.0, 5.0, "hidden", "grain density left by the dress"),
+        Reading("growth", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on wear-flat growth, coming block"),
+        Reading("pressure", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on wear-flat pressure, coming block"),
+        Reading("fracture", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the fracture force"),
+        Reading("wear", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the G-ratio"),
+        Reading("convection", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the convection, coming block"),
+        Reading("roughness_scale", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the roughness"),
+    ]  # fmt: skip
+    assert tuple(reading.name for reading in table) == Readings._fields
+    kinds = [
+        Reading(f"{when}_{kind.name}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the {when} block is a {kind.name}")
+        for when in ("coming", "following")
+        for kind in task.kinds
+        if len(task.kinds) > 1
+    ]
+    return (*table[: None if full else HIDDEN], *kinds)
+
+
+def bounds(entries: tuple[Reading, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Lowest and highest observation, each shape (entries,)."""
+    low = np.array([entry.low for entry in entries], np.float32)
+    high = np.array([entry.high for entry in entries], np.float32)
+    return low, high
+
+
+def physical(observation: NDArray[np.float32], entries: tuple[Reading, ...]) -> dict[str, NDArray[np.float64]]:
+    """Observations, shape (..., entries), back in physical units, by name."""
+    scaled = np.asarray(observation, np.float64)
+    return {entry.name: entry.offset + entry.scale * scaled[..., k] for k, entry in enumerate(entries)}

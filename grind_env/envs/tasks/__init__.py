@@ -1,0 +1,242 @@
+"""The tasks, one declarative TOML file each (scenarios, section 4), read into frozen dataclasses."""
+
+import functools
+import math
+import re
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from grind_env.errors import GrindError
+from grind_env.process.catalogue import load_catalogue
+from grind_env.process.cost import Limits, Rates
+from grind_env.process.entries import Machine, Wheel
+from grind_env.process.parameters import stroke_parameters
+from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FOLDER = Path(__file__).parent
+
+DRESS_CLEARANCE = 10.0
+"""mm that a dress traverse runs beyond the wheel width, both sides together."""
+
+
+class TaskError(GrindError):
+    """An unknown task or a task file that does not fit the dataclasses below."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionRange:
+    """What an action can choose: a geometric range or fixed levels of E in m/min, and up to `executions` for D."""
+
+    executions: int
+    speed_range: tuple[float, float] | None = None
+    speed_levels: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.speed_range is None) == (self.speed_levels is None):
+            raise TaskError("[action] needs either speed_range or speed_levels: give exactly one of the two")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """Catalogue names of the set-up, with the values that this task changes in an entry."""
+
+    wheel: str
+    dresser: str
+    fluid: str
+    machine: str
+    wheel_speed: float
+    overrun: float
+    load: float
+    wheel_changes: Mapping[str, float] = field(default_factory=dict)
+    machine_changes: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dress:
+    """The dress program of the task: diamond passes, lead (mm/rev) and depth (mm) of each, set-up time (s)."""
+
+    passes: int
+    lead: float
+    depth: float
+    setup: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """A kind of cycle block.
+
+    Lengths in mm, `roughness_limit` and `tolerance` in um (0 for none), `rise_allowance` in K, `scrap` in $.
+    A block that does not start a part goes on with the part of the block before; scrap is charged with the block
+    that ends it.
+    """
+
+    name: str
+    material: str
+    stock: float
+    pick: float
+    sparkout: int
+    width: float
+    length: float
+    scrap: float
+    roughness_limit: float = 0.0
+    tolerance: float = 0.0
+    rise_allowance: float = 0.0
+    starts_part: bool = True
+    ends_part: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """Standard deviations of what an episode draws (scenarios, section 3); all 0 gives the deterministic task.
+
+    `stock` is relative, `gauge` in mm, `diamond_flat` the largest start value in mm, the rest logarithmic.
+    """
+
+    stock: float = 0.0
+    gauge: float = 0.0
+    lot_probability: float = 0.0
+    lot_growth: float = 0.0
+    lot_pressure: float = 0.0
+    wheel_growth: float = 0.0
+    wheel_roughness: float = 0.0
+    fracture_force: float = 0.0
+    g_ratio: float = 0.0
+    convection: float = 0.0
+    diamond_flat: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Start:
+    """State of the wheel at the start where it differs from freshly dressed."""
+
+    wear_flat_area: float | None = None
+    volume: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A job: its blocks, its set-up and what is drawn at random."""
+
+    name: str
+    title: str
+    blocks: int
+    sequence: tuple[str, ...]
+    reference_cost: float
+    action: ActionRange
+    setup: Setup
+    dress: Dress
+    kinds: tuple[Kind, ...]
+    spread: Spread = field(default_factory=Spread)
+    start: Start = field(default_factory=Start)
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def kind_of_block(self, block: int) -> int:
+        """Index into `kinds` of a block; the sequence repeats."""
+        names = [kind.name for kind in self.kinds]
+        return names.index(self.sequence[block % len(self.sequence)])
+
+    @property
+    def wheel(self) -> Wheel:
+        """The wheel, with the changes of this task."""
+        return replace(load_catalogue().wheel(self.setup.wheel), **self.setup.wheel_changes)
+
+    @property
+    def machine(self) -> Machine:
+        """The machine, with the changes of this task."""
+        return replace(load_catalogue().machine(self.setup.machine), **self.setup.machine_changes)
+
+    @property
+    def rates(self) -> Rates:
+        """Prices of time, wheel and dresser."""
+        dresser = load_catalogue().dresser(self.setup.dresser)
+        return Rates(self.machine.hourly_rate, self.wheel.price, dresser.cost_per_dress)
+
+    def parameters(self, kind: Kind) -> StrokeParameters:
+        """Stroke parameters of a block kind, with the fixed factors of this task."""
+        catalogue = load_catalogue()
+        p = stroke_parameters(
+            catalogue.material(kind.material),
+            self.wheel,
+            catalogue.dresser(self.setup.dresser),
+            catalogue.fluid(self.setup.fluid),
+            self.machine,
+            wheel_speed=self.setup.wheel_speed,
+        )
+        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
+
+    def limits(self, kind: Kind) -> Limits:
+        """Limits of a good part of that kind."""
+        tempering = load_catalogue().material(kind.material).tempering_rise
+        return Limits(
+            tempering + kind.rise_allowance, self.machine.power_limit, kind.roughness_limit, kind.tolerance
+        )
+
+    @property
+    def wheel_revolutions(self) -> float:
+        """Wheel speed, 1/s."""
+        return 1000.0 * self.setup.wheel_speed / (math.pi * self.wheel.diameter)
+
+    @property
+    def dress_feed(self) -> float:
+        """Traverse feed of the diamond, mm/s."""
+        return self.dress.lead * self.wheel_revolutions
+
+    @property
+    def dress_seconds(self) -> float:
+        """Time of one dress execution, s."""
+        return self.dress.setup + self.dress.passes * (self.wheel.width + DRESS_CLEARANCE) / self.dress_feed
+
+    def start_wheel(self, diamond_flat: float = 0.0) -> WheelState:
+        """The wheel at the start of an episode, dressed with a diamond of that wear flat (mm)."""
+        p = self.parameters(self.kinds[0])
+        wheel = dressed_wheel(self.wheel.diameter, diamond_flat, self.dress.lead, self.dress.depth, p)
+        area = self.start.wear_flat_area
+        return wheel._replace(A=wheel.A if area is None else area, V=self.start.volume)
+
+
+def task_names() -> list[str]:
+    """Names of the tasks that have a file."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+@functools.cache
+def load_task(name: str) -> Task:
+    """The task of that name.
+
+    Raises:
+        TaskError: if there is no such task, or its file has a key that it should not have.
+    """
+    if name not in task_names():
+        raise TaskError(f"there is no task {name!r}: the tasks are {', '.join(task_names())}")
+    return _task(name, tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")))
+
+
+def environment_id(name: str) -> str:
+    """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`."""
+    return f"grind/{''.join(word.capitalize() for word in re.split('_', name))}-v0"
+
+
+def _task(name: str, document: dict[str, Any]) -> Task:
+    try:
+        action = document.pop("action")
+        tables = {
+            "action": ActionRange(**{k: tuple(v) if isinstance(v, list) else v for k, v in action.items()}),
+            "setup": Setup(**document.pop("setup")),
+            "dress": Dress(**document.pop("dress")),
+            "kinds": tuple(Kind(**table) for table in document.pop("kind")),
+            "spread": Spread(**document.pop("spread", {})),
+            "start": Start(**document.pop("start", {})),
+            "sequence": tuple(document.pop("sequence")),
+        }
+        return Task(name=name, **tables, **document)
+    except (KeyError, TypeError) as error:
+        raise TaskError(f"task file {name}.toml does not fit: {error}") from error

@@ -1,0 +1,215 @@
+"""The native vector environment: all sub-environments in one compiled step."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from grind_env.envs.actions import ActionCodec, ActionError
+from grind_env.envs.env import REWARD_TERMS, wants_full
+from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.program import Block, cycle_block
+from grind_env.envs.simulation import Outcome, Simulation
+from grind_env.envs.tasks import TaskError, load_task
+from grind_env.errors import GrindError
+
+Array = NDArray[Any]
+
+COLUMN = {name: k for k, name in enumerate(Outcome._fields)}
+
+
+class GrindVectorEnv(VectorEnv[Array, Array, Array]):
+    """N times `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
+
+    Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
+
+    Args:
+        num_envs: number of sub-environments.
+        task: name of the task.
+        observation: `"measured"` or `"full"`.
+        show_block: put the text of the blocks that were run into `info["block"]`.
+        autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
+        render_mode: none yet.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: str = "power_limited",
+        observation: str = "measured",
+        show_block: bool = False,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        if num_envs < 1:
+            raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.autoreset_mode = autoreset(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.show_block = show_block
+        self.task = load_task(task)
+        self.simulation = Simulation(self.task, full=wants_full(observation))
+        self.codec = ActionCodec(self.task)
+        self.single_action_space = self.codec.space
+        self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.rngs: list[np.random.Generator] = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self.episodes = self.simulation.start(self.rngs)
+        self.begun = np.zeros(num_envs, bool)
+        self.due = np.zeros(num_envs, bool)
+
+    def observation_info(self) -> tuple[Reading, ...]:
+        """Name, unit, scale, noise and meaning of every entry of the observation."""
+        return self.simulation.entries
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,)."""
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
+        if seeds is not None and len(seeds) != self.num_envs:
+            raise GrindError(f"{len(seeds)} seeds were given for {self.num_envs} envs: give one each, or one int")
+        mask = reset_mask(options, self.num_envs)
+        for i in np.flatnonzero(mask):
+            if seeds is not None and seeds[i] is not None:
+                self.rngs[i] = seeding.np_random(seeds[i])[0]
+            self.simulation.restart(self.episodes, i, self.rngs[i])
+        self.begun |= mask
+        self.due &= ~mask
+        return self.simulation.observe(self.episodes), {}
+
+    def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+        """Grind one block in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset, and with autoreset disabled after the last block.
+            ActionError: if an action is not in the action space.
+        """
+        if not self.begun.all():
+            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
+        if np.shape(actions) != self.action_space.shape:
+            raise ActionError(
+                f"actions have shape {np.shape(actions)}, but must have shape {self.action_space.shape}"
+            )
+        if self.due.any() and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise gym.error.ResetNeeded(
+                f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
+            )
+        # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
+        resetting = self.due
+        stepping = np.flatnonzero(~resetting)
+        speeds, executions = self.codec.decode(actions)
+        blocks = self._blocks(stepping, speeds, executions) if self.show_block else {}
+        outcomes, _ = self.simulation.step(self.episodes, speeds, executions, stepping)
+        self._restart(resetting)
+        terminated = self.simulation.over(self.episodes)
+        observations = self.simulation.observe(self.episodes)
+        info = self._info(outcomes, speeds, executions, blocks, ~resetting)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and terminated.any():
+            info = self._final_info(info, observations, terminated)
+            self._restart(terminated)
+            observations = self.simulation.observe(self.episodes)
+        self.due = terminated if self.autoreset_mode != AutoresetMode.SAME_STEP else np.zeros(self.num_envs, bool)
+        rewards = outcomes[:, COLUMN["reward"]].copy()
+        return observations, rewards, terminated, np.zeros(self.num_envs, bool), info
+
+    def _restart(self, mask: Array) -> None:
+        for i in np.flatnonzero(mask):
+            self.simulation.restart(self.episodes, i, self.rngs[i])
+
+    def _blocks(self, stepping: Array, speeds: Array, executions: Array) -> dict[int, str]:
+        texts = {}
+        for i in stepping:
+            number, stock = self.episodes.tape[i, self.episodes.block[i], :2]
+            kind = self.task.kinds[int(number)]
+            surface = 0.0 if kind.starts_part else float(self.episodes.parts[i, 0])
+            block = Block(kind, surface, float(stock), float(speeds[i]), int(executions[i]))
+            texts[int(i)] = cycle_block(self.task, block)
+        return texts
+
+    def _info(
+        self, outcomes: Array, speeds: Array, executions: Array, blocks: dict[int, str], mask: Array
+    ) -> dict[str, Any]:
+        if not mask.any():
+            return {}
+        terms: dict[str, Any] = {}
+        for k, name in enumerate(REWARD_TERMS):
+            terms[name] = np.where(mask, -outcomes[:, k] / self.task.reference_cost, 0.0)
+            terms[f"_{name}"] = mask.copy()
+        values = {
+            "reward_terms": terms,
+            "cost": outcomes[:, COLUMN["finished"]] - outcomes[:, COLUMN["good"]],
+            "block_cost": outcomes[:, COLUMN["cost"]].copy(),
+            "good_parts": outcomes[:, COLUMN["good"]].copy(),
+            "seconds": outcomes[:, COLUMN["seconds"]].copy(),
+            "E": np.where(mask, speeds, 0.0),
+            "D": np.where(mask, executions, 0.0),
+        }
+        if self.show_block:
+            texts = np.full(self.num_envs, None, object)
+            texts[list(blocks)] = list(blocks.values())
+            values["block"] = texts
+        info: dict[str, Any] = {}
+        for name, value in values.items():
+            info[name] = value
+            info[f"_{name}"] = mask.copy()
+        return info
+
+    def _final_info(self, info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
+        """Move the entries of finished episodes from `info` to `info["final_info"]`."""
+        final_obs = np.full(self.num_envs, None, object)
+        for i in np.flatnonzero(over):
+            final_obs[i] = observations[i].copy()
+        moved = {
+            "final_obs": final_obs,
+            "_final_obs": over.copy(),
+            "final_info": masked(info, over),
+            "_final_info": over.copy(),
+        }
+        return {**moved, **masked(info, ~over)} if not over.all() else moved
+
+
+def masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
+    """The vector info of the sub-environments in `mask` alone."""
+    chosen: dict[str, Any] = {}
+    for name, value in info.items():
+        if name.startswith("_"):
+            chosen[name] = value & mask
+        elif isinstance(value, dict):
+            chosen[name] = masked(value, mask)
+        else:
+            chosen[name] = np.where(mask, value, np.zeros((), value.dtype) if value.dtype != object else None)
+    return chosen
+
+
+def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
+    """The autoreset mode of that name.
+
+    Raises:
+        TaskError: if there is none.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        legal = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise TaskError(f"autoreset_mode is {mode!r}, but must be one of {legal}") from None
+
+
+def reset_mask(options: dict[str, Any] | None, num_envs: int) -> Array:
+    """The sub-environments to reset, bool of shape (num_envs,).
+
+    Raises:
+        GrindError: if the mask has another shape or dtype, or selects nothing.
+    """
+    mask = np.ones(num_envs, bool) if options is None else options.get("reset_mask", np.ones(num_envs, bool))
+    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,) or not mask.any():
+        raise GrindError(f"reset_mask must be a bool array of shape ({num_envs},) with at least one True")
+    return mask

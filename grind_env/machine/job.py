@@ -1,0 +1,217 @@
+"""The job: what is ground on which machine, and what a good part is.
+
+The part lies where the program finds it: from `start` to `start + length` along the reciprocating axis and
+from `across` to `across + width` along the cross axis; the wheel touches it at `surface`, and the infeed is
+towards minus. A position of the wheel is that of its centre along the table, of its face in depth, and of its
+edge on the minus side across the table.
+"""
+
+from dataclasses import dataclass, field
+from inspect import get_annotations
+from numbers import Real
+from typing import Annotated
+
+from grind_env.control.control import Control
+from grind_env.errors import GrindError
+from grind_env.process.cost import NO_LIMIT, Limits, Rates
+from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
+from grind_env.process.parameters import stroke_parameters
+from grind_env.process.state import StrokeParameters
+
+
+class JobError(GrindError):
+    """A job that cannot be run.
+
+    Attributes:
+        message: one sentence: what was found, and what is legal.
+        key: the key at fault, with its table, such as `part.stock`.
+        found: its value; None if it is missing.
+        legal: what it may be.
+        file: the job file; empty for a job that was not read from one.
+    """
+
+    def __init__(
+        self, message: str, key: str = "", found: object = None, legal: str = "", file: str = ""
+    ) -> None:
+        self.message, self.key, self.found, self.legal, self.file = message, key, found, legal, file
+        super().__init__(f"{file}: {message}" if file else message)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """The part and what is asked of it.
+
+    Attributes:
+        material: work material.
+        length: along the reciprocating axis.
+        width: across.
+        stock: to grind off.
+        start: coordinate of its near (minus) end along the reciprocating axis.
+        across: coordinate of its near edge along the cross axis.
+        surface: plunge coordinate at which the wheel touches it.
+        roughness_limit: highest Ra; 0 for none.
+        tolerance: on the size error; 0 for none.
+        scrap_cost: price of a spoilt part.
+        rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
+            ground again later; above 0 every plunge counts and not only the last 0.05 mm.
+    """
+
+    material: Material
+    length: Annotated[float, Quantity("Lw", "mm", 1, 10_000)]
+    width: Annotated[float, Quantity("b", "mm", 0.5, 2000)]
+    stock: Annotated[float, Quantity("H", "mm", 0.0001, 20)]
+    start: Annotated[float, Quantity("", "mm", -10_000, 10_000)] = 0.0
+    across: Annotated[float, Quantity("", "mm", -10_000, 10_000)] = 0.0
+    surface: Annotated[float, Quantity("", "mm", -10_000, 10_000)] = 0.0
+    roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = NO_LIMIT
+    tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = NO_LIMIT
+    scrap_cost: Annotated[float, Quantity("", "$", 0, 1e6)]
+    rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        _check_numbers(self, "part")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """Wheel, dresser, fluid and machine.
+
+    Attributes:
+        wheel: grinding wheel.
+        dresser: diamond.
+        fluid: coolant.
+        machine: machine tool.
+        wheel_speed: surface speed of the new wheel.
+        constant_surface_speed: whether the control holds `wheel_speed` as the wheel shrinks (12-41).
+    """
+
+    wheel: Wheel
+    dresser: Dresser
+    fluid: Fluid
+    machine: Machine
+    wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
+    constant_surface_speed: bool = False
+
+    def __post_init__(self) -> None:
+        """Check every value; a `JobError` names the one out of range."""
+        _check_numbers(self, "setup")
+        if not isinstance(self.constant_surface_speed, bool):
+            raise wrong("setup.constant_surface_speed", self.constant_surface_speed, "true or false")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Times:
+    """What the program does not show.
+
+    Attributes:
+        load: from one part to the next until its first cycle starts, travel included.
+        dress_setup: of a dress execution, on top of the motions of its program.
+    """
+
+    load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    dress_setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        _check_numbers(self, "times")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelStart:
+    """State of the wheel at the start; what is None is that of a new wheel, freshly dressed.
+
+    Attributes:
+        diameter: of the wheel.
+        wear_flat_area: A, share of the wheel face.
+        volume_since_dress: V, per mm of width.
+        diamond_flat: width of the wear flat on the dressing diamond.
+    """
+
+    diameter: Annotated[float | None, Quantity("ds", "mm", 50, 600)] = None
+    wear_flat_area: Annotated[float | None, Quantity("A", "", 1e-4, 0.5)] = None
+    volume_since_dress: Annotated[float | None, Quantity("V", "mm3/mm", 0, 1e6)] = None
+    diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 2)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        _check_numbers(self, "wheel")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """A part, a set-up, times, and the wheel as it is found."""
+
+    part: Part
+    setup: Setup
+    times: Times = field(default_factory=Times)
+    wheel: WheelStart = field(default_factory=WheelStart)
+
+    def __post_init__(self) -> None:
+        """Check what depends on more than one table."""
+        wheel, start = self.setup.wheel, self.wheel
+        low, high = wheel.minimum_diameter, wheel.diameter
+        if start.diameter is not None and not low <= start.diameter <= high:
+            raise wrong("wheel.diameter", start.diameter, f"from {low:g} to {high:g} mm for {wheel}")
+        if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
+            legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
+            raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
+
+    @property
+    def parameters(self) -> StrokeParameters:
+        """The numbers of the process model."""
+        setup = self.setup
+        return stroke_parameters(
+            self.part.material,
+            setup.wheel,
+            setup.dresser,
+            setup.fluid,
+            setup.machine,
+            wheel_speed=setup.wheel_speed,
+            constant_surface_speed=setup.constant_surface_speed,
+        )
+
+    @property
+    def rates(self) -> Rates:
+        """Prices of time, wheel and dresser."""
+        setup = self.setup
+        return Rates(setup.machine.hourly_rate, setup.wheel.price, setup.dresser.cost_per_dress)
+
+    @property
+    def limits(self) -> Limits:
+        """What a good part must keep; the power is that above idle."""
+        part, machine = self.part, self.setup.machine
+        return Limits(
+            part.material.tempering_rise + part.rise_allowance,
+            machine.power_limit - machine.idle_power,
+            part.roughness_limit,
+            part.tolerance,
+        )
+
+    @property
+    def control(self) -> Control:
+        """The control of this machine."""
+        machine = self.setup.machine
+        return Control(
+            acceleration=machine.acceleration,
+            rapid_feed=machine.rapid_feed,
+            reversal_dwell=machine.reversal_dwell,
+        )
+
+
+def wrong(key: str, value: object, legal: str) -> JobError:
+    """The error for a value that is not legal."""
+    return JobError(f"{key} is {value!r}, but must be {legal}", key, value, legal)
+
+
+def _check_numbers(table: object, name: str) -> None:
+    """Check every annotated field of a dataclass, and store whole numbers as floats."""
+    for key, hint in get_annotations(type(table)).items():
+        value, quantities = getattr(table, key), getattr(hint, "__metadata__", ())
+        if not quantities or value is None:
+            continue
+        quantity: Quantity = quantities[0]
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if not (is_number and quantity.low <= value <= quantity.high):
+            raise wrong(f"{name}.{key}", value, f"a number from {quantity}")
+        object.__setattr__(table, key, float(value))

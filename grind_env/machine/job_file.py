@@ -1,0 +1,143 @@
+"""Job files: TOML, with the fields of the classes in `job.py` as keys.
+
+::
+
+    [part]
+    material = "aisi_52100"
+    length = 200            # mm, along the reciprocating axis
+    width = 20              # mm, across
+    stock = 0.3             # mm
+    tolerance = 9           # um; leave out where none is asked for, as roughness_limit (um)
+    scrap_cost = 40         # $
+
+    [setup]                 # optional: names of the catalogue, and changes to single values of an entry
+    wheel = "a60j"
+    machine_overrides = { stiffness = 50_000 }
+
+    [catalogue]             # optional: the user's own catalogue, beside the job file
+    files = ["shop.toml"]
+
+Tables `[times]` and `[wheel]` are optional too.
+"""
+
+import dataclasses
+import difflib
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from grind_env.machine.job import Job, JobError, Part, Setup, Times, WheelStart, wrong
+from grind_env.process.catalogue import Catalogue, CatalogueError, load_catalogue, quantities
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+DEFAULTS = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
+"""The entry of each kind for a set-up that names none."""
+
+KINDS = ("material", *DEFAULTS)
+VALUES = ("wheel_speed", "constant_surface_speed")
+
+Table = Mapping[str, Any]
+
+
+def load_job(path: str | Path) -> Job:
+    """Read a job file.
+
+    Raises:
+        JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        reason = error.strerror or "not readable"
+        raise JobError(f"the job cannot be read ({reason}); name a TOML file", file=str(path)) from None
+    except ValueError as error:  # not TOML, or not UTF-8
+        raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
+    try:
+        return _job(document, path.parent)
+    except JobError as error:
+        raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
+
+
+def _job(document: Table, folder: Path) -> Job:
+    _refuse_unknown(document, ("part", "setup", "times", "wheel", "catalogue"))
+    part = _table(document, "part", _names(Part))
+    setup = _table(document, "setup", (*DEFAULTS, *VALUES, *(f"{kind}_overrides" for kind in KINDS)))
+    times = _table(document, "times", _names(Times))
+    wheel = _table(document, "wheel", _names(WheelStart))
+    catalogue = _catalogue(_table(document, "catalogue", ("files",)), folder)
+
+    for key in _names(Part, required=True):
+        if key not in part:
+            raise JobError(f"part.{key} is missing; it has no default", f"part.{key}")
+    names = {"part.material": part["material"]}
+    names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in DEFAULTS.items()}
+    material, *tools = (_entry(catalogue, key, name, setup) for key, name in names.items())
+    return Job(
+        part=Part(**{**part, "material": material}),
+        setup=Setup(
+            **dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}
+        ),
+        times=Times(**times),
+        wheel=WheelStart(**wheel),
+    )
+
+
+def _catalogue(table: Table, folder: Path) -> Catalogue:
+    files = table.get("files", [])
+    if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
+        raise wrong("catalogue.files", files, "a list of file names")
+    try:
+        return load_catalogue(*(folder / name for name in files))
+    except CatalogueError as error:
+        raise JobError(f"catalogue.files: {error}", "catalogue.files", files) from None
+
+
+def _entry(catalogue: Catalogue, key: str, name: object, setup: Table) -> Any:
+    """The catalogue entry that a key names, with the overrides for its kind."""
+    kind = key.rpartition(".")[2]
+    place = f"setup.{kind}_overrides"
+    try:
+        entry = getattr(catalogue, kind)(name)
+    except CatalogueError as error:
+        raise JobError(f"{key}: {error}", key, name) from None
+    legal = quantities(type(entry))
+    overrides = _table(setup, f"{kind}_overrides", tuple(legal), place)
+    try:
+        return dataclasses.replace(entry, **overrides)
+    except CatalogueError as error:
+        raise JobError(f"{place}: {error}", place, overrides) from None
+
+
+def _table(parent: Table, name: str, legal: Iterable[str], place: str = "") -> Table:
+    """A table without unknown keys; an empty one if it is missing."""
+    place, value = place or name, parent.get(name, {})
+    if not isinstance(value, Mapping):
+        raise wrong(place, value, f"a table, headed [{place}]")
+    _refuse_unknown(value, legal, f"{place}.")
+    return value
+
+
+def _refuse_unknown(table: Table, legal: Iterable[str], prefix: str = "") -> None:
+    legal = tuple(legal)
+    for key, value in table.items():
+        if key not in legal:
+            close = difflib.get_close_matches(key.lower(), legal, n=1)
+            hint = f" (did you mean {close[0]}?)" if close else ""
+            names = ", ".join(legal)
+            raise JobError(
+                f"there is no key {prefix}{key}{hint}; legal are {names}", f"{prefix}{key}", value, names
+            )
+
+
+def _names(kind: type[Any], required: bool = False) -> tuple[str, ...]:
+    return tuple(
+        item.name
+        for item in dataclasses.fields(kind)
+        if not required or (item.default is dataclasses.MISSING)
+    )
