@@ -1,1 +1,60 @@
-"""To be written."""
+"""The 9/Series control: part-program text in, a stream of motions, cycles and dresses out; no physics."""
+
+from grind_env.control.check import Report, check
+from grind_env.control.control import Control
+from grind_env.control.errors import ControlError
+from grind_env.control.execution import dress_program_moves, execute
+from grind_env.control.motions import (
+    Arc,
+    CycleEnd,
+    CyclePlan,
+    CycleStart,
+    DressEnd,
+    DressStart,
+    Dwell,
+    Event,
+    Line,
+    Message,
+    Motion,
+    Pick,
+    Position,
+    ProgramEnd,
+    ProgramStop,
+    Rapid,
+    Source,
+    Stroke,
+)
+from grind_env.control.reader import Programs, read, read_file
+from grind_env.control.trace import error_record, record
+
+__all__ = [
+    "Arc",
+    "Control",
+    "ControlError",
+    "CycleEnd",
+    "CyclePlan",
+    "CycleStart",
+    "DressEnd",
+    "DressStart",
+    "Dwell",
+    "Event",
+    "Line",
+    "Message",
+    "Motion",
+    "Pick",
+    "Position",
+    "ProgramEnd",
+    "ProgramStop",
+    "Programs",
+    "Rapid",
+    "Report",
+    "Source",
+    "Stroke",
+    "check",
+    "dress_program_moves",
+    "error_record",
+    "execute",
+    "read",
+    "read_file",
+    "record",
+]

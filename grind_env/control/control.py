@@ -39,6 +39,7 @@ class Control:
     block_budget: int = 1_000_000
 
     def __post_init__(self) -> None:
+        """Refuse values that no machine has."""
         for name in ("acceleration", "rapid_feed", "maximum_feed"):
             value = getattr(self, name)
             if not 0.0 < value < math.inf:

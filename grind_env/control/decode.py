@@ -9,6 +9,7 @@ from grind_env.control.modes import CYCLES, LATER, MOTIONS, SWITCHES, WITHOUT_EF
 from grind_env.control.reader import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
+ACTIONS = frozenset((*MOTIONS, *CYCLES, "G04", "G80"))
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})
 """M words that end or call a program; a block holds one of them at most."""
 
@@ -30,6 +31,7 @@ class Command:
         block: the block.
         modes: in force at its end.
         code: its own motion, cycle, G04 or G80 code; None if it has none.
+        code_word: the word of that code.
         lengths: the X Y Z I J K Q R words.
         words: every word but G and M words, by letter.
         m: the M numbers.
@@ -39,6 +41,7 @@ class Command:
     block: Block
     modes: Modes
     code: str | None
+    code_word: Word | None
     lengths: Mapping[str, Value]
     words: Mapping[str, Word]
     m: tuple[int, ...]
@@ -50,8 +53,8 @@ class Command:
         return self.code or self.modes.motion
 
     def error(self, name: str, message: str, letter: str = "") -> ControlError:
-        """A `ControlError` at the word with this letter, or at the block as a whole."""
-        return self.block.error(name, message, self.words.get(letter))
+        """A `ControlError` at the word with this letter, else at the code, else at the block as a whole."""
+        return self.block.error(name, message, self.words.get(letter, self.code_word))
 
     def allow_only(self, letters: str, action: str) -> None:
         """Refuse every word other than these, F, E, S and T, as foreign to the block (PD-18)."""
@@ -64,10 +67,11 @@ def decode(block: Block, modes: Modes) -> Command:
     """Apply the words of a block from left to right; a mode acts on the values to its right only.
 
     Raises:
-        ControlError: an unknown or unsupported code, a second motion code, a number out of format, or a change
-            between G94 and G95 without a new F.
+        ControlError: an unknown or unsupported code, a second motion code, a number out of format, or a
+            change between G94 and G95 without a new F.
     """
     code: str | None = None
+    code_word: Word | None = None
     lengths: dict[str, Value] = {}
     words: dict[str, Word] = {}
     m: list[int] = []
@@ -82,12 +86,12 @@ def decode(block: Block, modes: Modes) -> Command:
                 if field == "per_revolution" and value != modes.per_revolution:
                     feed_missing = word
                 modes = replace(modes, **{field: value})
-            elif g in MOTIONS or g in CYCLES or g in ("G04", "G80"):
+            elif g in ACTIONS:
                 if code is not None:
                     raise block.error(
                         "block-format", f"{word} follows {code}; a block holds one motion code", word
                     )
-                code = g
+                code, code_word = g, word
             elif g not in WITHOUT_EFFECT:
                 raise _refused(block, word, g)
         elif letter == "M":
@@ -113,7 +117,22 @@ def decode(block: Block, modes: Modes) -> Command:
         modes = replace(modes, motion=code)
     if sum(number in PROGRAM_FLOW for number in m) > 1:
         raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99")
-    return Command(block, modes, code, lengths, words, tuple(m), reciprocation_feed)
+    return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed)
+
+
+def recognise(block: Block) -> None:
+    """Check what a block means without the modes that it will be executed in: its codes and M numbers.
+
+    Raises:
+        ControlError: unknown-word, not-supported, number-format or out-of-range.
+    """
+    for word in block.words:
+        if word.letter == "M":
+            numbers.integer(block, word, 0, 999)
+        elif word.letter == "G":
+            code = numbers.g_code(block, word)
+            if not (code in SWITCHES or code in ACTIONS or code in WITHOUT_EFFECT):
+                raise _refused(block, word, code)
 
 
 def _refused(block: Block, word: Word, code: str) -> ControlError:

@@ -1,4 +1,4 @@
-"""Straight and circular paths: length, and the point after a fraction of it. Lengths and coordinates are mm."""
+"""Straight and circular paths: their length, and the point after a fraction of it; all in mm."""
 
 import math
 from dataclasses import dataclass
@@ -80,6 +80,10 @@ class Circular:
         result[second] = self.centre[second] + self.radius * math.sin(direction)
         result[normal] = self.start[normal] + fraction * (self.end[normal] - self.start[normal])
         return result[0], result[1], result[2]
+
+    def moves(self, axis: int) -> bool:
+        """Whether the axis 0 = X, 1 = Y or 2 = Z moves on this path."""
+        return axis in PLANES[self.plane] or self.start[axis] != self.end[axis]
 
     def _offset(self, point: Position) -> tuple[float, float]:
         first, second = PLANES[self.plane]

@@ -1,5 +1,7 @@
 """What a part program makes the machine do, as a stream of events in the order in which they end.
 
+Only a pick may end after later events: it follows the stroke that it belongs to, however slow it is.
+
 Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min,
 whatever units the program uses.
 """
@@ -25,8 +27,8 @@ class Source(str, Enum):
 class CyclePlan:
     """The parameters of a surface-grinding cycle with every default filled in (table 16.C).
 
-    Axes are 0 = X, 1 = Y, 2 = Z; coordinates mm; picks mm and positive, towards their target; a G81 has neither
-    plunge nor cross axis and its picks are 0.
+    Axes are 0 = X, 1 = Y, 2 = Z; coordinates are mm; picks are mm, positive, towards their target. A G81 has
+    neither plunge nor cross axis and its picks are 0.
 
     Attributes:
         code: G81, G82 or G83.
@@ -134,9 +136,9 @@ class Dwell(Motion):
 class Stroke(Motion):
     """One pass of the reciprocating axis to its next reversal point.
 
-    `start`, `middle` and `end` are the positions of all axes at those moments, so that another motion under way
-    shows in them; only the pick that belongs to the reversal at its end counts as not yet begun. `seconds` includes
-    the reversal dwell.
+    `start`, `middle` and `end` are the positions of all axes at those moments, so that a program motion under
+    way shows in them. A pick under way shows in `middle` only: in `start` it counts as complete, and in `end`
+    the pick of that reversal as not yet begun. The reversal dwell is part of `seconds`.
 
     Attributes:
         middle: position when the reciprocating axis passes the middle of the stroke.
@@ -157,8 +159,8 @@ class Stroke(Motion):
 class Pick(Motion):
     """An infeed at a reversal, begun as the reciprocating axis decelerates (PD-22).
 
-    The reciprocating axis is shown at the reversal point; overlap shows in the times only. `kind` is "plunge" or
-    "cross", `feed` is F in mm/min.
+    The reciprocating axis is shown at the reversal point; overlap shows in the times only. `kind` is "plunge"
+    or "cross", `feed` is F in mm/min.
     """
 
     axis: int

@@ -1,7 +1,7 @@
 """Numbers of words by the formats of their addresses (lathe manual 10-17, setting "neither").
 
-Decimal arithmetic on the text keeps 0.3 what it is until the value is complete; decimals in excess of the format
-are cut off, and without a decimal point a number means whole units.
+Decimal arithmetic on the text keeps 0.3 what it is until the value is complete; decimals in excess of the
+format are cut off, and without a decimal point a number means whole units.
 """
 
 from decimal import Decimal

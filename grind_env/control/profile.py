@@ -1,4 +1,4 @@
-"""Motion from rest to rest with linear ramps (PD-21): how far it is after a time, and how long it slows down."""
+"""Motion from rest to rest with linear ramps (PD-21): its progress, and how long it slows down."""
 
 import math
 

@@ -1,7 +1,7 @@
 """Text of a part program -> programs of blocks, and a block -> its words (10-6, 10-7, 10-23).
 
-The text is only split at first; the words of a block are read when it is executed, so that a faulty block stops
-the control where it stands and not before (ruling 12).
+The text is only split at first; the words of a block are read when it is executed, so that a faulty block
+stops the control where it stands and not before (ruling 12).
 """
 
 import functools
@@ -54,6 +54,7 @@ class Word:
     column: int
 
     def __str__(self) -> str:
+        """The word as written."""
         return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
 
 

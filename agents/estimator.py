@@ -1,0 +1,156 @@
+"""How sharp the wheel is and how fast the lot dulls it, from measured power and nominal constants alone.
+
+The mean power of a block, less what chips and ploughing take nominally, is the friction of the wear flats; with
+the nominal pressure under them it gives their area (Malkin; scenarios, section 3).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.policy import Array
+from grind_env.envs.observations import physical, readings
+from grind_env.envs.tasks import Task
+from grind_env.kernel import entry, log
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.process.equations import (
+    chip_force,
+    curvature_difference,
+    sliding_force,
+    wear_flat_pressure,
+    wheel_speed,
+)
+from grind_env.process.state import StrokeParameters
+
+FRESH = 0.0095
+"""Wear-flat area taken when nothing was ground since the dress."""
+LEAST = 0.004
+"""Least wear-flat area that a noisy reading may give."""
+DRESSED = 0.0085
+"""Wear-flat area of a dressed wheel, from which dulling is counted."""
+LEAST_GROWTH = 0.0004
+DULLING_RATE = 2.5e-5
+"""Nominal growth of the wear-flat area per specific volume, mm/mm3."""
+LEAST_VOLUME = 15.0
+"""Specific volume, mm3/mm, below which growth since the dress drowns in noise."""
+LARGEST_TERM = 2.0
+MEMORY = 4.0
+"""Blocks after which the mean over a lot becomes a running one."""
+
+
+class Estimate(NamedTuple):
+    """What the measurements say before a block; each shape (N,)."""
+
+    wear_flat: Any
+    """Apparent wear-flat area: the true one times the hidden factor on the pressure."""
+    volume: Any
+    """Specific volume removed since the last dress, mm3/mm."""
+    severity: Any
+    """Mean over the lot of the log of its dulling rate over the nominal one; 0 before anything is known."""
+    stock: Any
+    """Pre-gauged stock of the coming block over its nominal stock."""
+    kind: Any
+    """Index of the kind of the coming block."""
+
+
+class Signals(NamedTuple):
+    """The readings used, in physical units, one row an episode."""
+
+    power: float
+    """Mean power of the last block, W; 0 for none."""
+    speed: float
+    """E of the last block, m/min."""
+    pick: float
+    width: float
+    diameter: float
+    volume: float
+    new_lot: float
+    stock: float
+    kind: float
+    last_kind: float
+
+
+class LotMemory(NamedTuple):
+    """What is remembered of the lot."""
+
+    severity: float
+    count: float
+    """Blocks that severity is the mean of."""
+
+
+read_parameters, read_signals = column_reader(StrokeParameters), column_reader(Signals)
+read_memory, write_memory = column_reader(LotMemory), column_writer(LotMemory)
+write_estimate = column_writer(Estimate)
+
+
+class SharpnessEstimator:
+    """Estimates sharpness and lot severity of N episodes from block to block.
+
+    It reads the measured observation only, the first entries of the full one.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self.entries = readings(task, full=False)
+        self.kinds = [kind.name for kind in task.kinds]
+        self.parameters = np.array([task.parameters(kind) for kind in task.kinds])
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        """Forget everything; n episodes begin."""
+        self.memory = np.zeros((n, len(LotMemory._fields)))
+        self.kind = np.zeros(n)
+
+    def restart(self, mask: NDArray[np.bool_]) -> None:
+        """Forget the episodes in `mask`, shape (N,); call it before the update with their first observation."""
+        self.memory[mask] = 0.0
+        self.kind[mask] = 0.0
+
+    def update(self, observation: NDArray[np.float32]) -> Estimate:
+        """Take in the observation before a block, shape (N, entries)."""
+        seen = physical(observation, self.entries)
+        kind = np.zeros(len(observation))
+        if len(self.kinds) > 1:
+            kind = np.argmax([seen[f"coming_{name}"] for name in self.kinds], axis=0).astype(np.float64)
+        signals = Signals(
+            power=seen["mean_power"],
+            speed=seen["last_speed"],
+            pick=seen["last_pick"],
+            width=seen["last_width"],
+            diameter=seen["diameter"],
+            volume=seen["volume"],
+            new_lot=seen["new_lot"],
+            stock=seen["stock"],
+            kind=kind,
+            last_kind=self.kind,
+        )
+        estimates = np.empty((len(observation), len(Estimate._fields)))
+        _update(self.parameters, np.stack(signals, axis=1), self.memory, estimates)
+        self.kind = kind
+        return Estimate(*estimates.T)
+
+
+@entry
+def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
+    for i in range(signals.shape[0]):
+        seen, lot = read_signals(signals, i), read_memory(memory, i)
+        p = read_parameters(parameters, int(seen.last_kind))
+        area = FRESH
+        if seen.power > 0.0:
+            vw = 1000.0 * seen.speed / 60.0
+            vs = wheel_speed(seen.diameter, p.n, p.vs_set)
+            force = seen.power / (seen.width * vs)
+            pressure = wear_flat_pressure(curvature_difference(vw, vs, seen.diameter), p.pm, p.pa, p.pb)
+            friction = force - chip_force(seen.pick, vw, vs, p.u_ch) - p.Fpl0
+            area = max(friction / (p.mu * sliding_force(seen.pick, seen.diameter, pressure, 1.0)), LEAST)
+            if seen.volume > LEAST_VOLUME:
+                growth = max(area - DRESSED, LEAST_GROWTH) / seen.volume
+                term = min(max(log(growth / DULLING_RATE), -LARGEST_TERM), LARGEST_TERM)
+                count = lot.count + 1.0
+                weight = 1.0 / (min(count, MEMORY) + 0.5)
+                lot = LotMemory(lot.severity + weight * (term - lot.severity), count)
+        # the flag belongs to the coming block, the power to the last one
+        if seen.new_lot > 0.5:
+            lot = LotMemory(0.0, 0.0)
+        write_memory(memory, i, lot)
+        write_estimate(estimates, i, Estimate(area, seen.volume, lot.severity, seen.stock, seen.kind))

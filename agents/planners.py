@@ -1,0 +1,122 @@
+"""Planners: policies that know more than a machine can measure, and so bound from above what an agent can reach."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.policy import GAUGED, KIND, Array, Decision, Sees, nearest_speed, speed_bounds
+from agents.scripted import SharpnessRule
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.process.state import WheelState
+
+COST = Outcome._fields.index("cost")
+AREA, LOADING, VOLUME = (WheelState._fields.index(name) for name in ("A", "lam", "V"))
+GROWTH, PRESSURE, ROUGHNESS = (TapeRow._fields.index(name) for name in ("kA", "pm", "ra_scale"))
+
+LOADED_AREA = 0.02
+"""Wear-flat area that a fully loaded wheel is as dull as."""
+
+
+@dataclass(kw_only=True)
+class FullStateRule(SharpnessRule):
+    """The rule on the true sharpness, (A + 0.02 lam) pm, and the true factors of lot and wheel.
+
+    ln E has the further terms gK ln kA + gR ln(Ra factor), the dress criterion wK ln kA.
+    """
+
+    gK: float
+    gR: float
+    wK: float
+    name: ClassVar[str] = "full_state_rule"
+    sees: ClassVar[Sees] = "state"
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Learn the task."""
+        self.task = task
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Read the state, then decide."""
+        assert episodes is not None
+        return self.read(episodes)
+
+    def read(self, episodes: Episodes) -> Decision:
+        """The decision for episodes whose state is known."""
+        coming = episodes.tape[np.arange(len(episodes.block)), episodes.block]
+        wheels = episodes.wheels
+        nominal = np.array([kind.stock for kind in self.task.kinds])[coming[:, KIND].astype(np.int64)]
+        area = (wheels[:, AREA] + LOADED_AREA * wheels[:, LOADING]) * coming[:, PRESSURE]
+        ln_kA = np.log(coming[:, GROWTH])
+        faster = self.gK * ln_kA + self.gR * np.log(coming[:, ROUGHNESS])
+        h = np.log(coming[:, GAUGED] / nominal)
+        return self.decide(coming[:, KIND], area, wheels[:, VOLUME], h, faster, self.wK * ln_kA)
+
+
+@dataclass
+class ModelPredictive:
+    """Tries every E and D for the coming block and goes on with a rule over a horizon (scenarios, section 7, 6a).
+
+    Args:
+        rule: continues after the coming block.
+        horizon: blocks after the coming one; as many more as the part in work needs. The wheel left behind is
+            charged like that of an episode's end.
+        speeds: number of E tried, geometrically spaced, where the task has a range of them.
+        sees: `"state"` expects the lot at hand to last; `"future"` knows all lots and stocks.
+    """
+
+    rule: FullStateRule
+    horizon: int = 10
+    speeds: int = 14
+    sees: Sees = "state"
+    simulation: Simulation = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+    choices: Decision = field(init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name in tables."""
+        return "mpc" if self.sees == "state" else "mpc_with_foresight"
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """List what can be chosen."""
+        self.rule.begin(task, episodes)
+        self.simulation, self.block = Simulation(task), 0
+        self.choices = all_choices(task, self.speeds)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Simulate every choice and take the cheapest."""
+        assert episodes is not None
+        last = self._last_block()
+        n, choices = len(episodes.block), len(self.choices.speeds)
+        # the tape of the branches ends with the horizon, and so the simulation charges the wheel left behind
+        here = replace(episodes, tape=episodes.tape[:, self.block : last + 1], block=np.zeros(n, np.int64))
+        branches = here.pick(np.repeat(np.arange(n), choices))
+        cost = self._step(branches, Decision(np.tile(self.choices.speeds, n), np.tile(self.choices.executions, n)))
+        for _ in range(self.block, last):
+            cost += self._step(branches, self.rule.read(branches))
+        best = cost.reshape(n, choices).argmin(axis=1)
+        self.block += 1
+        return Decision(self.choices.speeds[best], self.choices.executions[best])
+
+    def _step(self, branches: Episodes, decision: Decision) -> Array:
+        return np.asarray(self.simulation.step(branches, *decision)[0][:, COST])
+
+    def _last_block(self) -> int:
+        task = self.simulation.task
+        last = min(self.block + self.horizon, task.blocks - 1)
+        while last < task.blocks - 1 and not task.kinds[task.kind_of_block(last)].ends_part:
+            last += 1
+        return last
+
+
+def all_choices(task: Task, speeds: int) -> Decision:
+    """Every pair of E and D: the levels of the task, or `speeds` values of E over its range."""
+    low, high = speed_bounds(task)
+    levels = task.action.speed_levels
+    E = nearest_speed(task, np.geomspace(low, high, speeds) if levels is None else 1000.0 * np.array(levels))
+    D = np.arange(task.action.executions + 1.0)
+    return Decision(np.repeat(E, len(D)), np.tile(D, len(E)))

@@ -1,0 +1,94 @@
+"""What a policy is, and how much of the truth it may see.
+
+A policy decides E and D of the coming block for N episodes side by side. It says in `sees` what it needs, and
+`reveal` hands it no more than that, so that no score rests on knowledge that the policy did not declare.
+"""
+
+from dataclasses import replace
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+
+Sees = Literal["measurements", "state", "future"]
+"""`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
+and stock; `future`: every later lot and stock too."""
+
+Array = NDArray[np.float64]
+
+NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
+KIND, STOCK, GAUGED = (TapeRow._fields.index(name) for name in ("kind", "stock", "gauged"))
+NEW_LOT = TapeRow._fields.index("new_lot")
+
+
+class Decision(NamedTuple):
+    """E in mm/min and D of the coming block, each shape (N,), float64."""
+
+    speeds: Array
+    executions: Array
+
+
+class Policy(Protocol):
+    """Decides E and D of every block of N episodes that run side by side."""
+
+    @property
+    def name(self) -> str:
+        """Name in tables and on the command line."""
+
+    @property
+    def sees(self) -> Sees:
+        """How much of the truth `act` is shown."""
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Forget everything; that many episodes of the task begin."""
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Decide the coming block.
+
+        Args:
+            observation: measured, shape (N, entries); see `grind_env.envs.observations.physical`.
+            episodes: None for a policy that sees measurements, else what `reveal` shows; it may be changed.
+        """
+
+
+def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
+    """What a policy may see of the true episodes, as copies.
+
+    Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
+    expect: the lot at hand lasts, and the stock is nominal.
+    """
+    if sees == "measurements":
+        return None
+    shown = episodes.pick(np.arange(len(episodes.block)))
+    shown.tape[..., NOISE] = 0.0
+    if sees == "state":
+        blocks = shown.tape.shape[1]
+        later = np.arange(blocks) > shown.block[:, None]
+        coming = shown.tape[np.arange(len(shown.block)), np.minimum(shown.block, blocks - 1)]
+        nominal = np.array([kind.stock for kind in task.kinds])[shown.tape[..., KIND].astype(np.int64)]
+        expected = np.repeat(coming[:, None], blocks, axis=1)
+        expected[..., KIND] = shown.tape[..., KIND]
+        expected[..., STOCK] = expected[..., GAUGED] = nominal
+        expected[..., NEW_LOT] = 0.0
+        shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
+    return shown
+
+
+def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
+    """The E that the task allows nearest to `speeds`, mm/min: whole numbers in its range, or one of its levels."""
+    wanted = np.asarray(speeds, np.float64)
+    if task.action.speed_levels is not None:
+        levels = 1000.0 * np.array(task.action.speed_levels)
+        return levels[np.abs(np.log(wanted[..., None] / levels)).argmin(axis=-1)]
+    low, high = speed_bounds(task)
+    return np.floor(np.clip(wanted, low, high) + 0.5)
+
+
+def speed_bounds(task: Task) -> tuple[float, float]:
+    """Lowest and highest E of the task, mm/min."""
+    speeds = task.action.speed_levels or task.action.speed_range or ()
+    return 1000.0 * min(speeds), 1000.0 * max(speeds)

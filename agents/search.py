@@ -1,0 +1,64 @@
+"""Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import cma
+import numpy as np
+
+Cost = Callable[[Any], float]
+
+STEPS = (1.05, 1.02, 1.01)
+"""Factors by which a number is refined, one after the other."""
+
+
+class Found(NamedTuple):
+    """The best point of a search, its cost, and the evaluations spent."""
+
+    point: Any
+    cost: float
+    evaluations: int
+
+
+def grid_search(cost: Cost, points: Iterator[Any]) -> Found:
+    """The cheapest of the points; the first of equals."""
+    costs = [(cost(point), point) for point in points]
+    least, point = min(costs, key=lambda pair: pair[0])
+    return Found(point, least, len(costs))
+
+
+def refine(cost: Callable[[float], float], start: Found, low: float, high: float) -> Found:
+    """Move a positive number up and down in ever smaller factors as long as it pays, within `low`..`high`."""
+    value, least, evaluations = start
+    for step in STEPS:
+        for factor in (step, 1.0 / step):
+            while low <= (trial := value * factor) <= high:
+                evaluations += 1
+                if (trial_cost := cost(trial)) >= least:
+                    break
+                value, least = trial, trial_cost
+    return Found(value, least, evaluations)
+
+
+def evolve(cost: Cost, start: Any, evaluations: int, seed: int, step: float = 1.0) -> Found:
+    """CMA-ES (Hansen) from `start`, shape (n,), with that initial step in every direction.
+
+    Non-finite costs count as the worst of their generation.
+    """
+    rng = np.random.default_rng(seed)
+    options = {
+        "maxfevals": evaluations,
+        "verbose": -9,
+        "seed": np.nan,  # it draws from the generator given below, not from numpy's global one
+        "randn": lambda *shape: rng.standard_normal(shape),
+    }
+    strategy = cma.CMAEvolutionStrategy(np.asarray(start, np.float64), step, options)
+    best, least = np.asarray(start, np.float64), np.inf
+    while not strategy.stop():
+        points = strategy.ask()
+        costs = [cost(point) for point in points]
+        strategy.tell(points, costs)
+        k = int(np.argmin(costs))
+        if costs[k] < least:
+            best, least = np.asarray(points[k]), costs[k]
+    return Found(best, least, int(strategy.countevals))

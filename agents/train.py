@@ -1,0 +1,137 @@
+"""Training with Stable-Baselines3."""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.utils import LinearSchedule
+
+from agents.features import LearnerVecEnv, LearnerView
+from agents.policy import Decision, Sees
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.errors import GrindError
+
+TRAINING_SEED_STRIDE = 100_000
+"""Distance between the env seeds of two training seeds: far more than there are environments."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Training:
+    """Settings of PPO: many environments, large batches and few epochs, because the environment is fast."""
+
+    steps: int = 5_000_000
+    envs: int = 256
+    rollout: int = 60
+    batch: int = 3840
+    epochs: int = 4
+    learning_rate: float = 1e-3
+    discount: float = 0.97
+    gae_lambda: float = 0.90
+    entropy: float = 0.003
+    hidden: tuple[int, ...] = (64, 64)
+    worst_reward: float = -10.0
+
+
+def train_ppo(task: Task, seed: int, path: Path, training: Training | None = None) -> None:
+    """Train PPO and save it to `path` (.zip), atomically. The same seed gives the same agent.
+
+    Args:
+        task: task to train on.
+        seed: of the network, the actions and the training episodes.
+        path: file to write; its folder is made.
+        training: settings.
+    """
+    training = Training() if training is None else training
+    # more threads are slower at this size, and on a busy machine by an order of magnitude
+    torch.set_num_threads(1)
+    env = LearnerVecEnv(
+        GrindVectorEnv(training.envs, task=task.name, autoreset_mode="SameStep"), training.worst_reward
+    )
+    model = PPO(
+        "MlpPolicy",
+        env,
+        n_steps=training.rollout,
+        batch_size=training.batch,
+        n_epochs=training.epochs,
+        learning_rate=LinearSchedule(training.learning_rate, 0.0, 1.0),
+        gamma=training.discount,
+        gae_lambda=training.gae_lambda,
+        ent_coef=training.entropy,
+        policy_kwargs={"net_arch": list(training.hidden)},
+        seed=seed,
+        device="cpu",
+    )
+    # after PPO has seeded it, the env gets seeds of its own, far from those of evaluation
+    env.seed(TRAINING_SEED_STRIDE * (seed + 1))
+    with Progress(
+        TextColumn("training PPO"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[reward]}"),
+    ) as progress:
+        model.learn(training.steps, callback=_ProgressBar(progress, training.steps))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        unfinished = Path(folder) / "model.zip"
+        model.save(unfinished)
+        os.replace(unfinished, path)
+
+
+class _ProgressBar(BaseCallback):
+    """Steps done and the mean reward of the last rollout."""
+
+    def __init__(self, progress: Progress, total: int) -> None:
+        super().__init__()
+        self.progress = progress
+        self.bar = progress.add_task("", total=total, reward="")
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_end(self) -> None:
+        rewards: NDArray[Any] = self.model.rollout_buffer.rewards  # type: ignore[attr-defined]
+        text = f"reward {float(np.mean(rewards)) - 1.0:.3f} a step"
+        self.progress.update(self.bar, completed=self.num_timesteps, reward=text)
+
+
+class LearnedPolicy:
+    """A trained PPO agent as a policy; it sees measurements only and takes its most likely action.
+
+    Args:
+        path: file written by `train_ppo`.
+        name: name in tables.
+
+    Raises:
+        GrindError: if there is no such file.
+    """
+
+    sees: Sees = "measurements"
+
+    def __init__(self, path: Path, name: str = "PPO") -> None:
+        if not path.is_file():
+            raise GrindError(f"there is no trained agent at {path}: run `python -m agents train` first")
+        self.name = name
+        self.model = PPO.load(path, device="cpu")
+        self.view: LearnerView | None = None
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """That many episodes of the task begin."""
+        self.view = LearnerView(task)
+        self.view.begin(episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Decide the coming block."""
+        assert self.view is not None
+        actions, _ = self.model.predict(self.view.features(observation), deterministic=True)
+        return self.view.decide(np.asarray(actions))

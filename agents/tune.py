@@ -1,0 +1,274 @@
+"""Tunes the scripted policies on the training episodes of a task; between runs the validation episodes decide."""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from agents.evaluate import Evaluation, episode_seeds, roll_out, start_episodes
+from agents.planners import FullStateRule
+from agents.policy import Policy, nearest_speed, speed_bounds
+from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold
+from agents.search import Found, evolve, grid_search, refine
+from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import Task, load_task
+
+EPISODES = 48
+EVALUATIONS = 900
+"""Evaluations of one CMA-ES run; every rule has `STARTS` runs."""
+STARTS = 2
+
+SPEEDS = 20
+INTERVAL_SPEEDS = 12
+INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+PASSES = 2
+"""Passes over the kinds of block, one tuned at a time."""
+
+DIGITS = 5
+
+
+class Coefficient(NamedTuple):
+    """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive."""
+
+    name: str
+    start: float
+    step: float
+    positive: bool = False
+    by_kind: bool = False
+
+
+RULES: dict[str, tuple[Callable[..., Policy], tuple[Coefficient, ...]]] = {
+    "power_threshold": (
+        PowerThreshold,
+        (
+            Coefficient("E", 12.0, 0.2, positive=True),
+            Coefficient("upper", 60.0, 0.2, positive=True),
+            Coefficient("lower", 0.9, 0.1, positive=True),
+            Coefficient("share", 0.8, 0.1, positive=True),
+        ),
+    ),
+    "adaptive_rule": (
+        AdaptiveRule,
+        (
+            Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+            Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
+            Coefficient("gA", -0.3, 0.2),
+            Coefficient("gF", 0.0, 0.1),
+            Coefficient("gH", 0.0, 0.1),
+            Coefficient("gS", 0.0, 0.1),
+            Coefficient("wV", 0.0, 0.2),
+            Coefficient("wH", 0.5, 0.2),
+            Coefficient("wS", 0.1, 0.1),
+        ),
+    ),
+    "full_state_rule": (
+        FullStateRule,
+        (
+            Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+            Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
+            Coefficient("gA", -0.3, 0.2),
+            Coefficient("gF", 0.0, 0.1),
+            Coefficient("gH", 0.0, 0.1),
+            Coefficient("gK", 0.0, 0.1),
+            Coefficient("gR", 0.0, 0.1),
+            Coefficient("wV", 0.0, 0.2),
+            Coefficient("wH", 0.5, 0.2),
+            Coefficient("wK", 0.3, 0.2),
+        ),
+    ),
+}
+
+Advance = Callable[[], None]
+
+
+class Tuner:
+    """Costs of policies on the training and validation episodes of a task.
+
+    Args:
+        task: the task.
+        episodes: number of episodes of each.
+        advance: called after every evaluation.
+    """
+
+    def __init__(self, task: Task, episodes: int = EPISODES, advance: Advance = lambda: None) -> None:
+        self.task = task
+        self.seeds = {split: episode_seeds(split, episodes) for split in ("training", "validation")}
+        self.simulation = Simulation(task)
+        self._episodes = {split: start_episodes(self.simulation, seeds) for split, seeds in self.seeds.items()}
+        self._advance = advance
+
+    def cost(self, policy: Policy, split: str = "training") -> float:
+        """Mean cost of an episode, $."""
+        evaluation: Evaluation = roll_out(policy, self.simulation, self._episodes[split])
+        self._advance()
+        return float(evaluation.cost.mean())
+
+    def constant(self) -> tuple[Fixed, int]:
+        """The best constant E and D, and the evaluations spent."""
+        return self._fixed(speed_grid(self.task, SPEEDS), range(self.task.action.executions + 1), (1,), "constant")
+
+    def interval(self) -> tuple[Fixed, int]:
+        """The best constant E with one or two executions in every N-th block."""
+        return self._fixed(speed_grid(self.task, INTERVAL_SPEEDS), (1, 2), INTERVALS, "interval")
+
+    def _fixed(self, E: Any, D: Any, every: Any, name: str) -> tuple[Fixed, int]:
+        def plan(E: float, D: int, every: int) -> Fixed:
+            return Fixed(rounded(E), D, every, name)
+
+        legal = [d for d in D if d <= self.task.action.executions]
+        found = grid_search(lambda point: self.cost(plan(*point)), product(E, legal, every))
+        E_best, *rest = found.point
+        found = self._refine(lambda E: self.cost(plan(E, *rest)), found._replace(point=E_best))
+        return plan(found.point, *rest), found.evaluations
+
+    def constant_per_kind(self) -> tuple[ConstantPerKind, int]:
+        """The best E and D of each kind of block, one kind at a time from the best constant."""
+        constant, evaluations = self.constant()
+        kinds = len(self.task.kinds)
+        E, D = [constant.E] * kinds, [constant.D] * kinds
+
+        def plan(kind: int, E_kind: float, D_kind: int) -> ConstantPerKind:
+            E[kind], D[kind] = rounded(E_kind), D_kind
+            return ConstantPerKind(tuple(E), tuple(D))
+
+        for _ in range(PASSES):
+            for kind in range(kinds):
+                grid = product(speed_grid(self.task, SPEEDS), range(self.task.action.executions + 1))
+                found = grid_search(lambda point, kind=kind: self.cost(plan(kind, *point)), grid)
+                E_best, D_best = found.point
+                found = self._refine(
+                    lambda E, kind=kind, D=D_best: self.cost(plan(kind, E, D)), found._replace(point=E_best)
+                )
+                plan(kind, found.point, D_best)
+                evaluations += found.evaluations
+        return ConstantPerKind(tuple(E), tuple(D)), evaluations
+
+    def _refine(self, cost: Callable[[float], float], found: Found) -> Found:
+        if self.task.action.speed_levels is not None:
+            return found
+        low, high = speed_bounds(self.task)
+        return refine(cost, found, low / 1000.0, high / 1000.0)
+
+    def rule(self, name: str, evaluations: int) -> tuple[Policy, Parameters, int]:
+        """The best of `STARTS` CMA-ES runs of a rule, on the validation episodes."""
+        build, coefficients = RULES[name]
+        kinds = len(self.task.kinds)
+
+        def parameters(vector: Any) -> Parameters:
+            return from_vector(coefficients, kinds, vector)
+
+        def make(vector: Any) -> Policy:
+            return build(**arguments(parameters(vector)))
+
+        size = sum(kinds if coefficient.by_kind else 1 for coefficient in coefficients)
+        runs = []
+        for seed in range(STARTS):
+            # the first run starts where the table says, every other from a point of its own
+            start = np.random.default_rng(seed).standard_normal(size) * (seed > 0)
+            runs.append(evolve(lambda vector: self.cost(make(vector)), start, evaluations, seed))
+        best = min(runs, key=lambda run: self.cost(make(run.point), "validation"))
+        return make(best.point), parameters(best.point), sum(run.evaluations for run in runs)
+
+
+def from_vector(coefficients: tuple[Coefficient, ...], kinds: int, vector: Any) -> Parameters:
+    """Parameters of a rule from a search vector; a coefficient by kind takes one entry a kind."""
+    result: dict[str, Any] = {}
+    position = 0
+    for coefficient in coefficients:
+        count = kinds if coefficient.by_kind else 1
+        z = vector[position : position + count]
+        position += count
+        values = [
+            rounded(
+                coefficient.start * np.exp(np.clip(coefficient.step * u, -5.0, 5.0))
+                if coefficient.positive
+                else coefficient.start + coefficient.step * u
+            )
+            for u in z
+        ]
+        result[coefficient.name] = values if coefficient.by_kind else values[0]
+    return result
+
+
+def rounded(value: Any) -> float:
+    """The value as it stands in the file."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def speed_grid(task: Task, count: int) -> list[float]:
+    """E to try, m/min: the levels of the task, or a geometric grid."""
+    low, high = speed_bounds(task)
+    levels = task.action.speed_levels
+    return list(levels) if levels is not None else (nearest_speed(task, np.geomspace(low, high, count)) / 1000).tolist()
+
+
+def tunable(task: Task) -> list[str]:
+    """Names of the policies that can be tuned for a task."""
+    names = ["constant", "interval", "constant_per_kind", *RULES]
+    return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
+
+
+def tune_policy(name: str, tuner: Tuner, evaluations: int) -> Tuned:
+    """Tune one policy."""
+    if name in RULES:
+        policy, parameters, spent = tuner.rule(name, evaluations)
+    elif name == "constant_per_kind":
+        per_kind, spent = tuner.constant_per_kind()
+        policy, parameters = per_kind, {"E": list(per_kind.E), "D": list(per_kind.D)}
+    else:
+        plan, spent = tuner.constant() if name == "constant" else tuner.interval()
+        policy, parameters = plan, {"E": plan.E, "D": plan.D, "every": plan.every}
+    return Tuned(
+        parameters=parameters,
+        training_cost=round(tuner.cost(policy), 4),
+        validation_cost=round(tuner.cost(policy, "validation"), 4),
+        evaluations=spent,
+        training_seeds=[tuner.seeds["training"].start, len(tuner.seeds["training"])],
+        validation_seeds=[tuner.seeds["validation"].start, len(tuner.seeds["validation"])],
+    )
+
+
+def tune(
+    task_name: str,
+    names: list[str] | None = None,
+    *,
+    evaluations: int = EVALUATIONS,
+    episodes: int = EPISODES,
+    folder: Path = CONFIGS,
+    fresh: bool = False,
+) -> dict[str, Tuned]:
+    """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
+
+    Args:
+        task_name: name of the task.
+        names: policies; all that can be tuned by default.
+        evaluations: of each CMA-ES run.
+        episodes: of the training and of the validation split.
+        folder: of the files.
+        fresh: tune again what the file has.
+
+    Raises:
+        ConfigError: if a policy has nothing to tune.
+    """
+    task = load_task(task_name)
+    for name in names or ():
+        if name not in tunable(task):
+            raise ConfigError(f"{name!r} cannot be tuned for {task_name}: choose from {', '.join(tunable(task))}")
+    tuned = read_tuned(task_name, folder)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns) as progress:
+        for name in names or tunable(task):
+            if name in tuned and not fresh:
+                continue
+            total = STARTS * evaluations if name in RULES else None
+            bar = progress.add_task(name, total=total)
+            tuner = Tuner(task, episodes, lambda bar=bar: progress.advance(bar))
+            tuned[name] = tune_policy(name, tuner, evaluations)
+            progress.update(bar, total=progress.tasks[bar].completed)
+            order = [each for each in tunable(task) if each in tuned]
+            write_tuned(task_name, {each: tuned[each] for each in order}, folder)
+    return tuned

@@ -1,0 +1,170 @@
+"""The `grind` command."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grind_env.errors import GrindError
+
+if TYPE_CHECKING:
+    from grind_env.control import Report
+
+SCRAP = 1
+BAD_INPUT = 2
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Simulator of the surface-grinding cycles of a 9/Series CNC grinder control.",
+)
+
+ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
+Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
+Acceleration = Annotated[float, typer.Option(help="Acceleration of every axis, mm/s2.")]
+BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
+
+
+@app.callback()
+def commands() -> None:
+    """Make `grind` a group of commands, however many there are."""
+
+
+@app.command(epilog="Example: grind check slot.nc --json")
+def check(
+    program: ProgramFile,
+    strokes: Strokes = 10,
+    acceleration: Acceleration = 1000.0,
+    block_delete: BlockDelete = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
+) -> None:
+    """Read every block of a program, execute it, and report errors or a summary."""
+    from grind_env import control
+
+    settings = control.Control(strokes=strokes, acceleration=acceleration, block_delete=block_delete)
+    programs = control.read_file(program)
+    report = control.check(programs, settings)
+    if as_json:
+        print(json.dumps(_check_record(report, programs.name)))
+    elif not report.errors:
+        print(_summary(report))
+    for error in report.errors:
+        print(f"grind: {error}", file=sys.stderr)
+    if report.errors:
+        raise typer.Exit(BAD_INPUT)
+
+
+@app.command(epilog="Example: grind trace slot.nc --strokes 4 --acceleration 2000")
+def trace(
+    program: ProgramFile,
+    strokes: Strokes = 10,
+    acceleration: Acceleration = 1000.0,
+    block_delete: BlockDelete = False,
+) -> None:
+    """Print the motions of a program, one JSON object a line."""
+    from grind_env import control
+
+    try:
+        settings = control.Control(strokes=strokes, acceleration=acceleration, block_delete=block_delete)
+        for event in control.execute(control.read_file(program), settings):
+            record = control.record(event)
+            if record is not None:
+                print(json.dumps(record))
+    except control.ControlError as error:
+        print(json.dumps(control.error_record(error, program.name)))
+        raise typer.Exit(BAD_INPUT) from None
+
+
+@app.command(epilog="Example: grind run plate.nc --job plate.toml --plot plate.png --record plate.csv")
+def run(
+    program: ProgramFile,
+    job: Annotated[Path | None, typer.Option(help="Job file; PROGRAM with .toml if not given.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")
+    ] = None,
+) -> None:
+    """Grind with a program: time, size, roughness, power, temperature and cost of every part.
+
+    Exit status 1 tells that a part is more likely scrap than good.
+    """
+    from rich.console import Console
+
+    from grind_env import control
+    from grind_env.machine.grind import grind
+    from grind_env.machine.job_file import load_job
+    from grind_env.render.tables import as_data, print_record
+
+    programs = control.read_file(program)
+    if job is None:
+        job = program.with_suffix(".toml")
+        if not job.is_file():
+            raise GrindError(f"there is no job {job} beside the program; name one with --job")
+    settings = load_job(job)
+    result = grind(programs, settings)
+    if record is not None:
+        result.write(record)
+    if plot is not None:
+        from grind_env.render.plots import plot_record
+
+        plot_record(result, plot)
+    if as_json:
+        print(json.dumps(as_data(result, program.name)))
+    else:
+        print_record(result, settings, program.name, Console())
+    if result.parts["survival"].min() < 0.5:
+        raise typer.Exit(SCRAP)
+
+
+def _check_record(report: "Report", file: str) -> dict[str, Any]:
+    from grind_env.control import error_record
+
+    return {
+        "programs": report.programs,
+        "blocks": report.blocks,
+        "motions": report.motions,
+        "seconds": round(report.seconds, 9),
+        "cycles": [
+            {
+                "code": cycle.plan.code + (".1" if cycle.plan.pre_dress else ""),
+                "block": cycle.plan.block,
+                "line": cycle.plan.line,
+                "strokes": cycle.strokes,
+                "dresses": cycle.dresses,
+            }
+            for cycle in report.cycles
+        ],
+        "messages": report.messages,
+        "errors": [error_record(error, file) for error in report.errors],
+    }
+
+
+def _summary(report: "Report") -> str:
+    lines = [
+        f"{_count(report.programs, 'program')}, {_count(report.blocks, 'block')}, "
+        f"{_count(report.motions, 'motion')}, {report.seconds:.2f} s"
+    ]
+    lines += [
+        f"line {cycle.plan.line}: {cycle.plan.code}{'.1' if cycle.plan.pre_dress else ''}, "
+        f"{_count(cycle.strokes, 'stroke')}, {_count(cycle.dresses, 'dress', 'dresses')}"
+        for cycle in report.cycles
+    ]
+    return "\n".join(lines + report.messages)
+
+
+def _count(number: int, singular: str, plural: str = "") -> str:
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Console entry: bad input is one line on standard error and exit status 2."""
+    try:
+        app(args=arguments)
+    except GrindError as error:
+        print(f"grind: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)

@@ -1,0 +1,286 @@
+"""A cycle block -> its plan, with defaults from the program-modal memory (tables 16.A to 16.C)."""
+
+from dataclasses import dataclass, replace
+
+from grind_env.control import numbers
+from grind_env.control.decode import Command
+from grind_env.control.errors import ControlError
+from grind_env.control.modes import PLANES
+from grind_env.control.motions import CyclePlan, Position
+from grind_env.control.paths import AXES, INTEGRANDS, coordinate
+from grind_env.control.reader import HIGHEST_PROGRAM
+from grind_env.control.reciprocation import Reciprocation
+
+MOST = 999
+"""Highest D and L."""
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What later cycle blocks may omit, per role and not per letter (ruling 5); picks are signed, mm."""
+
+    axis: int | None = None
+    primary: float | None = None
+    secondary: float | None = None
+    depth_target: float | None = None
+    primary_pick: float | None = None
+    cross_end: float | None = None
+    primary_cross_pick: float | None = None
+    feed: float | None = None
+    program: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What the meaning of a cycle block depends on besides its words.
+
+    Attributes:
+        position: of the axes when the block is read, mm.
+        reciprocating: the axis that reciprocates; None if none does.
+        secondary: its secondary reversal point in force, mm.
+        maximum_feed: mm/min.
+    """
+
+    position: Position
+    reciprocating: int | None
+    secondary: float
+    maximum_feed: float
+
+    def start_point(self, axis: int) -> float:
+        """Where G91 counts from, and the default secondary point (16-9)."""
+        return self.position[axis] if self.reciprocating is None else self.secondary
+
+
+def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[CyclePlan, Memory]:
+    """Fill in the parameters of a G81, G82 or G83 block.
+
+    Returns:
+        the plan, and the memory for later blocks.
+
+    Raises:
+        ControlError: every row of the error table that the block alone decides.
+    """
+    code, _, pre_dress = command.action.partition(".")
+    if command.modes.per_revolution:
+        raise command.error("feed-mode", f"{code} is programmed under G95; grinding cycles need G94 (PD-24)")
+    axis = _reciprocating_axis(command, memory, code)
+    if situation.reciprocating not in (None, axis):
+        other = AXES[situation.reciprocating or 0]
+        raise command.error(
+            "axis-conflict", f"{code} is for {AXES[axis]} while {other} reciprocates; program G80 before"
+        )
+    plunge, cross = PLANES[command.modes.plane]
+    command.allow_only(_words(code, axis, plunge, cross), f"a {code} block")
+
+    memory, secondary = _reversal_points(command, memory, situation, axis)
+    memory, feed, program, dresses = _feed_and_dress(command, memory, bool(pre_dress))
+    plan = CyclePlan(
+        code=code,
+        pre_dress=bool(pre_dress),
+        axis=axis,
+        primary=_given(memory.primary),
+        secondary=secondary,
+        feed=min(feed, situation.maximum_feed),
+        program=program,
+        dresses=dresses,
+        block=command.block.place.block,
+        line=command.block.place.line,
+        text=command.block.source.text,
+    )
+    if code != "G81":
+        plan, memory = _add_plunge(plan, command, memory, situation, plunge)
+    if code == "G83":
+        plan, memory = _add_crossover(plan, command, memory, situation, cross)
+    return plan, memory
+
+
+def redirect(command: Command, memory: Memory, table: Reciprocation, maximum_feed: float) -> Memory:
+    """Let the words of a block without a cycle change reversal points and speed (16-9, PD-7, PD-8).
+
+    Returns:
+        the memory with the new values.
+
+    Raises:
+        ControlError: zero-stroke.
+    """
+    axis, end = AXES[table.axis], INTEGRANDS[table.axis]
+    start = table.secondary
+    if axis in command.lengths:
+        table.primary = coordinate(command, axis, start)
+        memory = replace(memory, primary=table.primary)
+    if end in command.lengths:
+        table.secondary = integrand(command, end, start)
+        memory = replace(memory, secondary=table.secondary)
+    if table.primary == table.secondary:
+        raise command.error(
+            "zero-stroke", f"both reversal points are {axis}{table.primary:g}; a stroke needs a length"
+        )
+    if command.reciprocation_feed is not None:
+        table.feed = min(command.reciprocation_feed, maximum_feed)
+    return memory
+
+
+def integrand(command: Command, letter: str, start: float) -> float:
+    """An integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
+    value = command.lengths[letter]
+    return start + value.mm if command.modes.incremental else value.mm
+
+
+def _reciprocating_axis(command: Command, memory: Memory, code: str) -> int:
+    """The axis across the plane; for G81 the one named in the block (16-13), else that of the last cycle."""
+    first, second = PLANES[command.modes.plane]
+    if code != "G81":
+        return 3 - first - second
+    named = {
+        letters.index(letter)
+        for letters in (AXES, INTEGRANDS)
+        for letter in command.words
+        if letter in letters
+    }
+    if len(named) > 1:
+        raise command.error("block-format", "G81 names two axes; it takes one axis and its own integrand")
+    if named:
+        return named.pop()
+    if memory.axis is None:
+        raise command.error("missing-parameter", "G81 names no axis; X, Y or Z with its integrand is needed")
+    return memory.axis
+
+
+def _words(code: str, axis: int, plunge: int, cross: int) -> str:
+    own = AXES[axis] + INTEGRANDS[axis] + "P"
+    if code == "G81":
+        return own
+    own += AXES[plunge] + INTEGRANDS[plunge] + "QLD"
+    return own if code == "G82" else own + AXES[cross] + INTEGRANDS[cross] + "R"
+
+
+def _reversal_points(
+    command: Command, memory: Memory, situation: Situation, axis: int
+) -> tuple[Memory, float]:
+    start = situation.start_point(axis)
+    memory = replace(memory, axis=axis)
+    if AXES[axis] in command.words:
+        memory = replace(memory, primary=coordinate(command, AXES[axis], start))
+    if INTEGRANDS[axis] in command.words:
+        memory = replace(memory, secondary=integrand(command, INTEGRANDS[axis], start))
+    if memory.primary is None:
+        raise _missing(command, AXES[axis], "the primary reversal point")
+    secondary = start if memory.secondary is None else memory.secondary
+    if secondary == memory.primary:
+        raise command.error(
+            "zero-stroke",
+            f"both reversal points are {AXES[axis]}{secondary:g}; a stroke needs a length",
+            AXES[axis],
+        )
+    return memory, secondary
+
+
+def _feed_and_dress(
+    command: Command, memory: Memory, pre_dress: bool
+) -> tuple[Memory, float, int | None, int]:
+    if command.action.startswith("G81") and "F" in command.words:
+        raise command.error("block-format", f"{command.words['F']} has no meaning in a G81 block", "F")
+    block, words = command.block, command.words
+    dresses = numbers.integer(block, words["D"], 0, MOST) if "D" in words else 0
+    if "P" in words:
+        memory = replace(memory, program=numbers.integer(block, words["P"], 1, HIGHEST_PROGRAM))
+    if memory.program is None and (pre_dress or dresses > 0):
+        raise command.error(
+            "missing-parameter",
+            f"no dress program is known for {'D' if dresses else command.action}; P is needed",
+            "D",
+        )
+    if command.reciprocation_feed is not None:
+        memory = replace(memory, feed=command.reciprocation_feed)
+    feed = command.modes.feed if memory.feed is None else memory.feed
+    if feed is None:
+        raise command.error(
+            "no-feedrate", f"{command.action} has no reciprocation feed; E or an F before is needed"
+        )
+    return memory, feed, memory.program, dresses
+
+
+def _add_plunge(
+    plan: CyclePlan, command: Command, memory: Memory, situation: Situation, axis: int
+) -> tuple[CyclePlan, Memory]:
+    letter, pick = AXES[axis], INTEGRANDS[axis]
+    start = situation.position[axis]
+    if letter in command.words:
+        memory = replace(memory, depth_target=coordinate(command, letter, start))
+    if pick in command.words:
+        memory = replace(memory, primary_pick=command.lengths[pick].mm)
+    if memory.depth_target is None:
+        raise _missing(command, letter, "the plunge depth")
+    if memory.primary_pick is None:
+        raise _missing(command, pick, "the plunge pick")
+    feed = command.modes.feed
+    if feed is None:
+        raise command.error("no-feedrate", f"{plan.code} has no feed for its picks; F is needed")
+    words = command.words
+    way = memory.depth_target - start
+    plan = replace(
+        plan,
+        plunge_axis=axis,
+        plunge_start=start,
+        depth_target=memory.depth_target,
+        primary_pick=_magnitude(command, pick, memory.primary_pick, way, zero=False),
+        secondary_pick=_other_pick(command, "Q", pick, memory.primary_pick, way),
+        spark_out=numbers.integer(command.block, words["L"], 0, MOST) if "L" in words else 0,
+        pick_feed=min(feed, situation.maximum_feed),
+    )
+    return plan, memory
+
+
+def _add_crossover(
+    plan: CyclePlan, command: Command, memory: Memory, situation: Situation, axis: int
+) -> tuple[CyclePlan, Memory]:
+    letter, pick = AXES[axis], INTEGRANDS[axis]
+    start = situation.position[axis]
+    if letter in command.words:
+        memory = replace(memory, cross_end=coordinate(command, letter, start))
+    if pick in command.words:
+        memory = replace(memory, primary_cross_pick=command.lengths[pick].mm)
+    if memory.cross_end is None:
+        raise _missing(command, letter, "the crossover amount")
+    if memory.primary_cross_pick is None:
+        raise _missing(command, pick, "the cross pick")
+    way = memory.cross_end - start
+    plan = replace(
+        plan,
+        cross_axis=axis,
+        cross_start=start,
+        cross_end=memory.cross_end,
+        primary_cross_pick=_magnitude(command, pick, memory.primary_cross_pick, way, zero=way == 0.0),
+        secondary_cross_pick=_other_pick(command, "R", pick, memory.primary_cross_pick, way),
+    )
+    return plan, memory
+
+
+def _other_pick(command: Command, letter: str, first: str, default: float, way: float) -> float:
+    """Q or R: as J or K if omitted, and 0 is legal (ruling 4)."""
+    if letter in command.words:
+        return _magnitude(command, letter, command.lengths[letter].mm, way, zero=True)
+    return _magnitude(command, first, default, way, zero=True)
+
+
+def _magnitude(command: Command, letter: str, pick: float, way: float, zero: bool) -> float:
+    """Size of a pick that must point along `way`; without a way its sign does not matter (ruling 3)."""
+    if pick == 0.0 and not zero:
+        raise command.error("zero-pick", f"{letter} is 0; a pick needs a length", letter)
+    if pick * way < 0.0:
+        sign = "positive" if way > 0.0 else "negative"
+        raise command.error(
+            "pick-direction", f"{letter}{pick:g} points away from its target; it must be {sign}", letter
+        )
+    return abs(pick)
+
+
+def _missing(command: Command, letter: str, meaning: str) -> ControlError:
+    return command.error(
+        "missing-parameter", f"{command.action} lacks {letter}, {meaning}; no block of the program gave it"
+    )
+
+
+def _given(value: float | None) -> float:
+    assert value is not None  # checked where it was read
+    return value

@@ -1,0 +1,58 @@
+"""What a dressing interrupt remembers of its way out, and the way back (22-11)."""
+
+from dataclasses import dataclass, field
+
+from grind_env.control.motions import Position
+
+REMEMBERED = 4
+"""Linear moves remembered unless M900 to M904 says otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A straight move to `end`; `feed` is mm/min, None for a rapid."""
+
+    end: Position
+    feed: float | None
+
+
+@dataclass(slots=True)
+class Recorder:
+    """Remembers the first linear moves of a dress program, up to the first circular one.
+
+    Attributes:
+        start: the point where the program was interrupted.
+        limit: how many moves are remembered.
+        legs: the moves remembered.
+    """
+
+    start: Position
+    limit: int
+    legs: list[Leg] = field(default_factory=list)
+    stopped: bool = False
+
+    def linear(self, end: Position, feed: float | None) -> None:
+        """Note a linear move."""
+        if not self.stopped and len(self.legs) < self.limit:
+            self.legs.append(Leg(end, feed))
+
+    def circular(self) -> None:
+        """Note a circular move: nothing after it is remembered."""
+        self.stopped = True
+
+    def way_back(self, position: Position, link: float | None) -> list[Leg]:
+        """The moves from `position` back to the start.
+
+        A straight link leads to the end of the last remembered move, unless the axes stand there; then each
+        move is run backwards at its own rate. Without remembered moves the link leads to the start itself.
+
+        Args:
+            position: where the dress program ended.
+            link: feed of the link, mm/min, None for a rapid.
+        """
+        points = [self.start, *(leg.end for leg in self.legs)]
+        back = [Leg(points[-1], link)] if position != points[-1] else []
+        return back + [
+            Leg(point, leg.feed)
+            for point, leg in zip(reversed(points[:-1]), reversed(self.legs), strict=True)
+        ]

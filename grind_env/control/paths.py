@@ -1,0 +1,93 @@
+"""The path, speed and duration that a motion block asks for (14-4, 14-5, 12-53)."""
+
+from grind_env.control import numbers
+from grind_env.control.control import Control
+from grind_env.control.decode import Command
+from grind_env.control.errors import ControlError
+from grind_env.control.geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
+from grind_env.control.modes import PLANES, Modes
+from grind_env.control.motions import Position
+
+AXES = "XYZ"
+INTEGRANDS = "IJK"
+
+
+def coordinate(command: Command, letter: str, start: float) -> float:
+    """An axis word: the mode at its own position decides whether it counts from `start` (PD-4)."""
+    value = command.lengths[letter]
+    return start + value.mm if value.incremental else value.mm
+
+
+def target(command: Command, position: Position, without: int | None = None) -> Position:
+    """Where the axis words lead from a position; the axis `without` stays, because it reciprocates (PD-7)."""
+    x, y, z = (
+        coordinate(command, letter, start) if letter in command.lengths and axis != without else start
+        for axis, (letter, start) in enumerate(zip(AXES, position, strict=True))
+    )
+    return x, y, z
+
+
+def arc_path(command: Command, position: Position) -> Circular | None:
+    """The arc of a G02 or G03 block; None if it holds no word of an arc.
+
+    Raises:
+        ControlError: missing-parameter, block-format, or arc-geometry when there is no such arc.
+    """
+    action, plane = command.action, command.modes.plane
+    first, second = PLANES[plane]
+    centre_letters = INTEGRANDS[first], INTEGRANDS[second]
+    command.allow_only("".join(("XYZR", *centre_letters)), f"a {action} block in {plane}")
+    if not command.lengths:
+        return None
+    by_centre = any(letter in command.lengths for letter in centre_letters)
+    by_radius = "R" in command.lengths
+    if by_centre == by_radius:
+        name, found = ("block-format", "both") if by_centre else ("missing-parameter", "neither")
+        needed = f"R or a centre by {' and '.join(centre_letters)}"
+        raise command.error(name, f"{action} takes either {needed} in {plane}; it has {found}", "R")
+    end = target(command, position)
+    rotation = 1 if action == "G03" else -1
+    try:
+        if by_radius:
+            return arc_with_radius(position, end, command.lengths["R"].mm, rotation, plane)
+        u, v = (command.lengths[letter].mm if letter in command.lengths else 0.0 for letter in centre_letters)
+        return arc_about(position, end, (u, v), rotation, plane)
+    except ImpossibleArc as reason:
+        raise command.error("arc-geometry", f"{action} describes no arc: {reason}", "R") from None
+
+
+def feed_rate(modes: Modes, control: Control, error: ControlError) -> float:
+    """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed makes it so (12-56).
+
+    Raises:
+        ControlError: `error`, when F or the spindle speed it needs is missing.
+    """
+    if modes.feed is None or (modes.per_revolution and not modes.spindle):
+        raise error
+    return min(modes.feed * (modes.spindle or 0.0 if modes.per_revolution else 1.0), control.maximum_feed)
+
+
+def no_feed_rate(command: Command) -> ControlError:
+    """The error of a motion without F, or under G95 without S."""
+    needed = "F" if command.modes.feed is None else "S"
+    return command.error("no-feedrate", f"{command.action} is commanded without {needed}; program it before")
+
+
+def dwell_seconds(command: Command) -> float:
+    """Time of a G04: P or X in seconds, under G95 in revolutions.
+
+    Raises:
+        ControlError: missing-parameter, block-format, out-of-range or no-feedrate.
+    """
+    command.allow_only("PX", "a G04 block")
+    words = [command.words[letter] for letter in "PX" if letter in command.words]
+    if len(words) != 1:
+        raise command.error(
+            "block-format" if words else "missing-parameter", "G04 takes the time in either P or X", "P"
+        )
+    amount = numbers.plain(command.block, words[0])
+    if not command.modes.per_revolution:
+        return amount
+    if not command.modes.spindle:
+        raise command.error("no-feedrate", "G04 counts revolutions under G95; S is needed before")
+    return 60.0 * amount / command.modes.spindle

@@ -1,0 +1,124 @@
+"""State of the reciprocating axis between and within strokes (chapter 16, `surface-cycles.md` section 3)."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from grind_env.control.errors import Place
+from grind_env.control.motions import CyclePlan, Position
+from grind_env.control.profile import travelled
+from grind_env.control.rules import motion_time
+
+
+class Reversal(Enum):
+    """The point at which the reciprocating axis rests or from which it set out."""
+
+    START = "start"
+    PRIMARY = "primary"
+    SECONDARY = "secondary"
+
+
+@dataclass(slots=True)
+class Underway:
+    """A stroke that has begun; `middle` is filled in when the axis passes it."""
+
+    start: Position
+    origin: float
+    target: float
+    begin: float
+    travel: float
+    finish: float
+    feed: float
+    acceleration: float
+    middle: Position | None = None
+
+    @property
+    def length(self) -> float:
+        """Length of the stroke, mm."""
+        return abs(self.target - self.origin)
+
+    @property
+    def middle_time(self) -> float:
+        """Time at which half the length is covered, s."""
+        return self.begin + 0.5 * self.travel
+
+    def coordinate(self, time: float) -> float:
+        """Coordinate of the axis at a time, mm."""
+        if time >= self.begin + self.travel:
+            return self.target
+        done = travelled(time - self.begin, self.length, self.feed / 60.0, self.acceleration)
+        return self.origin + (done if self.target > self.origin else -done)
+
+
+@dataclass(slots=True)
+class Reciprocation:
+    """A reciprocating axis.
+
+    Attributes:
+        plan: the cycle that started it.
+        place: its block.
+        primary: primary reversal point in force, mm.
+        secondary: secondary reversal point in force, mm.
+        feed: E of the next stroke, mm/min.
+        coordinate: of the axis at the last point of rest, mm.
+        at: that point.
+        free_at: when the next stroke can begin, s.
+        count: strokes made since the cycle took over.
+        dresses: dress executions since then.
+        in_cycle: whether the strokes belong to a G82 or G83 block under execution.
+        underway: the stroke in progress.
+    """
+
+    plan: CyclePlan
+    place: Place
+    primary: float
+    secondary: float
+    feed: float
+    coordinate: float
+    free_at: float
+    at: Reversal = Reversal.START
+    count: int = 0
+    dresses: int = 0
+    in_cycle: bool = False
+    underway: Underway | None = None
+
+    @property
+    def axis(self) -> int:
+        """0 = X, 1 = Y, 2 = Z."""
+        return self.plan.axis
+
+    @property
+    def at_reversal(self) -> bool:
+        """Whether the axis stands at a reversal point (ruling 1)."""
+        return self.underway is None and (
+            self.at is not Reversal.START or self.coordinate in (self.primary, self.secondary)
+        )
+
+    @property
+    def at_secondary(self) -> bool:
+        """Whether the axis stands at the secondary point, where a new cycle takes over (PD-23)."""
+        starts_there = self.at is Reversal.START and self.coordinate == self.secondary
+        return self.underway is None and (self.at is Reversal.SECONDARY or starts_there)
+
+    def take_over(self, plan: CyclePlan, place: Place) -> None:
+        """Let a new cycle rule from the secondary point on; its first stroke goes to the primary point."""
+        self.plan, self.place = plan, place
+        self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
+        self.at, self.count, self.dresses = Reversal.SECONDARY, 0, 0
+
+    def begin(self, position: Position, acceleration: float, dwell: float) -> Underway:
+        """Set out to the other reversal point, from the start point to the primary one."""
+        target = self.secondary if self.at is Reversal.PRIMARY else self.primary
+        travel = motion_time(abs(target - self.coordinate), self.feed / 60.0, acceleration)
+        finish = self.free_at + travel + dwell
+        self.underway = Underway(
+            position, self.coordinate, target, self.free_at, travel, finish, self.feed, acceleration
+        )
+        return self.underway
+
+    def arrive(self) -> None:
+        """End the stroke in progress."""
+        assert self.underway is not None
+        self.coordinate, self.free_at = self.underway.target, self.underway.finish
+        self.at = Reversal.SECONDARY if self.at is Reversal.PRIMARY else Reversal.PRIMARY
+        self.underway = None
+        self.count += 1

@@ -1,0 +1,246 @@
+"""The clock and the axes: program motions and picks on one side, reciprocation running beside them.
+
+At most one program motion, or the picks of one cycle one after another, move the other axes; strokes follow
+each other on their own. Positions are computed at the moments that events show, and at no others.
+"""
+
+from collections import deque
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+from typing import TypedDict
+
+from grind_env.control.control import Budget, Control
+from grind_env.control.errors import Place
+from grind_env.control.geometry import Circular, Path, Straight
+from grind_env.control.motions import Arc, Dwell, Event, Line, Message, Pick, Position, Rapid, Source, Stroke
+from grind_env.control.profile import ramp_time, travelled
+from grind_env.control.reciprocation import Reciprocation, Underway
+from grind_env.control.rules import motion_time
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """A motion along a path from rest to rest; speed is mm/s."""
+
+    path: Path
+    begin: float
+    finish: float
+    speed: float
+    acceleration: float
+
+    def at(self, time: float) -> Position:
+        """Position at a time from `begin` on."""
+        length = self.path.length
+        if time >= self.finish or length == 0.0:
+            return self.path.end
+        return self.path.point(travelled(time - self.begin, length, self.speed, self.acceleration) / length)
+
+
+class Frame(TypedDict):
+    """The fields that every `Motion` has."""
+
+    start: Position
+    end: Position
+    begin: float
+    seconds: float
+    block: int
+    line: int
+    source: Source
+    inch: bool
+
+
+class Timeline:
+    """Where the axes are, and when.
+
+    Attributes:
+        time: s; the program is executed up to here.
+        position: where the axes stand or, beside reciprocation, are commanded to.
+        reciprocation: the reciprocating axis; None while none is, and during a dress.
+        held: an operator's request keeps the table at its reversal point until all axes stand.
+        inch: units in force, for output.
+    """
+
+    def __init__(self, control: Control, budget: Budget) -> None:
+        self.control, self.budget = control, budget
+        self.time = 0.0
+        self.position = control.start
+        self.reciprocation: Reciprocation | None = None
+        self.held = False
+        self.inch = False
+        self._motion: Moving | None = None
+        self._picks: list[Moving] = []
+        self._requests = deque(control.operator_dress_at)
+
+    def move(
+        self, place: Place, path: Path, feed: float | None, source: Source, dwell: float = 0.0
+    ) -> Iterator[Event]:
+        """Run along a path from now on, or dwell; the table reciprocates beside it.
+
+        Args:
+            place: the block that asks for it.
+            path: of length 0 for a dwell.
+            feed: mm/min along the path; None for a rapid.
+            source: what commanded it.
+            dwell: s.
+        """
+        acceleration = self.control.acceleration
+        speed = (self.control.rapid_feed if feed is None else feed) / 60.0
+        seconds = motion_time(path.length, speed, acceleration) if path.length > 0.0 else dwell
+        begin, finish = self.time, self.time + seconds
+        self._motion = Moving(path, begin, finish, speed, acceleration)
+        start = self._shown(begin)
+        yield from self._reciprocate(finish)
+        end = self._shown(finish)
+        self.time, self.position, self._motion = finish, path.end, None
+        if self.reciprocation is not None:
+            self._settle_axis(self.reciprocation)
+        frame = Frame(
+            start=start,
+            end=end,
+            begin=begin,
+            seconds=seconds,
+            block=place.block,
+            line=place.line,
+            source=source,
+            inch=self.inch,
+        )
+        if isinstance(path, Circular) and feed is not None:
+            yield Arc(**frame, feed=feed, centre=path.centre, rotation=path.rotation, plane=path.plane)
+        elif path.length == 0.0:
+            yield Dwell(**frame)
+        elif feed is None:
+            yield Rapid(**frame)
+        else:
+            yield Line(**frame, feed=feed)
+
+    def finish_stroke(self) -> Generator[Event, None, Underway]:
+        """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
+        table = self._table()
+        stroke = table.underway or self._set_out(table)
+        yield from self._reciprocate(stroke.finish)
+        self.time = stroke.finish
+        return stroke
+
+    def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
+        """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
+        table = self._table()
+        acceleration = self.control.acceleration
+        ramp = ramp_time(stroke.length, stroke.feed / 60.0, acceleration)
+        begin = stroke.begin + stroke.travel - ramp
+        if self._picks:
+            begin = max(begin, self._picks[-1].finish)
+            self._picks = [pick for pick in self._picks if pick.finish > stroke.begin]
+        path = Straight(self.position, _with(self.position, axis, target))
+        seconds = motion_time(path.length, feed / 60.0, acceleration)
+        self._picks.append(Moving(path, begin, begin + seconds, feed / 60.0, acceleration))
+        self.position = path.end
+        yield Pick(
+            start=path.start,
+            end=path.end,
+            begin=begin,
+            seconds=seconds,
+            block=table.plan.block,
+            line=table.plan.line,
+            source=Source.CYCLE,
+            inch=self.inch,
+            axis=axis,
+            feed=feed,
+            kind=kind,
+        )
+
+    def settle(self) -> None:
+        """Wait at the reversal point until every pick has ended."""
+        if self._picks:
+            self.time = max(self.time, self._picks[-1].finish)
+        self._picks = []
+        self._table().free_at = self.time
+
+    def acknowledge(self) -> None:
+        """Drop the operator's requests up to now; the table is no longer held."""
+        while self._requests and self._requests[0] <= self.time:
+            self._requests.popleft()
+        self.held = False
+
+    def _shown(self, time: float) -> Position:
+        """Position of all axes at a time, picks taken as complete."""
+        position = self.position if self._motion is None else self._motion.at(time)
+        return self._with_table(position, time)
+
+    def _true(self, time: float) -> Position:
+        """Position of all axes at a time, picks being where they are."""
+        for pick in reversed(self._picks):
+            if pick.begin <= time:
+                return self._with_table(pick.at(time), time)
+        return self._with_table(self._picks[0].path.start, time) if self._picks else self._shown(time)
+
+    def _with_table(self, position: Position, time: float) -> Position:
+        table = self.reciprocation
+        if table is None:
+            return position
+        return _with(
+            position, table.axis, table.underway.coordinate(time) if table.underway else table.coordinate
+        )
+
+    def _reciprocate(self, until: float) -> Iterator[Event]:
+        """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
+        table = self.reciprocation
+        while table is not None and not self.held:
+            stroke = table.underway
+            if stroke is None:
+                if table.free_at >= until:
+                    return
+                stroke = self._set_out(table)
+            if stroke.middle is None and stroke.middle_time <= until:
+                stroke.middle = self._true(stroke.middle_time)
+            if stroke.finish > until:
+                return
+            yield self._arrive(table, stroke)
+            yield from self._hold(table)
+
+    def _set_out(self, table: Reciprocation) -> Underway:
+        self.budget.spend(table.place)
+        return table.begin(self._shown(table.free_at), self.control.acceleration, self.control.reversal_dwell)
+
+    def _arrive(self, table: Reciprocation, stroke: Underway) -> Stroke:
+        end = self._shown(stroke.finish)
+        table.arrive()
+        self._settle_axis(table)
+        assert stroke.middle is not None  # the middle is passed before the end
+        return Stroke(
+            start=stroke.start,
+            middle=stroke.middle,
+            end=end,
+            begin=stroke.begin,
+            seconds=stroke.travel + self.control.reversal_dwell,
+            block=table.plan.block,
+            line=table.plan.line,
+            source=Source.CYCLE,
+            inch=self.inch,
+            axis=table.axis,
+            feed=stroke.feed,
+            number=table.count if table.in_cycle else None,
+            cycle=table.plan,
+        )
+
+    def _hold(self, table: Reciprocation) -> Iterator[Event]:
+        """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11)."""
+        while self._requests and self._requests[0] <= table.free_at and not self.held:
+            if table.plan.program is None:
+                self._requests.popleft()
+                yield Message(table.free_at, "no dress program")
+            else:
+                self.held = True
+
+    def _settle_axis(self, table: Reciprocation) -> None:
+        """Write the last reversal point of the table into the commanded position."""
+        self.position = _with(self.position, table.axis, table.coordinate)
+
+    def _table(self) -> Reciprocation:
+        assert self.reciprocation is not None  # called by cycles only
+        return self.reciprocation
+
+
+def _with(position: Position, axis: int, coordinate: float) -> Position:
+    changed = list(position)
+    changed[axis] = coordinate
+    return changed[0], changed[1], changed[2]

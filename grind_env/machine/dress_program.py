@@ -1,0 +1,128 @@
+"""What a dress program does to the wheel, read off its motions.
+
+A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
+Its infeed is what the plunge axis has moved since the pass before it; before the first pass, where the wheel
+also comes down to the diamond, it is the last plunge move, which must be a feed move of its own.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from grind_env.control import Control, Line, Motion, Position, Programs, Rapid, Source, dress_program_moves
+from grind_env.errors import GrindError
+from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.job import Job
+
+DEEPEST_INFEED = 0.1
+"""mm; more than this in one pass is an approach and not an infeed (0.005 to 0.04 mm is usual)."""
+
+STEP = 1e-6
+"""mm; axes stand on multiples of a thousand times this, so that smaller differences are rounding."""
+
+
+class DressProgramError(GrindError):
+    """A dress program whose geometry is no dress."""
+
+
+@dataclass(frozen=True, slots=True)
+class DressPlan:
+    """One execution of a dress program.
+
+    Attributes:
+        passes: diamond passes over the wheel.
+        feed: of the passes, mm/s; over the wheel's speed of rotation it is the dress lead.
+        depth: infeed of a pass, mm, mean over the passes.
+        seconds: time with approach, retrace and the job's set-up time, s.
+    """
+
+    passes: int
+    feed: float
+    depth: float
+    seconds: float
+
+
+def plan_dress(
+    programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int
+) -> DressPlan:
+    """Measure a dress program by running it once by itself.
+
+    Args:
+        programs: the file that holds it, or that it lies beside.
+        number: its O number.
+        job: wheel and set-up time.
+        control: settings of the control.
+        position: where the wheel stands when the first cycle starts, mm.
+        axis: the reciprocating axis, which settles the roles of the others.
+
+    Raises:
+        ControlError: the program does not exist or is faulty.
+        DressProgramError: it has no traverse or no infeed, or its traverses differ in feed.
+    """
+    motions = dress_program_moves(programs, number, control, position)
+    return measure_dress(motions, number, job, axis)
+
+
+def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressPlan:
+    """The plan that the motions of one execution amount to; arguments and errors as for `plan_dress`."""
+    cross, plunge = cross_axis(axis), plunge_axis(axis)
+    width = job.setup.wheel.width
+    out = [motion for motion in motions if motion.source is not Source.RETRACE]
+    passes = [
+        k
+        for k, motion in enumerate(out)
+        if isinstance(motion, Line)
+        and abs(_way(motion, cross)) >= width - STEP
+        and math.dist(motion.start, motion.end) <= abs(_way(motion, cross)) + STEP
+    ]
+    traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
+    if not traverses:
+        raise _error(
+            number,
+            f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
+        )
+    feeds = sorted({traverse.feed for traverse in traverses})
+    if len(feeds) > 1:
+        found = ", ".join(f"F{feed:g}" for feed in feeds)
+        raise _error(number, f"its passes run at {found} mm/min; give all of them the same feed")
+    infeeds = [*_first_infeed(out[: passes[0]], plunge, number)]
+    infeeds += [
+        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
+        for before, after in itertools.pairwise(passes)
+    ]
+    for k, infeed in enumerate(infeeds, 1):
+        if infeed > DEEPEST_INFEED + STEP:
+            raise _error(
+                number,
+                f"the wheel moves {infeed:g} mm along {AXES[plunge]} before pass {k}, but an infeed is "
+                f"at most {DEEPEST_INFEED:g} mm; approach first, then infeed in a block of its own",
+            )
+    depth = sum(infeeds) / len(traverses)
+    if depth < STEP:
+        raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
+    seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
+    return DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
+
+
+def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Iterator[float]:
+    for motion in reversed(approach):
+        way = abs(_way(motion, plunge))
+        if way < STEP:
+            continue
+        if isinstance(motion, Rapid) or math.dist(motion.start, motion.end) > way + STEP:
+            raise _error(
+                number,
+                f"the infeed before its first pass is part of the approach in line {motion.line}; "
+                f"infeed with a G01 that moves {AXES[plunge]} alone",
+            )
+        yield way
+        return
+
+
+def _way(motion: Motion, axis: int) -> float:
+    return motion.end[axis] - motion.start[axis]
+
+
+def _error(number: int, message: str) -> DressProgramError:
+    return DressProgramError(f"dress program O{number}: {message}")

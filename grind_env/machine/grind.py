@@ -1,0 +1,308 @@
+"""A part program run on the machine: every stroke and dress that the control commands, with its physics.
+
+Nothing is decided or computed here that the control or the process model knows: this module only brings their
+events and relations together, and keeps the clock of the job.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grind_env.control import (
+    Control,
+    CycleStart,
+    DressEnd,
+    DressStart,
+    Event,
+    Message,
+    Motion,
+    Pick,
+    ProgramEnd,
+    Programs,
+    ProgramStop,
+    Stroke,
+    execute,
+)
+from grind_env.errors import GrindError
+from grind_env.machine.advice import middle_time, short_stroke, slow_pick
+from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
+from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
+from grind_env.machine.job import Job, JobError
+from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, WHEEL_FIELDS, GrindingRecord
+from grind_env.process.state import WheelState
+
+USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
+"""mm; the dress that the wheel has had if the program names none."""
+
+
+class GrindingError(GrindError):
+    """A program that grinds nothing."""
+
+
+def grind(
+    programs: Programs,
+    job: Job,
+    *,
+    control: Control | None = None,
+    conditions: Sequence[PartConditions] = (),
+) -> GrindingRecord:
+    """Run a part program.
+
+    A part begins at the start of the program and after each M00, where the operator loads the next one: the
+    wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear up to
+    there is compensated. A program without M00 grinds one part.
+
+    Args:
+        programs: what `control.read` or `control.read_file` returned.
+        job: part, set-up and wheel.
+        control: settings of the control; those of the job's machine if None.
+        conditions: how each part differs from the job, one per part; none for nominal parts.
+
+    Raises:
+        ControlError: the program is faulty.
+        DressProgramError: the dress program is no dress.
+        GrindingError: no stroke is made.
+        JobError: there are more parts than conditions.
+    """
+    run = _Run(programs, job, control or job.control, conditions)
+    for event in execute(programs, run.control):
+        run.take(event)
+    return run.record()
+
+
+class _Run:
+    """State of a run between two events."""
+
+    def __init__(
+        self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]
+    ) -> None:
+        self.programs, self.job, self.control, self.conditions = programs, job, control, conditions
+        self.position, self.axis = control.start, 0
+        self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
+        self.wheel: WheelState | None = None
+        self.plans: dict[int, DressPlan] = {}
+        self.checked: set[int] = set()
+        self.dress_began = 0.0
+        self.dress_motions: list[Motion] | None = None
+        self.pick: Pick | None = None
+        self.stroke: Stroke | None = None
+        self.warned: set[tuple[str, int]] = set()
+        self.warnings: list[str] = []
+        self.strokes: list[tuple[object, ...]] = []
+        self.dresses: list[tuple[object, ...]] = []
+        self.parts: list[tuple[object, ...]] = []
+        self.part = self._load(0.0)
+        self.unloaded_at: float | None = None
+
+    def record(self) -> GrindingRecord:
+        """The record of all events taken."""
+        return GrindingRecord(
+            np.array(self.strokes, STROKE_ROW),
+            np.array(self.dresses, DRESS_ROW),
+            np.array(self.parts, PART_ROW),
+            tuple(self.warnings),
+        )
+
+    def take(self, event: Event) -> None:
+        """Let an event of the control happen."""
+        match event:
+            case CycleStart():
+                self._start_cycle(event)
+            case DressStart():
+                self.dress_began, self.dress_motions = event.time, []
+            case DressEnd():
+                self._dress(event)
+            case Stroke():
+                self._stroke(event)
+            case Pick():
+                self._pick(event)
+            case ProgramStop():
+                self._stop(event)
+            case ProgramEnd():
+                self._end(event)
+            case Message():
+                self.warnings.append(f"{self.programs.name}: the control says: {event.text}")
+            case _:
+                pass
+        if isinstance(event, Motion):
+            self.position = event.end
+            if self.dress_motions is not None:
+                self.dress_motions.append(event)
+
+    # ------------------------------------------------------------------------------------- parts and clock
+
+    def _clock(self, time: float) -> float:
+        """Time of the job at a time of the control, s."""
+        return time + self.delay
+
+    def _load(self, began: float) -> PartRun:
+        """Put the next part on the machine and touch the wheel off on it."""
+        number = len(self.parts) + 1
+        conditions = PartConditions()
+        if self.conditions:
+            if number > len(self.conditions):
+                raise JobError(
+                    f"{self.programs.name} grinds more parts than the {len(self.conditions)} that have "
+                    "conditions; give conditions for every part or for none"
+                )
+            conditions = self.conditions[number - 1]
+        self._gauge()
+        return PartRun(number, self.job, conditions, began)
+
+    def _begin_cutting(self, time: float) -> None:
+        """End the loading of the part; a part that is not cut after M00 is none."""
+        if self.unloaded_at is not None:
+            self.parts.append(self.part.row(self.unloaded_at - self.part.began))
+            self.part, self.unloaded_at = self._load(self.unloaded_at), None
+        if not self.part.cutting:
+            self.part.cutting = True
+            self.delay += max(self.part.began + self.job.times.load - self._clock(time), 0.0)
+
+    def _stop(self, event: ProgramStop) -> None:
+        if event.code == "M00" and self.part.cutting:
+            self.unloaded_at = self._clock(event.time)
+        elif event.code == "M01":
+            self._gauge()
+
+    def _end(self, event: ProgramEnd) -> None:
+        if not self.strokes:
+            raise GrindingError(
+                f"{self.programs.name} makes no stroke; a cycle G81, G82 or G83 sets the table going"
+            )
+        self.parts.append(self.part.row(self._clock(event.time) - self.part.began))
+
+    # --------------------------------------------------------------------------------------- wheel and dress
+
+    def _start_cycle(self, event: CycleStart) -> None:
+        plan = event.plan
+        if plan.program is not None and plan.program not in self.plans:
+            self.plans[plan.program] = plan_dress(
+                self.programs, plan.program, self.job, self.control, self.position, plan.axis
+            )
+        self._begin_cutting(event.time)
+        if self.wheel is None:
+            self.wheel = self._mount(None if plan.program is None else self.plans[plan.program])
+        if plan.plunge_axis is not None:
+            self.part.deepest = max(self.part.deepest, self.job.part.surface - plan.depth_target)
+        self.axis, self.pick, self.stroke = plan.axis, None, None
+
+    def _mount(self, plan: DressPlan | None) -> WheelState:
+        """The wheel as the job finds it: dressed by the program's dress unless the job says otherwise."""
+        start, p = self.job.wheel, self.part.p
+        ds = self.job.setup.wheel.diameter if start.diameter is None else start.diameter
+        wheel = dressed_wheel(ds, start.diamond_flat, USUAL_LEAD, USUAL_DEPTH, p)
+        if plan is not None:
+            lead = dress_lead(wheel, plan.feed, p)
+            wheel = dressed_wheel(ds, start.diamond_flat, lead, plan.depth, p)
+        if start.wear_flat_area is not None:
+            wheel = wheel._replace(A=start.wear_flat_area)
+        if start.volume_since_dress is not None:
+            wheel = wheel._replace(V=start.volume_since_dress)
+        return wheel
+
+    def _gauge(self) -> None:
+        """The operator measures the part: the wheel wear becomes known and is compensated."""
+        if self.wheel is not None:
+            self.wheel = self.wheel._replace(W=0.0)
+
+    def _dress(self, event: DressEnd) -> None:
+        plan, wheel = self.plans[event.program], self._wheel()
+        self._compare(plan, event.program)
+        time = self._clock(self.dress_began)
+        self.wheel, removed = dress_wheel(wheel, float(plan.passes), plan.feed, plan.depth, self.part.p)
+        self.part.dress(removed)
+        self.delay += plan.seconds - (event.time - self.dress_began)
+        self.dresses.append(
+            (
+                self.part.number,
+                len(self.strokes),
+                time,
+                event.cause,
+                event.program,
+                plan.seconds,
+                self.wheel.ds,
+                removed,
+            )
+        )
+        self._watch_diameter()
+
+    def _compare(self, plan: DressPlan, program: int) -> None:
+        """Refuse a dress program that depends on the modes in force where the cycle interrupts for it."""
+        motions, self.dress_motions = self.dress_motions or [], None
+        if program in self.checked:
+            return
+        self.checked.add(program)
+        found = measure_dress(motions, program, self.job, self.axis)
+        same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
+        if found.passes != plan.passes or not same:
+            raise DressProgramError(
+                f"dress program O{program}: within the cycle it makes {found}, by itself {plan}; let it set G70 "
+                "or G71, G90 or G91, G94 and F before it moves"
+            )
+
+    def _wheel(self) -> WheelState:
+        assert self.wheel is not None  # a cycle has mounted it
+        return self.wheel
+
+    # ----------------------------------------------------------------------------------------------- strokes
+
+    def _stroke(self, event: Stroke) -> None:
+        self._begin_cutting(event.begin)
+        part, axis = self.part, event.axis
+        Z = self.job.part.surface - event.middle[plunge_axis(axis)]
+        ends = event.start[axis], event.end[axis]
+        edge = event.middle[cross_axis(axis)]
+        wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
+        self.wheel = wheel
+        self.strokes.append(
+            (
+                part.number,
+                event.cycle.line,
+                event.number or 0,
+                self._clock(event.begin),
+                event.seconds,
+                event.feed,
+                Z,
+                done.b,
+                done.Lw,
+                *done.stroke,
+                *(getattr(wheel, name) for name in WHEEL_FIELDS),
+            )
+        )
+        self._watch_stroke(event, Z)
+        self._watch_diameter()
+        self.stroke = event
+
+    # ---------------------------------------------------------------------------------------------- warnings
+
+    def _pick(self, event: Pick) -> None:
+        if self.stroke is not None and self.stroke.begin > event.begin:  # a whole stroke went by
+            self._warn(event.line, "pick", slow_pick(event, self.stroke, self.control))
+        self.pick = event
+
+    def _watch_stroke(self, event: Stroke, Z: float) -> None:
+        pick, part = self.pick, self.job.part
+        if pick is not None and pick.begin < event.begin:
+            if pick.finish > middle_time(event, self.control):
+                self._warn(event.cycle.line, "pick", slow_pick(pick, event, self.control))
+            self.pick = None
+        turn, low, high = event.end[event.axis], part.start, part.start + part.length
+        if Z > 0.0 and low < turn < high:
+            self._warn(event.cycle.line, "turn", short_stroke(turn, AXES[event.axis], low, high))
+
+    def _watch_diameter(self) -> None:
+        wheel = self.job.setup.wheel
+        if self._wheel().ds < wheel.minimum_diameter:
+            self._warn(
+                0, "diameter", f"the wheel is smaller than its least diameter, {wheel.minimum_diameter:g} mm"
+            )
+
+    def _warn(self, line: int, subject: str, text: str) -> None:
+        """Warn once of each subject in each block; line 0 is the program as a whole."""
+        if (subject, line) not in self.warned:
+            self.warned.add((subject, line))
+            place = f"{self.programs.name}:{line}" if line else self.programs.name
+            self.warnings.append(f"{place}: {text}")

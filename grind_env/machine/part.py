@@ -1,0 +1,169 @@
+"""One part on the machine: its surface in strips across, and what is known of it in the end."""
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.compiled import grind_strips, judge
+from grind_env.machine.cycle import FINISHING_DEPTH
+from grind_env.machine.job import Job, JobError
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+
+STRIP = 1.0
+"""mm; width of a strip at most."""
+
+IDLE = Stroke(*[0.0] * len(Stroke._fields))
+"""A stroke that does not pass over the part."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartConditions:
+    """How one part differs from the job.
+
+    Attributes:
+        stock: its true stock, mm; None for that of the job.
+        factors: multipliers on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
+
+    Raises:
+        JobError: a stock or factor that is not a positive number, or a name that is no parameter.
+    """
+
+    stock: float | None = None
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check names and numbers."""
+        for name in self.factors:
+            if name not in StrokeParameters._fields:
+                close = difflib.get_close_matches(name, StrokeParameters._fields, n=1, cutoff=0.5)
+                hint = f" (did you mean {close[0]}?)" if close else ""
+                raise JobError(f"there is no stroke parameter {name!r}{hint}", name)
+        for name, value in (("stock", self.stock), *self.factors.items()):
+            if value is not None and not 0.0 < value < math.inf:
+                legal = "a positive number"
+                raise JobError(f"{name} is {value!r}, but must be {legal}", name, value, legal)
+
+    def parameters(self, nominal: StrokeParameters) -> StrokeParameters:
+        """The parameters that hold for this part."""
+        return nominal._replace(**{name: getattr(nominal, name) * f for name, f in self.factors.items()})
+
+
+class Pass(NamedTuple):
+    """What a stroke of the table amounts to on the part."""
+
+    stroke: Stroke
+    b: float
+    """Engaged width, mm."""
+    Lw: float
+    """Ground length, mm."""
+
+
+class PartRun:
+    """A part from its loading to the next one.
+
+    Attributes:
+        number: 1, 2, ...
+        began: time of the job at which its loading began, s.
+        cutting: whether its first cycle or stroke has begun, which ends the loading.
+        p: parameters.
+        deepest: deepest programmed depth so far, mm.
+    """
+
+    def __init__(self, number: int, job: Job, conditions: PartConditions, began: float) -> None:
+        strips = math.ceil(job.part.width / STRIP)
+        self.number, self.job, self.began = number, job, began
+        self.stock = job.part.stock if conditions.stock is None else conditions.stock
+        self.p = conditions.parameters(job.parameters)
+        self.cutting = False
+        self.deepest = 0.0
+        self.strokes = self.dresses = 0
+        self._S = np.zeros(strips)
+        self._Rs = np.full(strips, INITIAL_ROUGHNESS)
+        self._reached = np.zeros(strips)
+        self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
+        self._plunges: list[tuple[float, float]] = []
+        self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
+
+    def grind(
+        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float
+    ) -> tuple[WheelState, Pass]:
+        """Pass over the part once.
+
+        Args:
+            wheel: state before the stroke.
+            Z: depth of the wheel below the touched-off surface, mm.
+            vw: table speed, mm/s.
+            ends: reversal points between which the table moves, mm.
+            edge: cross coordinate of the wheel's edge on the minus side, mm.
+
+        Returns:
+            The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
+        """
+        part, width = self.job.part, self.job.setup.wheel.width
+        self.strokes += 1
+        Lw = min(max(ends), part.start + part.length) - max(min(ends), part.start)
+        first, last = (int(k) for k in np.searchsorted(self._centres, (edge, edge + width)))
+        if Lw <= 0.0 or first == last:
+            return wheel, Pass(IDLE, 0.0, 0.0)
+        wheel, stroke, b, plunged = grind_strips(
+            wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
+        )
+        self.deepest = max(self.deepest, Z)
+        if plunged:
+            self._plunges.append((Z, stroke.T))
+        self._peak_power = max(self._peak_power, stroke.power)
+        self._burn_ratio = max(self._burn_ratio, stroke.Br)
+        self._worn += stroke.worn
+        return wheel, Pass(stroke, b, Lw)
+
+    def dress(self, removed: float) -> None:
+        """Count a dress execution that took `removed` mm3 off the wheel."""
+        self.dresses += 1
+        self._dressed_off += removed
+
+    @property
+    def rise(self) -> float:
+        """Highest temperature rise that counts, K: of plunges whose heat is not ground off again."""
+        counts_from = self.deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
+        every_plunge = self.job.part.rise_allowance > 0.0
+        return max((T for Z, T in self._plunges if every_plunge or counts_from <= Z), default=0.0)
+
+    def row(self, seconds: float) -> tuple[float, ...]:
+        """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
+        job, S, Ra = self.job, float(self._S.mean()), float(self._Rs.mean())
+        error = 1000.0 * (self.stock - S)
+        verdict = judge(
+            seconds,
+            self._worn + self._dressed_off,
+            float(self.dresses),
+            self.rise,
+            self._peak_power,
+            Ra,
+            error,
+            job.limits,
+            job.rates,
+            job.part.scrap_cost,
+        )
+        return (
+            self.number,
+            seconds,
+            self.strokes,
+            self.dresses,
+            self.stock,
+            S,
+            error,
+            1000.0 * float(np.ptp(self._S)),
+            Ra,
+            self._peak_power,
+            self.rise,
+            self._burn_ratio,
+            self._worn,
+            self._dressed_off,
+            *verdict,
+        )

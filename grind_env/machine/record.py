@@ -1,0 +1,162 @@
+"""What a run leaves behind: one row per stroke, per dress and per part."""
+
+import csv
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.errors import GrindError
+from grind_env.kernel.rows import dtype_of
+from grind_env.machine.compiled import Verdict
+from grind_env.process.state import Stroke
+
+Table = NDArray[Any]
+
+WHEEL_FIELDS = ("A", "lam", "V", "ds", "alw", "W")
+"""Fields of `WheelState` that a stroke row shows, as the stroke leaves them."""
+
+STROKE_ROW = np.dtype(
+    [
+        ("part", np.int64),  # 1, 2, ...
+        ("line", np.int64),  # of the cycle block
+        ("number", np.int64),  # within the cycle; 0 outside a G82 or G83
+        ("time", np.float64),  # at its start, s
+        ("seconds", np.float64),
+        ("E", np.float64),  # mm/min
+        ("Z", np.float64),  # programmed depth below the surface at the middle of the stroke, mm
+        ("b", np.float64),  # engaged width, mm
+        ("Lw", np.float64),  # ground length, mm
+        *dtype_of(Stroke).descr,
+        *((name, np.float64) for name in WHEEL_FIELDS),
+    ]
+)
+
+DRESS_ROW = np.dtype(
+    [
+        ("part", np.int64),
+        ("after", np.int64),  # strokes of the run made before it
+        ("time", np.float64),  # at its start, s
+        ("cause", "U8"),  # pre, auto or operator
+        ("program", np.int64),
+        ("seconds", np.float64),
+        ("ds", np.float64),  # wheel diameter after it, mm
+        ("removed", np.float64),  # wheel volume, mm3
+    ]
+)
+
+PART_ROW = np.dtype(
+    [
+        ("part", np.int64),
+        ("seconds", np.float64),
+        ("strokes", np.int64),
+        ("dresses", np.int64),
+        ("stock", np.float64),  # to be ground off, mm
+        ("S", np.float64),  # ground off, mean over the width, mm
+        ("size_error", np.float64),  # stock left, um
+        ("taper", np.float64),  # range of S over the width, um
+        ("Ra", np.float64),  # mean over the width, um
+        ("peak_power", np.float64),  # above idle, W
+        ("rise", np.float64),  # highest temperature rise that counts, K
+        ("burn_ratio", np.float64),  # highest
+        ("worn", np.float64),  # wheel volume, mm3
+        ("dressed_off", np.float64),  # wheel volume, mm3
+        *dtype_of(Verdict).descr,
+    ]
+)
+
+
+class RecordError(GrindError):
+    """A record that cannot be written or converted as asked."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GrindingRecord:
+    """The result of `machine.grind`.
+
+    Attributes:
+        strokes: dtype `STROKE_ROW`, in the order in which they were made.
+        dresses: dtype `DRESS_ROW`.
+        parts: dtype `PART_ROW`.
+        warnings: sentences on what the program does not do as it should.
+    """
+
+    strokes: Table
+    dresses: Table
+    parts: Table
+    warnings: tuple[str, ...]
+
+    @property
+    def seconds(self) -> float:
+        """Time of the whole run, s."""
+        return float(self.parts["seconds"].sum())
+
+    @property
+    def cost_per_good_part(self) -> float:
+        """All costs over the expected number of good parts, $; infinite if there is none."""
+        good = float(self.parts["survival"].sum())
+        return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
+
+    def to_frame(self) -> Any:
+        """The strokes as a pandas data frame.
+
+        Raises:
+            RecordError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise RecordError("data frames need pandas; install grind_env[data]") from None
+        return pandas.DataFrame({name: self.strokes[name] for name in STROKE_ROW.names or ()})
+
+    def write(self, path: str | Path) -> None:
+        """Write the strokes to a `.csv` or `.parquet` file, which appears only when it is complete.
+
+        Raises:
+            RecordError: another suffix, a folder that does not exist or cannot be written to, or a parquet
+                file without pyarrow installed.
+        """
+        path = Path(path)
+        writers = {".csv": self._write_csv, ".parquet": self._write_parquet}
+        if path.suffix not in writers:
+            found = repr(path.suffix) if path.suffix else "no suffix"
+            raise RecordError(f"{path}: a record is written as .csv or .parquet, not with {found}")
+        write_atomically(path, writers[path.suffix])
+
+    def _write_csv(self, path: Path) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(STROKE_ROW.names or ())
+            writer.writerows(self.strokes.tolist())
+
+    def _write_parquet(self, path: Path) -> None:
+        try:
+            import pyarrow
+            import pyarrow.parquet
+        except ImportError:
+            raise RecordError("parquet files need pyarrow; install grind_env[data]") from None
+        columns = {name: self.strokes[name] for name in STROKE_ROW.names or ()}
+        pyarrow.parquet.write_table(pyarrow.table(columns), path)
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+    """Let `write(temporary path)` make a file beside `path`, and move it there.
+
+    Raises:
+        RecordError: the folder does not exist or cannot be written to.
+    """
+    if not path.parent.is_dir():
+        raise RecordError(f"{path}: there is no folder {path.parent}; make it first")
+    if path.is_dir():
+        raise RecordError(f"{path} is a folder; name a file")
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".grind-") as folder:
+            temporary = Path(folder) / path.name
+            write(temporary)
+            temporary.replace(path)
+    except OSError as error:
+        raise RecordError(f"{path} cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,143 @@
+import pytest
+
+from tests.control.harness import COMMON, DRESS, PARKED, cycles, plans, refusal, story
+
+GOOD = "X230. I-30. Y-.1 J-.01 F6. E12000. P9100"
+
+
+@pytest.mark.parametrize(
+    ("block", "name", "word"),
+    [
+        (f"N7 G82 {GOOD} D2.5", "number-format", "D2.5"),
+        (f"N7 G82 {GOOD} D-1", "out-of-range", "D-1"),
+        (f"N7 G82 {GOOD} D1000", "out-of-range", "D1000"),
+        (f"N7 G82 {GOOD} L1.5", "number-format", "L1.5"),
+        (f"N7 G82 {GOOD} L-1", "out-of-range", "L-1"),
+        (f"N7 G82 {GOOD} L1000", "out-of-range", "L1000"),
+        ("N7 G82 I-30. Y-.1 J-.01 F6. E12000.", "missing-parameter", "G82"),
+        ("N7 G82 X230. J-.01 F6. E12000.", "missing-parameter", "G82"),
+        ("N7 G82 X230. Y-.1 F6. E12000.", "missing-parameter", "G82"),
+        ("N7 G82 X230. Y-.1 J-.01 E12000.", "no-feedrate", "G82"),
+        ("N7 G82 X230. Y-.1 J-.01", "no-feedrate", "G82"),
+        ("N7 G83 X230. Y-.1 J-.01 K1. F6. E12000.", "missing-parameter", "G83"),
+        ("N7 G83 X230. Y-.1 J-.01 Z10. F6. E12000.", "missing-parameter", "G83"),
+        ("N7 G81 E12000.", "missing-parameter", "G81"),
+        ("N7 G81 I5. E12000.", "missing-parameter", "G81"),
+        ("N7 G81.1 X230. E12000.", "missing-parameter", "G81.1"),
+        ("N7 G82.1 X230. Y-.1 J-.01 F6. E12000.", "missing-parameter", "G82.1"),
+        ("N7 G81 X230.", "no-feedrate", "G81"),
+        ("N7 G81 X230. E0", "out-of-range", "E0"),
+        ("N7 G81 X230. E-5.", "out-of-range", "E-5."),
+        ("N7 G82 X230. Y-.1 J-.01 F0 E12000.", "out-of-range", "F0"),
+        ("N7 G82 X230. Y-.1 J-.01 F6. E12000. D1", "missing-parameter", "D1"),
+        ("N7 G82 X230. Y-.1 J-.01 F6. E12000. P9101", "program-not-found", "P9101"),
+        ("N7 G82 X230. Y-.1 J-.01 F6. E12000. P0", "out-of-range", "P0"),
+        ("N7 G81 X230. E12000. D1", "block-format", "D1"),
+        ("N7 G81 X230. E12000. L1", "block-format", "L1"),
+        ("N7 G81 X230. E12000. F1.", "block-format", "F1."),
+        ("N7 G81 X230. E12000. Q-.1", "block-format", "Q-.1"),
+        ("N7 G81 X230. E12000. R1.", "block-format", "R1."),
+        ("N7 G81 X230. J1. E12000.", "block-format", "G81"),
+        (f"N7 G82 {GOOD} Z1.", "block-format", "Z1."),
+        (f"N7 G82 {GOOD} K1.", "block-format", "K1."),
+        (f"N7 G82 {GOOD} R1.", "block-format", "R1."),
+        ("N7 G82 X230. Y-.1 J0 F6. E12000.", "zero-pick", "J0"),
+        ("N7 G82 X230. Y-.1 J-.0005 F6. E12000.", "zero-pick", "J-.0005"),
+        ("N7 G82 X230. Y-.1 J.01 F6. E12000.", "pick-direction", "J.01"),
+        ("N7 G82 X230. Y-.1 J-.01 Q.01 F6. E12000.", "pick-direction", "Q.01"),
+        ("N7 G83 X230. Y-.1 J-.01 Z10. K0 F6. E12000.", "zero-pick", "K0"),
+        ("N7 G83 X230. Y-.1 J-.01 Z10. K-1. F6. E12000.", "pick-direction", "K-1."),
+        ("N7 G83 X230. Y-.1 J-.01 Z10. K1. R-1. F6. E12000.", "pick-direction", "R-1."),
+        ("N7 G81 X230. I230. E12000.", "zero-stroke", "X230."),
+        ("N7 G81 X-30. E12000.", "zero-stroke", "X-30."),
+        ("N7 G84 X230. E12000.", "not-supported", "G84"),
+        ("N7 G85.1 X230. E12000.", "not-supported", "G85.1"),
+        ("N7 G86 X230. E12000.", "not-supported", "G86"),
+        ("N7 G95 F.1 G81 X230. E1.", "feed-mode", "G81"),
+        ("N7 G01 G81 X230. E1.", "block-format", "G81"),
+        ("N7 G80 X230.", "block-format", "X230."),
+    ],
+)
+def test_section_7(block: str, name: str, word: str) -> None:
+    error = refusal(COMMON + block + "\nM30" + DRESS, start=PARKED)
+    assert (error.name, error.block, error.line) == (name, 7, 2)
+    assert error.column == block.index(word) + 1
+
+
+def follow_up(block: str) -> str:
+    return COMMON + "G81 X230. I-30. E12000.\n" + block
+
+
+@pytest.mark.parametrize(
+    ("block", "name"),
+    [
+        ("G81 Y5. J0 E10.", "axis-conflict"),
+        ("G17 G82 Z5. X1. I1. F1.", "axis-conflict"),
+        ("G01 F1. J5.", "block-format"),
+        ("G00 I230.", "zero-stroke"),
+        ("G18 G02 X0 Z5. R50. F10.", "axis-conflict"),
+        ("G02 Y0 Z5. X1. R50. F10.", "axis-conflict"),
+    ],
+)
+def test_while_reciprocating(block: str, name: str) -> None:
+    error = refusal(follow_up(block), start=PARKED)
+    assert (error.name, error.line) == (name, 3)
+
+
+@pytest.mark.parametrize(
+    ("dress", "name", "line"),
+    [
+        ("O5\nG00 Y1.\nM30", "dress-program", 5),
+        ("O5\nG00 Y1.", "dress-program", 4),
+        ("O5", "dress-program", 3),
+        ("O5\nG81 X1. E1.\nM99", "dress-program", 4),
+        ("O5\nG80\nM99", "dress-program", 4),
+        ("O5\nM900\nG01\nG00 Y1.\nM98 P6\nM99\nO6\nM30", "dress-program", 8),
+    ],
+)
+def test_dress_programs(dress: str, name: str, line: int) -> None:
+    error = refusal("G81.1 X1. E1. P5\nM30\n" + dress)
+    assert (error.name, error.line) == (name, line)
+
+
+def test_a_dress_program_counts_as_a_level() -> None:
+    text = "M98 P1\nM30\nO1\nM98 P2\nM99\nO2\nM98 P3\nM99\nO3\n{}\nM99\nO5\nM99"
+    cycle = "G19 G81.1 X9. E100. P5"
+    assert refusal(text.format("M98 P4") + "\nO4\n" + cycle + "\nM99").name == "nesting"
+    assert refusal(text.format(cycle + "\nZZ")).name == "number-format"
+
+
+def test_zero_depth_makes_the_strokes_without_picks_or_dresses() -> None:
+    events = cycles("G82 X230. I-30. Y0 J.01 L2 F6. E12000. P9100 D3\nM30")
+    assert story(events) == "X230 X-30 X230"
+    assert refusal(COMMON + "G82 X230. Y0 J0 F6. E12000.").name == "zero-pick"
+
+
+def test_q0_and_r0_skip_their_picks() -> None:
+    assert story(cycles("G82 X230. I-30. Y-.03 J-.02 Q0 F6. E12000.\nM30")) == (
+        "X230 y-0.02 X-30 X230 y-0.03 X-30"
+    )
+    assert story(cycles("G83 X230. I-30. Y-.02 J-.02 Z20. K10. R0 F600. E12000.\nM30")) == (
+        "X230 y-0.02 X-30 X230 z10 X-30 X230 z20 X-30"
+    )
+
+
+def test_without_coverage_the_spark_out_follows_at_once() -> None:
+    block = "X230. I-30. Y-.02 J-.01 L1 F6. E12000."
+    assert story(cycles(f"G82 {block}\nM30", coverage_pass=False)) == "X230 y-0.01 X-30 y-0.02 X230"
+    assert story(cycles(f"G83 {block} Z10. K10.\nM30", coverage_pass=False)) == (
+        "X230 y-0.01 X-30 z10 X230 y-0.02 X-30 z0 X230"
+    )
+
+
+def test_g83_without_a_crossover_plunges_at_every_reversal() -> None:
+    assert story(cycles("G83 X230. I-30. Y-.03 J-.02 Q-.01 Z0 K0 F6. E12000.\nM30")) == (
+        "X230 y-0.02 X-30 y-0.03 X230"
+    )
+
+
+def test_memory_is_kept_per_role() -> None:
+    events = cycles("G82 X230. I-30. Y-.02 J-.01 L1 F6. E12000.\nG80\nG17\nG82 X-29. I1.\nM30")
+    second = plans(events)[1].plan
+    assert (second.axis, second.primary, second.secondary) == (2, 230.0, -30.0)
+    assert (second.plunge_axis, second.primary_pick, second.depth_target) == (0, 1.0, -29.0)

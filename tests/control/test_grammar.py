@@ -1,0 +1,226 @@
+import pytest
+
+from grind_env.control import Control, ControlError, Dwell, Line, ProgramEnd, ProgramStop, execute, read
+from grind_env.control.reader import read_block, read_file
+from tests.control.harness import ends, motions, plans, refusal, run
+
+
+def test_b1_a_block_with_every_kind_of_word() -> None:
+    text = "/ N3 G00 X10. Z10. M3 ;"
+    (move,) = motions(text)
+    assert (move.block, move.line, move.end) == (3, 1, (10.0, 0.0, 10.0))
+    assert motions(text, block_delete=True) == []
+
+
+def test_b2_modes_act_on_the_values_to_their_right() -> None:
+    assert ends("N10 G90 X5 G91 Z2 ;") == [(5.0, 0.0, 2.0)]
+    assert ends("G00 X1. Z1.;N10 G91 X5 G90 Z2")[-1] == (6.0, 0.0, 2.0)
+
+
+def test_b5_a_change_of_feed_mode_needs_an_f() -> None:
+    error = refusal("G94 F100 ; G95 X10 ;")
+    assert (error.name, error.line, error.column) == ("no-feedrate", 1, 12)
+    assert refusal("F0.2 G95 X10").name == "no-feedrate"
+    (line,) = motions("S60 G95 G01 X10 F0.2")
+    assert isinstance(line, Line) and line.feed == 12.0
+
+
+def test_b6_arcs_by_radius() -> None:
+    def centre(radius: str) -> tuple[float, float]:
+        arc = motions(f"F100 G00 Z10.; G02 X20 Z10 {radius}")[-1]
+        return arc.centre[0], arc.centre[2]  # type: ignore[attr-defined,no-any-return]
+
+    assert centre("R-10") == pytest.approx((10.0, 10.0))
+    assert centre("R10") == pytest.approx((10.0, 10.0))
+    short, long = centre("R15"), centre("R-15")
+    assert abs(short[1] - 10.0) == pytest.approx(11.1803, abs=1e-4)
+    assert short[1] - 10.0 == pytest.approx(10.0 - long[1])
+    assert refusal("F100 G00 Z10.; G02 X20 Z10 R9").name == "arc-geometry"
+
+
+def test_b7_subprograms_repeat_and_nest() -> None:
+    assert ends("O1000; N1 M98 P2000 L2; N2 M30; O2000; N1 G91 X1; M99;") == [(1, 0, 0), (2, 0, 0)]
+    assert ends("M98 P2 L0\nM30\nO2\nG00 X1\nM99") == []
+    chain = (
+        "O1000;M98 P2000;M30;O2000;M98 P3000;M99;O3000;M98 P4000;M99;O4000;M98 P5000;M99;O5000;G91 X1;{}M99"
+    )
+    assert ends(chain.format("")) == [(1, 0, 0)]
+    assert refusal(chain.format("M98 P6000;") + ";O6000;M99").name == "nesting"
+
+
+def test_b8_comments() -> None:
+    assert ends("(OK) G00 X1 (END) ;") == [(1, 0, 0)]
+    error = refusal("(FIRST (BAD) PART) G00 X1 ;")
+    assert (error.name, error.column) == ("block-format", 1)
+
+
+def test_b9_the_integrand_of_g81_is_read_in_the_last_mode() -> None:
+    (start,) = plans(run("G00 Z10.\nG81 G91 Z40 G90 K5 E200 ;"))
+    assert (start.plan.primary, start.plan.secondary) == (50.0, 5.0)
+    (start,) = plans(run("G00 Z10.\nG81 G90 Z40 G91 K5 E200 ;"))
+    assert (start.plan.primary, start.plan.secondary) == (40.0, 15.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "column"),
+    [
+        ("X123456.", "number-format", 1),
+        ("X012345.", "number-format", 1),
+        ("X012345", "number-format", 1),
+        ("G70 X12345.", "number-format", 5),
+        ("G00 X-", "number-format", 5),
+        ("G00 X--1", "number-format", 5),
+        ("G00 X.", "number-format", 5),
+        ("G00 X1..", "block-format", 8),
+        ("G00 X1 X2", "block-format", 8),
+        ("G00 X1 / Y2", "block-format", 8),
+        ("G00 X1 )", "block-format", 8),
+        ("(OPEN", "block-format", 1),
+        ("(100 % SURE)", "block-format", 1),
+        ("(" + "A" * 127 + ")", "block-format", 1),
+        ("G00 A1", "unknown-word", 5),
+        ("G05 X1", "unknown-word", 1),
+        ("G01.5 X1", "unknown-word", 1),
+        ("G81.15 X1", "unknown-word", 1),
+        ("X[1+2]", "not-supported", 1),
+        ("X#1", "not-supported", 1),
+        ("G41 X1", "not-supported", 1),
+        ("G10 L2 P1 X1", "not-supported", 1),
+        ("G84 X1", "not-supported", 1),
+        ("G55", "not-supported", 1),
+        ("N123456 X1", "number-format", 1),
+        ("X1 O5", "block-format", 4),
+        ("O5 X1", "block-format", 4),
+        ("O0", "out-of-range", 1),
+        ("O100000", "out-of-range", 1),
+        ("O1\nM30\nO1", "block-format", 1),
+        ("G00 G01 X1", "block-format", 5),
+        ("M98", "missing-parameter", 1),
+        ("M98 P5", "program-not-found", 5),
+        ("M98 P2 X1\nM30\nO2\nM99", "block-format", 8),
+        ("M98 P2\nM30\nO2\nX1", "missing-return", 1),
+        ("M02 M30", "block-format", 1),
+        ("G01 X1", "no-feedrate", 1),
+        ("G95 F1. G01 X1", "no-feedrate", 9),
+        ("F0", "out-of-range", 1),
+        ("F.0005", "out-of-range", 1),
+        ("G04", "missing-parameter", 1),
+        ("G04 P1 X1", "block-format", 5),
+        ("G04 P-1", "out-of-range", 5),
+        ("G00 X1 P5", "block-format", 8),
+        ("G00 X1 I5", "block-format", 8),
+        ("F1 G02 X1", "missing-parameter", 4),
+        ("F1 G02 X1 R5 I5", "block-format", 11),
+        ("F1 G17 G02 X1 K5", "block-format", 15),
+        ("F1 G02 X0 Z0 R5", "arc-geometry", 14),
+        ("F1 G02 X1 I0 K0", "arc-geometry", 4),
+    ],
+)
+def test_refusals_name_the_column(text: str, name: str, column: int) -> None:
+    error = refusal(text)
+    assert (error.name, error.column) == (name, column)
+
+
+@pytest.mark.parametrize(
+    ("word", "value"),
+    [
+        ("X123.4567", 123.456),
+        ("X-.3", -0.3),
+        ("X12345", 12345.0),
+        ("X+00.1", 0.1),
+        ("X1.0009", 1.0),
+        ("x 7", 7.0),
+    ],
+)
+def test_numbers(word: str, value: float) -> None:
+    assert ends(f"G00 {word}")[0][0] == value
+
+
+def test_inch_words_have_four_decimals_and_leave_values_before_them() -> None:
+    (move,) = motions("G00 X1. G70 Y.12345")
+    assert move.end == (1.0, 3.13436, 0.0)
+    assert move.inch
+
+
+def test_a_leading_percent_opens_and_the_next_one_ends_the_text() -> None:
+    assert ends("\n%\nG00 X1\n%\nG00 X2") == [(1, 0, 0)]
+    assert ends("G00 X1 % X2\nX3") == [(1, 0, 0)]
+
+
+def test_lines_end_in_every_usual_way() -> None:
+    assert len(ends("G00 X1\nX2\r\nX3\rX4;X5")) == 5
+
+
+def test_the_line_and_column_of_a_later_block() -> None:
+    error = refusal("G00 X1\n\n  N70 Y1 ; Y2 Q3")
+    assert (error.line, error.column, error.block) == (3, 15, 3)
+    assert refusal("G00 X1\n  N70 Y1 Q3").block == 70
+
+
+def test_motions_before_a_faulty_block_are_made() -> None:
+    stream = execute(read("G00 X1\nX2 X3"))
+    assert next(stream).end == (1, 0, 0)  # type: ignore[union-attr]
+    with pytest.raises(ControlError):
+        next(stream)
+
+
+def test_comments_before_the_first_name_are_no_program() -> None:
+    programs = read("(PART 7)\nO10\nG00 X1\nM30\nO20 (SUB)\nM99")
+    assert [program.number for program in programs] == [10, 20]
+
+
+def test_the_main_program_needs_no_name() -> None:
+    assert [program.number for program in read("G00 X1\nO20\nM99")] == [None, 20]
+
+
+def test_programs_are_found_beside_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "part.nc").write_text("M98 P77\nM30")
+    (tmp_path / "O77.nc").write_text("G00 X7.\nM99")
+    events = list(execute(read_file(tmp_path / "part.nc")))
+    assert events[0].end == (7, 0, 0)  # type: ignore[union-attr]
+
+
+def test_dwell_in_seconds_and_revolutions() -> None:
+    first, second, third = motions("G04 P1.5\nG04 X2\nG95 F1. S120\nG04 P3")
+    assert all(isinstance(move, Dwell) for move in (first, second, third))
+    assert [move.seconds for move in (first, second, third)] == [1.5, 2.0, 1.5]
+
+
+def test_stops_and_ends_are_told() -> None:
+    stop, end = run("N4 M00\nM30")
+    assert isinstance(stop, ProgramStop) and (stop.code, stop.block) == ("M00", 4)
+    assert isinstance(end, ProgramEnd) and end.cause == "M30"
+    assert run("M03 T5 S1000 M08 G40 G54")[-1].cause == "text end"  # type: ignore[union-attr]
+
+
+def test_an_endless_program_is_stopped() -> None:
+    assert refusal("G91 G00 X1\nM99", block_budget=100).name == "block-budget"
+    assert refusal("G19 G82 X9. Y-99. J-.001 E1000. F1.", block_budget=100).name == "block-budget"
+
+
+def test_feeds_are_clamped() -> None:
+    line = motions("G01 X1. F500.", maximum_feed=60.0)[0]
+    assert isinstance(line, Line) and line.feed == 60.0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"acceleration": 0.0},
+        {"rapid_feed": float("nan")},
+        {"maximum_feed": -1.0},
+        {"reversal_dwell": -0.1},
+        {"strokes": 0},
+        {"block_budget": 0},
+        {"start": (0.0, float("inf"), 0.0)},
+        {"operator_dress_at": (2.0, 1.0)},
+    ],
+)
+def test_settings_are_checked(settings: dict[str, object]) -> None:
+    with pytest.raises(ControlError):
+        Control(**settings)  # type: ignore[arg-type]
+
+
+def test_a_block_is_read_once() -> None:
+    source = read("G00 X1").main.blocks[0]
+    assert read_block(source) is read_block(source)

@@ -1,0 +1,145 @@
+"""Speed of the kernel, as ratios measured in one run: `make speed`.
+
+Only ratios travel between machines. Times are process CPU time (the best of several runs) except for two threads,
+which needs an idle machine, and the start-up times, which are wall time of fresh processes.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numba import get_num_threads
+from rich.console import Console
+from rich.table import Table
+
+from grind_env.control.rules import motion_time
+from grind_env.envs.tasks import load_task
+from grind_env.machine.batch import (
+    CYCLE,
+    PARAMETERS,
+    PART,
+    RESULT,
+    STROKE,
+    WHEEL,
+    as_table,
+    grind_cycles,
+    longest_first,
+    run_blocks,
+    run_scalar,
+)
+from grind_env.machine.block import advance_lanes
+
+START = """
+import time; begin = time.perf_counter()
+from tests.speed import cycles
+from grind_env.machine.batch import grind_cycles
+loaded = time.perf_counter(); grind_cycles(*cycles(1)); print(time.perf_counter() - loaded, loaded - begin)
+"""
+
+
+def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
+    """Random G82 cycles, about 55 strokes each: arguments of `grind_cycles`."""
+    rng = np.random.default_rng(seed)
+    task = load_task("power_limited")
+    kind = task.kinds[0]
+    table = np.zeros(machines, CYCLE)
+    table["speed"] = rng.uniform(100.0, 400.0, machines)
+    table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
+    table["first_seconds"] = table["stroke_seconds"]
+    table["target"] = rng.uniform(0.1, 1.0, machines)
+    table["primary_pick"] = table["secondary_pick"] = 0.01
+    table["sparkout"] = rng.integers(0, 4, machines)
+    table["coverage"] = 1.0
+    table["executions"] = rng.integers(0, 4, machines)
+    table["width"], table["length"] = kind.width, kind.length
+    table["dress_passes"], table["dress_depth"] = task.dress.passes, task.dress.depth
+    table["dress_feed"], table["dress_seconds"] = task.dress_feed, task.dress_seconds
+    parameters = np.full(machines, np.array(tuple(task.parameters(kind)), PARAMETERS))
+    wheels = np.full(machines, np.array(tuple(task.start_wheel()), WHEEL))
+    parts = np.full(machines, np.array((0.0, 0.0, 1.6), PART))
+    return table, parameters, wheels, parts
+
+
+def ns_per_stroke(kernel: Callable[..., None], machines: int, repeats: int) -> float:
+    """CPU time of the kernel with its sorting, ns per stroke."""
+    best = np.inf
+    table, parameters, wheels, parts = cycles(machines)
+    for _ in range(repeats):
+        arguments = [as_table(each.copy()) for each in (table, parameters, wheels, parts)]
+        results = np.zeros(machines, RESULT)
+        log, order = np.zeros((machines, 0, len(STROKE)), np.float64), np.empty(machines, np.int64)
+        begin = time.process_time()
+        longest_first(arguments[0], np.arange(machines), order)
+        kernel(*arguments, as_table(results), log, order, 0, 1)
+        best = min(best, (time.process_time() - begin) / results["strokes"].sum())
+    return 1e9 * best
+
+
+def wall_of_threads(threads: int, machines: int = 16384) -> float:
+    """Wall time of one batched call, s."""
+    best = np.inf
+    for _ in range(5):
+        table, parameters, wheels, parts = cycles(machines)
+        begin = time.perf_counter()
+        grind_cycles(table, parameters, wheels, parts, threads=threads)
+        best = min(best, time.perf_counter() - begin)
+    return best
+
+
+def fresh_process(code: str, **environment: str) -> list[float]:
+    """Numbers that a fresh Python prints."""
+    root = Path(__file__).resolve().parents[1]
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **environment},
+        cwd=root,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return [float(word) for word in run.stdout.split()]
+
+
+def vector_width() -> str:
+    """Widest vector registers that the kernel uses here."""
+    assembly = "".join(advance_lanes.inspect_asm().values())
+    return "AVX-512" if "zmm" in assembly else "AVX2 or less"
+
+
+def main() -> None:
+    """Measure and print."""
+    scalar = ns_per_stroke(run_scalar, 256, 5)
+    block = {n: ns_per_stroke(run_blocks, n, 25) for n in (1, 16, 256, 4096)}
+    python = "from tests.speed import *; print(ns_per_stroke(run_scalar, 1, 1))"
+    (plain,) = fresh_process(python, NUMBA_DISABLE_JIT="1")
+    one, two = wall_of_threads(1), wall_of_threads(2)
+    with tempfile.TemporaryDirectory() as folder:
+        cold, _ = fresh_process(START, NUMBA_CACHE_DIR=folder)
+        warm, imports = fresh_process(START, NUMBA_CACHE_DIR=folder)
+
+    table = Table(title=f"Kernel speed ({vector_width()}, {get_num_threads()} cores)")
+    for name in ("measure", "value", "target"):
+        table.add_column(name, justify="left" if name == "measure" else "right")
+    table.add_row("block kernel, N = 256", f"{block[256]:.1f} ns/stroke", "")
+    table.add_row("scalar loop", f"{scalar:.1f} ns/stroke", "")
+    table.add_row("block kernel over scalar loop, N = 256", f"{scalar / block[256]:.2f}", ">= 4 (AVX2: 2.5)")
+    table.add_row(
+        "block kernel over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)"
+    )
+    table.add_row("ns per stroke, N = 16 over N = 4096", f"{block[16] / block[4096]:.2f}", "<= 1.25")
+    table.add_row("ns per stroke, N = 1 over N = 4096", f"{block[1] / block[4096]:.2f}", "")
+    table.add_row("block kernel over the same source in plain Python", f"{plain / block[256]:.0f}", ">= 30")
+    table.add_row("two threads over one, N = 16384", f"{one / two:.2f}", ">= 1.7, idle machine")
+    table.add_row("first call, cold cache", f"{cold:.1f} s", "")
+    table.add_row("first call, warm cache", f"{warm:.2f} s", "")
+    table.add_row("imports before it", f"{imports:.2f} s", "")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

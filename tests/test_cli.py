@@ -1,0 +1,173 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grind_env.cli import main
+
+DRESSED = """G71 G94 G90 G19
+N10 G00 X-30.
+N20 G82.1 X230. I-30. Y-.02 J-.01 L1 F6. E12000. P9100
+N30 M30
+O9100
+G00 Y50.
+G18 G02 X-20. R5. F100.
+G04 P.5
+M99
+"""
+
+
+@pytest.fixture
+def grind(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore[no-untyped-def]
+    """Writes a program, runs `grind COMMAND` on it, and returns exit status, output and errors."""
+
+    def call(command: str, text: str | bytes | None, *options: str) -> tuple[int, str, str]:
+        path = tmp_path / "part.nc"
+        if text is not None:
+            path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        with pytest.raises(SystemExit) as exit_:
+            main([command, str(path), *options])
+        captured = capsys.readouterr()
+        return int(exit_.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+def test_trace_prints_one_object_a_motion(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, _ = grind("trace", DRESSED, "--acceleration", "2000")
+    records = [json.loads(line) for line in out.splitlines()]
+    assert status == 0
+    assert [(record["kind"], record["source"]) for record in records] == [
+        ("rapid", "program"),
+        ("rapid", "dress"),
+        ("arc", "dress"),
+        ("dwell", "dress"),
+        ("line", "retrace"),
+        ("rapid", "retrace"),
+        *[("line", "cycle")] * 6,
+    ]
+    assert records[2] == {
+        "kind": "arc",
+        "end": [-20.0, 50.0, 0.0],
+        "center": [-25.0, 50.0, 0.0],
+        "rotation": -1,
+        "plane": "G18",
+        "feed": 100.0,
+        "seconds": pytest.approx(5 * 3.14159265 / (100 / 60) + (100 / 60) / 2000),
+        "block": 7,
+        "source": "dress",
+    }
+    assert records[6] == {
+        "kind": "line",
+        "end": [230.0, 0.0, 0.0],
+        "feed": 12000.0,
+        "seconds": 1.4,
+        "block": 20,
+        "source": "cycle",
+    }
+    assert "feed" not in records[0] and "feed" not in records[3]
+
+
+def test_trace_uses_the_units_in_force(grind) -> None:  # type: ignore[no-untyped-def]
+    _, out, _ = grind("trace", "G70 G01 X.1 F7.\nX.3\nG71 X25.4\n")
+    records = [json.loads(line) for line in out.splitlines()]
+    assert [record["end"][0] for record in records] == [0.1, 0.3, 25.4]
+    assert [record["feed"] for record in records] == [7.0, 7.0, 177.8]
+
+
+def test_trace_options(grind) -> None:  # type: ignore[no-untyped-def]
+    text = "/ G00 X1\nG81 X9. I0 E600.\n"
+    assert len(grind("trace", text)[1].splitlines()) == 11
+    assert len(grind("trace", text, "--strokes", "3", "--block-delete")[1].splitlines()) == 3
+
+
+def test_trace_ends_with_an_error_line(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, err = grind("trace", "G00 X1\nN30 X2 Y--1\nX3")
+    first, last = (json.loads(line) for line in out.splitlines())
+    assert (status, err) == (2, "")
+    assert first["end"] == [1.0, 0.0, 0.0]
+    assert last == {
+        "kind": "error",
+        "error": "number-format",
+        "block": 30,
+        "line": 2,
+        "column": 8,
+        "message": "Y- has no digits; a number must follow",
+    }
+
+
+@pytest.mark.parametrize("text", [None, b"\xff\xfe\x00G"])
+def test_files_that_cannot_be_read(grind, text) -> None:  # type: ignore[no-untyped-def]
+    status, out, err = grind("trace", text)
+    assert (status, err) == (2, "")
+    record = json.loads(out)
+    assert (record["error"], record["line"]) == ("file", None)
+    status, out, err = grind("check", text)
+    assert (status, out) == (2, "")
+    assert err.startswith("grind: ") and err.count("\n") == 1
+
+
+def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "O7.nc").write_text("G00 X-\nM99")
+    _, out, _ = grind("trace", "M98 P7\nM30")
+    record = json.loads(out)
+    assert record["message"].startswith("O7.nc: ")
+    assert (record["line"], record["column"]) == (1, 5)
+
+
+def test_bad_options_are_bad_input(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, _ = grind("trace", "M30", "--acceleration", "0")
+    assert (status, json.loads(out)["error"]) == (2, "setting")
+    assert grind("check", "M30", "--strokes", "0")[0] == 2
+    assert grind("check", "M30", "--nonsense")[0] == 2
+
+
+def test_check_sums_up(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, err = grind("check", DRESSED)
+    assert (status, err) == (0, "")
+    assert out.splitlines()[0].startswith("2 programs, 8 blocks, 12 motions, ")
+    assert out.splitlines()[1] == "line 3: G82.1, 4 strokes, 1 dress"
+
+
+def test_check_as_json(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, _ = grind("check", DRESSED, "--json")
+    report = json.loads(out)
+    assert status == 0
+    assert report["cycles"] == [{"code": "G82.1", "block": 20, "line": 3, "strokes": 4, "dresses": 1}]
+    assert (report["programs"], report["blocks"], report["errors"]) == (2, 8, [])
+
+
+def test_check_reads_blocks_that_are_never_executed(grind) -> None:  # type: ignore[no-untyped-def]
+    status, out, err = grind("check", "G00 X1\nM30\nO5\nG05\nM99")
+    assert (status, out) == (2, "")
+    assert "part.nc:4:1: " in err and "[unknown-word]" in err
+
+
+def test_check_reports_reading_and_execution_once_each(grind) -> None:  # type: ignore[no-untyped-def]
+    _, _, err = grind("check", "G01 X1\nM30\nX-")
+    assert [line.rsplit(" ", 1)[1] for line in err.splitlines()] == ["[number-format]", "[no-feedrate]"]
+    status, out, err = grind("check", "X-", "--json")
+    assert (status, len(json.loads(out)["errors"]), err.count("\n")) == (2, 1, 1)
+
+
+@pytest.mark.parametrize("command", ["check", "trace"])
+def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main([command, "--help"])
+    assert exit_.value.code == 0
+    assert f"Example: grind {command} " in capsys.readouterr().out
+
+
+def test_check_imports_no_plotting_or_learning_library(tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text("M30")
+    script = (
+        "import sys\nfrom grind_env.cli import main\n"
+        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "heavy = ('grind_env.render', 'agents', 'torch', 'matplotlib', 'pandas')\n"
+        "print([name for name in sys.modules if name.startswith(heavy)])"
+    )
+    command = [sys.executable, "-c", script, "check", str(tmp_path / "part.nc")]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert result.stdout.splitlines()[-1] == "[]"
