@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import gymnasium as gym
+from gymnasium.vector import AutoresetMode
 
 import grind_env
 
@@ -19,7 +20,7 @@ def main() -> str | None:
     present = [name for name in HEAVY if importlib.util.find_spec(name) is not None]
     if present:
         return f"not a core install: {', '.join(present)} can be imported"
-    if Path(__file__).parents[1] in Path(grind_env.__file__).parents[:2]:
+    if Path(grind_env.__file__).parents[1] == Path(__file__).resolve().parents[1]:
         return f"not the installed package: {grind_env.__file__} belongs to the checkout"
 
     ids = [name for name in gym.registry if name.startswith("grind/")]
@@ -29,7 +30,7 @@ def main() -> str | None:
         env = gym.make(name)
         env.reset(seed=0)
         env.step(env.action_space.sample())
-        for mode in gym.vector.AutoresetMode:
+        for mode in AutoresetMode:
             vector = gym.make_vec(name, num_envs=4, autoreset_mode=mode)
             vector.reset(seed=0)
             vector.step(vector.action_space.sample())

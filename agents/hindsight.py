@@ -1,39 +1,32 @@
-"""The hindsight planner, which knows the whole tape of an episode, and the exact optimum of a small task."""
+"""The hindsight planner, which knows the whole tape of an episode."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.evaluate import roll_out
-from agents.planners import all_choices
-from agents.policy import Array, Decision, Policy, Sees, nearest_speed, speed_bounds
-from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from agents.dynamic_programming import forward_plans
+from agents.planners import COST
+from agents.policy import Array, Decision, Sees, nearest_speed, speed_bounds
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
 
-COST = Outcome._fields.index("cost")
-
-SWEEPS = 8
+SWEEPS = 3
 STRETCH = 6
 """Blocks whose E is scaled together."""
 
 
 @dataclass
 class Hindsight:
-    """Improves the plans of other policies by coordinate search on the true tape (scenarios, section 7, 6).
-
-    A strong reference, not a proven bound.
+    """Plans the whole episode by forward dynamic programming and improves the plan by coordinate search, both on
+    the true tape (scenarios, section 7, 6). A strong reference, not a proven bound.
 
     Args:
-        starts: policies whose plans it starts from; the cheapest plan of each episode is improved.
         sweeps: passes over the blocks.
         seed: of the random moves.
     """
 
-    starts: Sequence[Policy]
     sweeps: int = SWEEPS
     seed: int = 0
     name: ClassVar[str] = "hindsight"
@@ -47,24 +40,15 @@ class Hindsight:
         self.simulation, self.plan, self.block = Simulation(task), None, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Plan the whole episode before the first block, then follow the plan."""
+        """Plan before the first block, then follow the plan."""
         if self.plan is None:
             assert episodes is not None
-            self.plan = self._plan(episodes)
+            self.plan = forward_plans(self.simulation, episodes)
+            rng = np.random.default_rng(self.seed)
+            for _ in range(self.sweeps):
+                self.plan = sweep(self.simulation, episodes, self.plan, rng)
         self.block += 1
         return Decision(self.plan.speeds[:, self.block - 1], self.plan.executions[:, self.block - 1])
-
-    def _plan(self, episodes: Episodes) -> Decision:
-        runs = [roll_out(policy, self.simulation, episodes) for policy in self.starts]
-        best = np.argmin([run.cost for run in runs], axis=0)
-        n = np.arange(len(best))
-        plan = Decision(
-            np.array([run.speeds for run in runs])[best, n], np.array([run.executions for run in runs])[best, n]
-        )
-        rng = np.random.default_rng(self.seed)
-        for _ in range(self.sweeps):
-            plan = sweep(self.simulation, episodes, plan, rng)
-        return plan
 
 
 def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.random.Generator) -> Decision:
@@ -149,46 +133,3 @@ def moved(task: Task, speeds: Array, factor: Array) -> Array:
     levels = 1000.0 * np.array(task.action.speed_levels)
     index = np.searchsorted(levels, speeds) + np.sign(factor - 1.0).astype(np.int64)
     return levels[np.clip(index, 0, len(levels) - 1)]
-
-
-@dataclass(frozen=True, slots=True)
-class Optimum:
-    """The cheapest plan of a deterministic task."""
-
-    cost: float
-    """$, handover included."""
-    speeds: Array
-    """E, mm/min, shape (blocks,)."""
-    executions: Array
-    """D, shape (blocks,)."""
-    runner_up: float
-    """Cost of the second-best plan, $."""
-
-
-def exact_optimum(task: Task) -> Optimum:
-    """The exact optimum of a task without chance and with levels of E, by trying every plan.
-
-    Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
-
-    Raises:
-        GrindError: if the task draws anything at random or has a range of E.
-    """
-    if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
-        raise GrindError(f"{task.name} has no exact optimum: it needs levels of E and no spread")
-    simulation = Simulation(task)
-    choices = all_choices(task, 0)
-    n = len(choices.speeds)
-    first = simulation.start([np.random.default_rng(0)])
-    costs = []
-    for k in range(n):  # one first choice at a time keeps the last level small
-        state, cost = first.pick([0]), np.zeros(1)
-        cost = cost + simulation.step(state, choices.speeds[k : k + 1], choices.executions[k : k + 1])[0][:, COST]
-        for _ in range(1, task.blocks):
-            state = state.pick(np.repeat(np.arange(len(cost)), n))
-            decision = np.tile(choices.speeds, len(cost)), np.tile(choices.executions, len(cost))
-            cost = np.repeat(cost, n) + simulation.step(state, *decision)[0][:, COST]
-        costs.append(cost)
-    every = np.concatenate(costs)
-    best, second = np.argsort(every, kind="stable")[:2]
-    plan = np.array(np.unravel_index(best, (n,) * task.blocks))
-    return Optimum(float(every[best]), choices.speeds[plan], choices.executions[plan], float(every[second]))

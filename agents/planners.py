@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import GAUGED, KIND, Array, Decision, Sees, nearest_speed, speed_bounds
+from agents.policy import GAUGED, KIND, Array, Decision, Sees, nearest_speed, speed_bounds, speed_grid
 from agents.scripted import SharpnessRule
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Episodes, Outcome, Simulation
@@ -64,43 +64,50 @@ class ModelPredictive:
         rule: continues after the coming block.
         horizon: blocks after the coming one; as many more as the part in work needs. The wheel left behind is
             charged like that of an episode's end.
-        speeds: number of E tried, geometrically spaced, where the task has a range of them.
-        sees: `"state"` expects the lot at hand to last; `"future"` knows all lots and stocks.
+        speeds: number of E tried, geometrically spaced, where the task has a range of them; as many again are
+            then tried between the neighbours of the best.
     """
 
     rule: FullStateRule
     horizon: int = 10
     speeds: int = 14
-    sees: Sees = "state"
+    name: ClassVar[str] = "mpc"
+    sees: ClassVar[Sees] = "state"
     simulation: Simulation = field(init=False, repr=False)
     block: int = field(init=False, repr=False)
-    choices: Decision = field(init=False, repr=False)
-
-    @property
-    def name(self) -> str:
-        """Name in tables."""
-        return "mpc" if self.sees == "state" else "mpc_with_foresight"
 
     def begin(self, task: Task, episodes: int) -> None:
-        """List what can be chosen."""
+        """Back to the first block."""
         self.rule.begin(task, episodes)
         self.simulation, self.block = Simulation(task), 0
-        self.choices = all_choices(task, self.speeds)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Simulate every choice and take the cheapest."""
         assert episodes is not None
+        task, n = self.simulation.task, len(episodes.block)
+        choices = all_choices(task, self.speeds)
+        best = self._cheapest(episodes, Decision(*(np.tile(values, (n, 1)) for values in choices)))
+        if task.action.speed_levels is None:
+            low, high = speed_bounds(task)
+            ratio = (high / low) ** (1.0 / (self.speeds - 1))
+            between = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)
+            same = np.repeat(best.executions[:, None], self.speeds + 1, axis=1)
+            best = self._cheapest(episodes, Decision(nearest_speed(task, between), same))
+        self.block += 1
+        return best
+
+    def _cheapest(self, episodes: Episodes, choices: Decision) -> Decision:
+        """The cheapest of each episode's choices, given as shape (N, choices)."""
+        n, count = choices.speeds.shape
         last = self._last_block()
-        n, choices = len(episodes.block), len(self.choices.speeds)
         # the tape of the branches ends with the horizon, and so the simulation charges the wheel left behind
         here = replace(episodes, tape=episodes.tape[:, self.block : last + 1], block=np.zeros(n, np.int64))
-        branches = here.pick(np.repeat(np.arange(n), choices))
-        cost = self._step(branches, Decision(np.tile(self.choices.speeds, n), np.tile(self.choices.executions, n)))
+        branches = here.pick(np.repeat(np.arange(n), count))
+        cost = self._step(branches, Decision(choices.speeds.ravel(), choices.executions.ravel()))
         for _ in range(self.block, last):
             cost += self._step(branches, self.rule.read(branches))
-        best = cost.reshape(n, choices).argmin(axis=1)
-        self.block += 1
-        return Decision(self.choices.speeds[best], self.choices.executions[best])
+        best = cost.reshape(n, count).argmin(axis=1)
+        return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _step(self, branches: Episodes, decision: Decision) -> Array:
         return np.asarray(self.simulation.step(branches, *decision)[0][:, COST])
@@ -115,8 +122,6 @@ class ModelPredictive:
 
 def all_choices(task: Task, speeds: int) -> Decision:
     """Every pair of E and D: the levels of the task, or `speeds` values of E over its range."""
-    low, high = speed_bounds(task)
-    levels = task.action.speed_levels
-    E = nearest_speed(task, np.geomspace(low, high, speeds) if levels is None else 1000.0 * np.array(levels))
+    E = speed_grid(task, speeds)
     D = np.arange(task.action.executions + 1.0)
     return Decision(np.repeat(E, len(D)), np.tile(D, len(E)))

@@ -92,3 +92,10 @@ def speed_bounds(task: Task) -> tuple[float, float]:
     """Lowest and highest E of the task, mm/min."""
     speeds = task.action.speed_levels or task.action.speed_range or ()
     return 1000.0 * min(speeds), 1000.0 * max(speeds)
+
+
+def speed_grid(task: Task, count: int) -> Array:
+    """E to try, mm/min: the levels of the task, or `count` values that divide its range geometrically."""
+    if task.action.speed_levels is not None:
+        return 1000.0 * np.array(task.action.speed_levels)
+    return nearest_speed(task, np.geomspace(*speed_bounds(task), count))

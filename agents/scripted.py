@@ -100,9 +100,7 @@ class ConstantPerKind:
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Look up."""
         kind = self.estimator.update(observation).kind.astype(np.int64)
-        return Decision(
-            nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind]
-        )
+        return Decision(nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
 
 
 @dataclass
@@ -165,9 +163,7 @@ class SharpnessRule:
     wH: float
     task: Task = field(init=False, repr=False)
 
-    def decide(
-        self, kind: Array, area: Array, V: Array, h: Array, faster: Array, duller: Array
-    ) -> Decision:
+    def decide(self, kind: Array, area: Array, V: Array, h: Array, faster: Array, duller: Array) -> Decision:
         """Apply the rule; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
         number = kind.astype(np.int64)
         x = np.log(area / REFERENCE_AREA)

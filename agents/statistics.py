@@ -40,9 +40,7 @@ def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
         return np.where(J_fix == J_plan, np.nan, 100.0 * (J_fix - J) / (J_fix - J_plan))
 
 
-def bootstrap(
-    statistic: Callable[..., Array], *samples: Array, seed: int = 0, resamples: int = RESAMPLES
-) -> Interval:
+def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
     """Percentile bootstrap over episodes.
 
     Args:
@@ -56,7 +54,9 @@ def bootstrap(
         ValueError: if the samples differ in shape.
     """
     if len({sample.shape for sample in samples}) != 1:
-        raise ValueError(f"samples have shapes {[sample.shape for sample in samples]}, but must be of the same episodes")
+        raise ValueError(
+            f"samples have shapes {[sample.shape for sample in samples]}, but must be of the same episodes"
+        )
     n = samples[0].shape[0]
     index = np.random.default_rng(seed).integers(0, n, (resamples, n))
     values = statistic(*[sample[index] for sample in samples])

@@ -1,6 +1,5 @@
 """Training with Stable-Baselines3."""
 
-import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +20,8 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 
-TRAINING_SEED_STRIDE = 100_000
-"""Distance between the env seeds of two training seeds: far more than there are environments."""
+TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
+"""First env seed (of the training split) and the distance between those of two training seeds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +71,7 @@ def train_ppo(task: Task, seed: int, path: Path, training: Training | None = Non
         device="cpu",
     )
     # after PPO has seeded it, the env gets seeds of its own, far from those of evaluation
-    env.seed(TRAINING_SEED_STRIDE * (seed + 1))
+    env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)
     with Progress(
         TextColumn("training PPO"),
         BarColumn(),
@@ -85,7 +84,7 @@ def train_ppo(task: Task, seed: int, path: Path, training: Training | None = Non
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
         unfinished = Path(folder) / "model.zip"
         model.save(unfinished)
-        os.replace(unfinished, path)
+        unfinished.replace(path)
 
 
 class _ProgressBar(BaseCallback):

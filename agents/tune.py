@@ -9,18 +9,18 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from agents.evaluate import Evaluation, episode_seeds, roll_out, start_episodes
-from agents.planners import FullStateRule
-from agents.policy import Policy, nearest_speed, speed_bounds
-from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold
+from agents.policy import Policy, speed_bounds, speed_grid
+from agents.registry import TUNED, policy_names
+from agents.scripted import ConstantPerKind, Fixed
 from agents.search import Found, evolve, grid_search, refine
 from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 
 EPISODES = 48
-EVALUATIONS = 900
+EVALUATIONS = 700
 """Evaluations of one CMA-ES run; every rule has `STARTS` runs."""
-STARTS = 2
+STARTS = 4
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
@@ -39,48 +39,44 @@ class Coefficient(NamedTuple):
     step: float
     positive: bool = False
     by_kind: bool = False
+    most: float = np.inf
+
+    def value(self, z: float) -> float:
+        """The parameter at z, as it stands in the file."""
+        change = self.step * z
+        value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
+        return rounded(min(value, self.most))
 
 
-RULES: dict[str, tuple[Callable[..., Policy], tuple[Coefficient, ...]]] = {
+SHARPNESS = (
+    Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+    Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
+    Coefficient("gA", -0.3, 0.2),
+    Coefficient("gF", 0.0, 0.1),
+    Coefficient("gH", 0.0, 0.1),
+    Coefficient("wV", 0.0, 0.2),
+    Coefficient("wH", 0.5, 0.2),
+)
+RULES: dict[str, tuple[Coefficient, ...]] = {
     "power_threshold": (
-        PowerThreshold,
-        (
-            Coefficient("E", 12.0, 0.2, positive=True),
-            Coefficient("upper", 60.0, 0.2, positive=True),
-            Coefficient("lower", 0.9, 0.1, positive=True),
-            Coefficient("share", 0.8, 0.1, positive=True),
-        ),
+        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("upper", 60.0, 0.2, positive=True),
+        Coefficient("lower", 0.9, 0.1, positive=True, most=1.0),
+        Coefficient("share", 0.8, 0.1, positive=True),
     ),
     "adaptive_rule": (
-        AdaptiveRule,
-        (
-            Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
-            Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
-            Coefficient("gA", -0.3, 0.2),
-            Coefficient("gF", 0.0, 0.1),
-            Coefficient("gH", 0.0, 0.1),
-            Coefficient("gS", 0.0, 0.1),
-            Coefficient("wV", 0.0, 0.2),
-            Coefficient("wH", 0.5, 0.2),
-            Coefficient("wS", 0.1, 0.1),
-        ),
+        *SHARPNESS,
+        Coefficient("gS", 0.0, 0.1),
+        Coefficient("wS", 0.1, 0.1),
     ),
     "full_state_rule": (
-        FullStateRule,
-        (
-            Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
-            Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
-            Coefficient("gA", -0.3, 0.2),
-            Coefficient("gF", 0.0, 0.1),
-            Coefficient("gH", 0.0, 0.1),
-            Coefficient("gK", 0.0, 0.1),
-            Coefficient("gR", 0.0, 0.1),
-            Coefficient("wV", 0.0, 0.2),
-            Coefficient("wH", 0.5, 0.2),
-            Coefficient("wK", 0.3, 0.2),
-        ),
+        *SHARPNESS,
+        Coefficient("gK", 0.0, 0.1),
+        Coefficient("gR", 0.0, 0.1),
+        Coefficient("wK", 0.3, 0.2),
     ),
 }
+"""What CMA-ES tunes."""
 
 Advance = Callable[[], None]
 
@@ -109,11 +105,11 @@ class Tuner:
 
     def constant(self) -> tuple[Fixed, int]:
         """The best constant E and D, and the evaluations spent."""
-        return self._fixed(speed_grid(self.task, SPEEDS), range(self.task.action.executions + 1), (1,), "constant")
+        return self._fixed(self._speeds(SPEEDS), range(self.task.action.executions + 1), (1,), "constant")
 
     def interval(self) -> tuple[Fixed, int]:
         """The best constant E with one or two executions in every N-th block."""
-        return self._fixed(speed_grid(self.task, INTERVAL_SPEEDS), (1, 2), INTERVALS, "interval")
+        return self._fixed(self._speeds(INTERVAL_SPEEDS), (1, 2), INTERVALS, "interval")
 
     def _fixed(self, E: Any, D: Any, every: Any, name: str) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
@@ -137,7 +133,7 @@ class Tuner:
 
         for _ in range(PASSES):
             for kind in range(kinds):
-                grid = product(speed_grid(self.task, SPEEDS), range(self.task.action.executions + 1))
+                grid = product(self._speeds(SPEEDS), range(self.task.action.executions + 1))
                 found = grid_search(lambda point, kind=kind: self.cost(plan(kind, *point)), grid)
                 E_best, D_best = found.point
                 found = self._refine(
@@ -147,6 +143,9 @@ class Tuner:
                 evaluations += found.evaluations
         return ConstantPerKind(tuple(E), tuple(D)), evaluations
 
+    def _speeds(self, count: int) -> list[float]:
+        return [float(speed) / 1000.0 for speed in speed_grid(self.task, count)]
+
     def _refine(self, cost: Callable[[float], float], found: Found) -> Found:
         if self.task.action.speed_levels is not None:
             return found
@@ -155,14 +154,14 @@ class Tuner:
 
     def rule(self, name: str, evaluations: int) -> tuple[Policy, Parameters, int]:
         """The best of `STARTS` CMA-ES runs of a rule, on the validation episodes."""
-        build, coefficients = RULES[name]
+        coefficients = RULES[name]
         kinds = len(self.task.kinds)
 
         def parameters(vector: Any) -> Parameters:
             return from_vector(coefficients, kinds, vector)
 
         def make(vector: Any) -> Policy:
-            return build(**arguments(parameters(vector)))
+            return TUNED[name](**arguments(parameters(vector)))
 
         size = sum(kinds if coefficient.by_kind else 1 for coefficient in coefficients)
         runs = []
@@ -180,16 +179,8 @@ def from_vector(coefficients: tuple[Coefficient, ...], kinds: int, vector: Any) 
     position = 0
     for coefficient in coefficients:
         count = kinds if coefficient.by_kind else 1
-        z = vector[position : position + count]
+        values = [coefficient.value(z) for z in vector[position : position + count]]
         position += count
-        values = [
-            rounded(
-                coefficient.start * np.exp(np.clip(coefficient.step * u, -5.0, 5.0))
-                if coefficient.positive
-                else coefficient.start + coefficient.step * u
-            )
-            for u in z
-        ]
         result[coefficient.name] = values if coefficient.by_kind else values[0]
     return result
 
@@ -199,17 +190,9 @@ def rounded(value: Any) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def speed_grid(task: Task, count: int) -> list[float]:
-    """E to try, m/min: the levels of the task, or a geometric grid."""
-    low, high = speed_bounds(task)
-    levels = task.action.speed_levels
-    return list(levels) if levels is not None else (nearest_speed(task, np.geomspace(low, high, count)) / 1000).tolist()
-
-
 def tunable(task: Task) -> list[str]:
     """Names of the policies that can be tuned for a task."""
-    names = ["constant", "interval", "constant_per_kind", *RULES]
-    return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
+    return [name for name in policy_names(task) if name in TUNED]
 
 
 def tune_policy(name: str, tuner: Tuner, evaluations: int) -> Tuned:

@@ -28,7 +28,7 @@ def motion_time(length: float, speed: float, acceleration: float) -> float:
 @inlined
 def is_primary(reversal: float) -> bool:
     """Whether reversal number 1, 2, ... of a cycle is at the primary point; the first one is (16-16)."""
-    return reversal - 2.0 * np.floor(0.5 * reversal) == 1.0
+    return bool(reversal - 2.0 * np.floor(0.5 * reversal) == 1.0)
 
 
 @inlined
@@ -58,4 +58,4 @@ def dresses_due(depth: float, total: float, executions: float) -> float:
     Even in depth, exactly `executions` at full depth, none if the cycle has no depth.
     """
     share = depth * (executions + 1.0) / (total if total > 0.0 else 1.0)
-    return min(executions, np.floor(share + 1e-9)) if total > 0.0 else 0.0
+    return min(executions, float(np.floor(share + 1e-9))) if total > 0.0 else 0.0

@@ -1,8 +1,8 @@
 """From an action to E and D, and back.
 
-The default action is `Box(-1, 1, (2,))`. Its first component chooses E, geometrically over the speed range (or
-in equal bins over the speed levels) and rounded to whole mm/min, as a part program would say it; the second
-chooses D in equal-width floor bins, so that a uniform action gives every D the same chance.
+The default action is `Box(-1, 1, (2,))`. Its first component chooses E, geometrically over the speed range
+(or in equal bins over the speed levels) and rounded to whole mm/min, as a part program would say it; the
+second chooses D in equal-width floor bins, so that a uniform action gives every D the same chance.
 """
 
 from typing import Any
@@ -18,6 +18,23 @@ from grind_env.kernel import entry, exp, log
 
 class ActionError(GrindError):
     """An action that is not in the action space."""
+
+
+def action_array(actions: ArrayLike, count: int | None = None) -> NDArray[np.float64]:
+    """Actions as numbers, shape (count, 2); any count if none is given.
+
+    Raises:
+        ActionError: if they are not numbers or have another shape.
+    """
+    try:
+        values = np.asarray(actions, np.float64)
+    except (TypeError, ValueError):
+        raise ActionError(f"actions are {actions!r}, but must be an array of numbers, E and D of each env") from None
+    if values.ndim != 2 or values.shape != (count or len(values), 2):
+        raise ActionError(
+            f"actions have shape {values.shape}, but must have shape ({count or 'N'}, 2): E and D of each env"
+        )
+    return values
 
 
 class ActionCodec:
@@ -36,16 +53,12 @@ class ActionCodec:
         Raises:
             ActionError: if an action has another shape, is not a number or lies outside -1..1.
         """
-        values = np.asarray(actions, np.float64)
-        if values.ndim != 2 or values.shape[1] != 2:
-            raise ActionError(f"actions have shape {values.shape}, but must have shape (N, 2): E and D of each env")
+        values = action_array(actions)
         good = np.abs(values) <= 1.0
         if not good.all():
             i, k = np.argwhere(~good)[0]
             name = ("E", "D")[k]
-            raise ActionError(
-                f"action {i} has {values[i, k]} for {name}, but must lie between -1 and 1: clip it before the step"
-            )
+            raise ActionError(f"action {i} has {values[i, k]} for {name}, but must lie between -1 and 1: clip it first")
         speeds, executions = np.empty(len(values)), np.empty(len(values))
         _decode(values, self.levels, self.low, self.high, float(self.executions), speeds, executions)
         return speeds, executions
@@ -58,25 +71,28 @@ class ActionCodec:
         """
         E = np.atleast_1d(np.asarray(speeds, np.float64))
         D = np.atleast_1d(np.asarray(executions, np.float64))
-        if ((D < 0) | (D > self.executions) | (D != np.floor(D))).any():
-            raise ActionError(f"D must be a whole number from 0 to {self.executions}")
+        good = np.isin(D, np.arange(self.executions + 1))
+        if not good.all():
+            raise ActionError(f"D is {D[~good][0]:g}, but must be a whole number from 0 to {self.executions}")
         if len(self.levels):
             distance = np.abs(E[:, None] - self.levels)
-            if (distance.min(axis=1) > 0.5).any():
-                raise ActionError(f"E must be one of {', '.join(f'{level:g}' for level in self.levels)} mm/min")
+            good = distance.min(axis=1) <= 0.5
+            if not good.all():
+                levels = ", ".join(f"{level:g}" for level in self.levels)
+                raise ActionError(f"E is {E[~good][0]:g} mm/min, but must be one of {levels} mm/min")
             u0 = 2.0 * (distance.argmin(axis=1) + 0.5) / len(self.levels) - 1.0
         else:
-            if ((E < self.low - 0.5) | (E > self.high + 0.5)).any():
-                raise ActionError(f"E must be from {self.low:g} to {self.high:g} mm/min")
+            good = (self.low - 0.5 <= E) & (self.high + 0.5 >= E)
+            if not good.all():
+                raise ActionError(f"E is {E[~good][0]:g} mm/min, but must be from {self.low:g} to {self.high:g} mm/min")
             u0 = 2.0 * np.log(E / self.low) / np.log(self.high / self.low) - 1.0
         u1 = 2.0 * (D + 0.5) / (self.executions + 1) - 1.0
-        return np.clip(np.stack([u0, u1], axis=1), -1.0, 1.0).astype(np.float32)
+        actions: NDArray[np.float32] = np.clip(np.stack([u0, u1], axis=1), -1.0, 1.0).astype(np.float32)
+        return actions
 
 
 @entry
-def _decode(
-    actions: Any, levels: Any, low: float, high: float, most: float, speeds: Any, executions: Any
-) -> None:
+def _decode(actions: Any, levels: Any, low: float, high: float, most: float, speeds: Any, executions: Any) -> None:
     for i in range(actions.shape[0]):
         u = 0.5 * (actions[i, 0] + 1.0)
         if levels.size > 0:

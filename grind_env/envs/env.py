@@ -1,6 +1,6 @@
 """The single environment."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -27,7 +27,8 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
     plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
     program **D** times within the cycle, evenly in depth. The wheel dulls, loads, wears and grows waves; slow
-    tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and wheel.
+    tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
+    wheel.
 
     ## Action space
 
@@ -36,20 +37,20 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Observation space
 
-    `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()` lists
-    every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+    `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()`
+    lists every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
 
     ## Reward
 
-    Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected cost
-    of scrap, and with the last block the price of handing over a dull wheel. The best fixed plan earns about -1 a
-    step, a good policy -0.6; a scrapped part costs 10 and more. `info["reward_terms"]` holds the terms,
-    `info["cost"]` the probability that the part which this block finished is scrap.
+    Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
+    cost of scrap, and with the last block the price of handing over a dull wheel. The best fixed plan earns
+    about -1 a step, a good policy -0.6; a scrapped part costs 10 and more. `info["reward_terms"]` holds the
+    terms, `info["cost"]` the probability that the part which this block finished is scrap.
 
     ## Episode
 
-    Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last block.
-    All that is random is drawn at reset.
+    Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
+    block. All that is random is drawn at reset.
 
     Args:
         task: name of the task, for example `"power_limited"`.
@@ -58,7 +59,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         render_mode: none yet.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (an instance variable of gym.Env)
 
     def __init__(
         self,
@@ -68,6 +69,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         render_mode: str | None = None,
     ) -> None:
         self.task: Task = load_task(task)
+        refuse_render(render_mode)
         self.simulation = Simulation(self.task, full=wants_full(observation))
         self.codec = ActionCodec(self.task)
         self.render_mode = render_mode
@@ -97,9 +99,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self.simulation.restart(self.episodes, 0, self.np_random)
         return self.simulation.observe(self.episodes)[0], {}
 
-    def step(
-        self, action: NDArray[np.float32]
-    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Grind one block.
 
         Raises:
@@ -109,15 +109,14 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         episodes = self.episodes
         if episodes is None or episodes.block[0] >= self.task.blocks:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
-        speeds, executions = self.codec.decode(np.asarray(action)[None])
+        speeds, executions = self.codec.decode([action])
         block = self._block(episodes, float(speeds[0]), int(executions[0]))
         self.blocks.append(block)
-        outcomes, results = self.simulation.step(episodes, speeds, executions)
+        outcomes, _ = self.simulation.step(episodes, speeds, executions)
         outcome = Outcome(*outcomes[0].tolist())
         info: dict[str, Any] = {
             "reward_terms": {
-                name: -value / self.task.reference_cost
-                for name, value in zip(REWARD_TERMS, outcome, strict=False)
+                name: -value / self.task.reference_cost for name, value in zip(REWARD_TERMS, outcome, strict=False)
             },
             "cost": outcome.finished - outcome.good,
             "block_cost": outcome.cost,
@@ -136,6 +135,16 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         kind = self.task.kinds[int(number)]
         surface = 0.0 if kind.starts_part else float(episodes.parts[0, 0])
         return Block(kind, surface, float(stock), speed, executions)
+
+
+def refuse_render(render_mode: str | None) -> None:
+    """Check the render mode.
+
+    Raises:
+        TaskError: if there is one, since none is known yet.
+    """
+    if render_mode is not None:
+        raise TaskError(f"render_mode is {render_mode!r}, but the environment has none: leave it out")
 
 
 def wants_full(observation: str) -> bool:

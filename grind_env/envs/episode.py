@@ -14,7 +14,7 @@ from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.rows import column_writer
 
 CUT = 1.8
-"""Log-normal factors are cut at this many standard deviations: no wheel is so odd that no E can hold the limits."""
+"""Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
 
 
 class TapeRow(NamedTuple):
@@ -41,13 +41,13 @@ class TapeRow(NamedTuple):
     ra_scale: float
     """Factor on the roughness."""
     mean_noise: float
-    """Standard normal noise of the mean power, relative and absolute alike."""
+    """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike."""
     first_noise: float
     peak_noise: float
     size_noise: float
-    """Standard normal noise of the size gauge."""
+    """Noise of the size gauge, likewise."""
     roughness_noise: float
-    """Standard normal noise of the roughness gauge."""
+    """Noise of the roughness gauge, likewise."""
 
 
 write_row = column_writer(TapeRow)
@@ -57,7 +57,7 @@ NORMALS = 9
 
 
 def draw(task: Task, rng: np.random.Generator) -> tuple[NDArray[np.float64], float]:
-    """The tape of one episode, shape (blocks, fields of `TapeRow`), and the diamond's wear flat at the start, mm.
+    """The tape of one episode, shape (blocks, fields of `TapeRow`), and the diamond's first wear flat, mm.
 
     The count of random numbers depends on the task only, never on what they turn out to be.
     """
@@ -73,7 +73,8 @@ def draw(task: Task, rng: np.random.Generator) -> tuple[NDArray[np.float64], flo
         np.array([kind.starts_part for kind in task.kinds]),
         normals,
         uniforms,
-        (spread.stock, spread.gauge, spread.lot_probability, spread.lot_growth, spread.lot_pressure),
+        (spread.stock, spread.gauge, spread.measurement),
+        (spread.lot_probability, spread.lot_growth, spread.lot_pressure),
         (
             spread.wheel_growth,
             spread.wheel_roughness,
@@ -93,9 +94,18 @@ def log_normal(sigma: float, z: float) -> float:
 
 @entry
 def _fill(
-    tape: Any, kinds: Any, stocks: Any, starts: Any, normals: Any, uniforms: Any, lots: Any, wheels: Any
+    tape: Any,
+    kinds: Any,
+    stocks: Any,
+    starts: Any,
+    normals: Any,
+    uniforms: Any,
+    parts: Any,
+    lots: Any,
+    wheels: Any,
 ) -> None:
-    stock_sigma, gauge_sigma, probability, lot_growth, lot_pressure = lots
+    stock_sigma, gauge_sigma, measurement = parts
+    probability, lot_growth, lot_pressure = lots
     wheel_growth, roughness, fracture, g_ratio, convection = wheels
     episode = normals[tape.shape[0]]
     lot_kA, lot_pm = 1.0, 1.0
@@ -118,10 +128,10 @@ def _fill(
             fc=log_normal(fracture, episode[2]),
             Gref=log_normal(g_ratio, episode[3]),
             ra_scale=log_normal(roughness, episode[1]),
-            mean_noise=z[4],
-            first_noise=z[5],
-            peak_noise=z[6],
-            size_noise=z[7],
-            roughness_noise=z[8],
+            mean_noise=measurement * z[4],
+            first_noise=measurement * z[5],
+            peak_noise=measurement * z[6],
+            size_noise=measurement * z[7],
+            roughness_noise=measurement * z[8],
         )
         write_row(tape, k, row)

@@ -1,7 +1,7 @@
 """What an agent sees: named readings with unit, scale, noise and delay.
 
-A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at the
-range of its sensor. `HIDDEN` readings are only in `observation="full"`.
+A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at
+the range of its sensor. `HIDDEN` readings are only in `observation="full"`.
 """
 
 from typing import NamedTuple
@@ -78,25 +78,32 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         full: with the hidden state, for oracles and tests.
     """
     power = task.machine.power_limit
-    speeds = task.action.speed_range or (min(task.action.speed_levels or ()), max(task.action.speed_levels or ()))
+    speeds = task.action.speed_range or (
+        min(task.action.speed_levels or ()),
+        max(task.action.speed_levels or ()),
+    )
     centre, half = (speeds[0] + speeds[1]) / 2.0, (speeds[1] - speeds[0]) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
+    noisy = task.spread.measurement > 0.0
+    power_noise, size_noise, ra_noise = ("3 % + 20 W", "0.7 um", "6 %, ") if noisy else ("exact", "exact", "")
     table = [
-        Reading("mean_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W",
-                "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if there were none"),
-        Reading("first_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W",
+        Reading("mean_power", "W", 0.0, power, 0.0, 5.0, power_noise,
+                "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if none"),
+        Reading("first_power", "W", 0.0, power, 0.0, 5.0, power_noise,
                 "mean power of the first (up to 6) full plunges of the last block"),
-        Reading("peak_power", "W", 0.0, power, 0.0, 5.0, "3 % + 20 W", "highest power of the last block"),
+        Reading("peak_power", "W", 0.0, power, 0.0, 5.0, power_noise, "highest power of the last block"),
         Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the last block"),
         Reading("last_width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the last block"),
-        Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, "0.7 um", "stock left on the last finished part"),
-        Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, "6 %, every third part, one part late",
+        Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, size_noise,
+                "stock left on the last finished part"),
+        Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, f"{ra_noise}every third part, one part late",
                 "Ra of the last gauged part over its limit"),
         Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
-        Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact", "specific volume removed since the last dress"),
+        Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
+                "specific volume removed since the last dress"),
         Reading("blocks_since_dress", "", 0.0, 10.0, 0.0, 20.0, "exact", "blocks since the last dress"),
         Reading("dresses", "", 0.0, 50.0, 0.0, 10.0, "exact", "dress executions so far"),
         Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, "exact", "wheel diameter (offset 33)"),
@@ -104,8 +111,10 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the coming block"),
         Reading("length", "mm", 0.0, 300.0, 0.0, 5.0, "exact", "length of the coming block"),
         Reading("sparkout", "", 0.0, 5.0, 0.0, 5.0, "exact", "spark-out strokes of the coming block"),
-        Reading("stock", "of nominal", 1.0, 1.0, -1.0, 3.0, "pre-gauge of the task", "stock of the coming block"),
-        Reading("roughness_limit", "um", 0.0, 1.0, 0.0, 5.0, "exact", "Ra limit of the coming block, 0 for none"),
+        Reading("stock", "of nominal", 1.0, 1.0, -1.0, 3.0, "pre-gauge of the task",
+                "stock of the coming block"),
+        Reading("roughness_limit", "um", 0.0, 1.0, 0.0, 5.0, "exact",
+                "Ra limit of the coming block, 0 for none"),
         Reading("tolerance", "um", 0.0, 10.0, 0.0, 5.0, "exact", "tolerance of the coming block, 0 for none"),
         Reading("scrap", "$", 0.0, 100.0, 0.0, 5.0, "exact", "price of scrapping the coming part"),
         Reading("new_lot", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming part begins a new lot"),

@@ -5,11 +5,25 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import read
+from grind_env.envs.episode import TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
+from grind_env.machine.dress_program import plan_dress
+from grind_env.machine.job import Job, Part, Setup, Times
+from grind_env.machine.part import PartConditions
+from grind_env.process.catalogue import load_catalogue
 
 DRESS_PROGRAM = 9100
+RECIPROCATING_AXIS = 0
+FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
+"""Stroke parameters that an episode draws factors for."""
+
 PICK_FEED = 60.0
 """mm/min; a pick is over long before the wheel is back at the middle of the part."""
 
@@ -53,10 +67,15 @@ def cycle_block(task: Task, block: Block) -> str:
 
 def part_program(task: Task, blocks: Sequence[Block]) -> str:
     """A main program that runs the blocks, M00 before each further part, and the dress program."""
-    lines = ["O0001 (" + task.title.upper() + ")", "G71 G90 G94 G19 G40", f"S{60 * task.wheel_revolutions:.0f} M03"]
+    lines = [
+        "O0001 (" + task.title.upper() + ")",
+        "G71 G90 G94 G19 G40",
+        f"S{60 * task.wheel_revolutions:.0f} M03",
+    ]
     for k, block in enumerate(blocks):
-        if block.kind.starts_part and k > 0:
-            lines.append("M00 (NEXT PART, TOUCH OFF AT Y0)")
+        if k > 0:
+            starts = block.kind.starts_part
+            lines.append("M00 (NEXT PART, TOUCH OFF AT Y0)" if starts else "M01 (GAUGE THE PART)")
         first = min(block.surface + block.kind.pick, block.surface + block.stock)
         lines += [
             f"G00 X{number(-task.setup.overrun)} Y{number(-first)}",
@@ -67,10 +86,59 @@ def part_program(task: Task, blocks: Sequence[Block]) -> str:
 
 
 def dress_program(task: Task) -> list[str]:
-    """A dress program of the task's passes, lead and depth, for a dresser above the table."""
+    """A dress program of the task's passes, lead and depth: the diamond stands on the table, beside the part."""
     travel = task.wheel.width + DRESS_CLEARANCE
-    lines = [f"O{DRESS_PROGRAM} (DRESS)", "G91 G01"]
+    lines = [
+        f"O{DRESS_PROGRAM} (DRESS)",
+        "G90 G94",
+        "G00 Y20. (OFF THE PART)",
+        f"G00 X{number(-task.setup.overrun - 90.0)} Z{number(-travel)} (BESIDE THE DIAMOND)",
+        "G00 Y10. (WHEEL FACE AT THE DIAMOND)",
+    ]
     for k in range(task.dress.passes):
-        lines.append(f"Y{number(-task.dress.depth)} F100.")
+        lines.append(f"G91 G01 Y{number(-task.dress.depth)} F60.")
         lines.append(f"Z{number(travel if k % 2 == 0 else -travel)} F{number(60.0 * task.dress_feed)}")
-    return [*lines, "M99"]
+    return [*lines, "G90 G00 Y20.", "M99"]
+
+
+def job(task: Task, kind: Kind) -> Job:
+    """The job of parts of one kind, for `machine.grind`.
+
+    Its dress set-up time is what the task counts for a dress beyond the motions of the dress program.
+    """
+    catalogue = load_catalogue()
+    setup = Setup(
+        wheel=task.wheel,
+        dresser=catalogue.dresser(task.setup.dresser),
+        fluid=catalogue.fluid(task.setup.fluid),
+        machine=task.machine,
+        wheel_speed=task.setup.wheel_speed,
+    )
+    part = Part(
+        material=catalogue.material(kind.material),
+        length=kind.length,
+        width=kind.width,
+        stock=kind.stock,
+        roughness_limit=kind.roughness_limit,
+        tolerance=kind.tolerance,
+        scrap_cost=kind.scrap,
+        rise_allowance=kind.rise_allowance,
+    )
+    bare = Job(part=part, setup=setup, times=Times(load=task.setup.load, dress_setup=0.0))
+    position = (-task.setup.overrun, -kind.pick, 0.0)
+    programs = read("\n".join(["M30", *dress_program(task)]))
+    motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
+    return replace(bare, times=replace(bare.times, dress_setup=task.dress_seconds - motions.seconds))
+
+
+def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
+    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
+    rows = [TapeRow(*row) for row in tape.tolist()]
+    starts = [row for row in rows if task.kinds[int(row.kind)].starts_part]
+    return [
+        PartConditions(
+            stock=row.stock,
+            factors={name: getattr(row, name) * task.factors.get(name, 1.0) for name in FACTORS},
+        )
+        for row in starts
+    ]

@@ -1,11 +1,12 @@
 """The task itself: N episodes side by side, without Gymnasium.
 
-One compiled call steps all of them: cycle parameters from (E, D), the block kernel, cost, and the readings of the
-next observation. The single environment runs it with N = 1, the vector environment and the planners with many.
+One compiled call steps all of them: cycle parameters from (E, D), the block kernel, cost, and the readings of
+the next observation. The single environment runs it with N = 1, the vector environment and the planners with
+many.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ from grind_env.envs.observations import HIDDEN, Reading, Readings, readings
 from grind_env.envs.tasks import Kind, Task
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.machine.batch import longest_first, run_blocks
+from grind_env.machine.batch import longest_first
+from grind_env.machine.block import run_blocks
 from grind_env.machine.cycle import Cycle, CycleResult, PartState, dress_lead
 from grind_env.process.cost import Limits, Rates, handover_cost, running_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -125,7 +127,11 @@ read_parameters, write_parameters = column_reader(StrokeParameters), column_writ
 read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
 read_part, write_part = column_reader(PartState), column_writer(PartState)
 read_memory, write_memory = column_reader(Memory), column_writer(Memory)
-read_result, write_cycle, write_outcome = column_reader(CycleResult), column_writer(Cycle), column_writer(Outcome)
+read_result, write_cycle, write_outcome = (
+    column_reader(CycleResult),
+    column_writer(Cycle),
+    column_writer(Outcome),
+)
 write_readings = column_writer(Readings)
 
 
@@ -242,8 +248,10 @@ class Simulation:
         return outcomes, results
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """Observations of the coming blocks, shape (N, entries), float32; after the last block of an episode the
-        coming block reads as zeros."""
+        """Observations of the coming blocks, shape (N, entries), float32.
+
+        After the last block of an episode the coming block reads as zeros.
+        """
         observations = np.zeros((len(episodes.block), len(self.entries)), np.float32)
         _observe(
             self.kinds,
@@ -289,8 +297,11 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
 
 @inlined
 def cycle_of(kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, shop: Shop) -> Cycle:
-    """The cycle of a block. The wheel is set to the first depth before the first stroke, off the part, so the
-    cycle itself makes one pick less than there are depths, and one spark-out stroke more follows its last cut."""
+    """The cycle of a block.
+
+    The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
+    pick less than there are depths, and one spark-out stroke more follows its last cut.
+    """
     surface = 0.0 if kind.starts_part > 0.0 else part.Z
     speed = E / 60.0
     seconds = motion_time(kind.stroke, speed, shop.acceleration) + shop.dwell
@@ -378,9 +389,7 @@ def _step(
         handover = 0.0
         if block[i] + 1 == tape.shape[1]:
             lead = dress_lead(wheel, shop.dress_feed, p)
-            handover = handover_cost(
-                wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates
-            )
+            handover = handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates)
         cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover
         outcome = Outcome(
             time_cost=time_cost,

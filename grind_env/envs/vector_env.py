@@ -11,8 +11,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from grind_env.envs.actions import ActionCodec, ActionError
-from grind_env.envs.env import REWARD_TERMS, wants_full
+from grind_env.envs.actions import ActionCodec, action_array
+from grind_env.envs.env import REWARD_TERMS, refuse_render, wants_full
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import Block, cycle_block
 from grind_env.envs.simulation import Outcome, Simulation
@@ -49,6 +49,7 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
     ) -> None:
         if num_envs < 1:
             raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
+        refuse_render(render_mode)
         self.num_envs = num_envs
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
@@ -73,15 +74,20 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,)."""
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
-        if seeds is not None and len(seeds) != self.num_envs:
-            raise GrindError(f"{len(seeds)} seeds were given for {self.num_envs} envs: give one each, or one int")
+        """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
+
+        Raises:
+            GrindError: if the seeds or the mask do not fit the sub-environments.
+        """
         mask = reset_mask(options, self.num_envs)
-        for i in np.flatnonzero(mask):
-            if seeds is not None and seeds[i] is not None:
-                self.rngs[i] = seeding.np_random(seeds[i])[0]
-            self.simulation.restart(self.episodes, i, self.rngs[i])
+        fresh = {
+            i: seeding.np_random(seed_i)[0]
+            for i, seed_i in enumerate(seed_list(seed, self.num_envs))
+            if mask[i] and seed_i is not None
+        }
+        for i, rng in fresh.items():
+            self.rngs[i] = rng
+        self._restart(mask)
         self.begun |= mask
         self.due &= ~mask
         return self.simulation.observe(self.episodes), {}
@@ -90,23 +96,20 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         """Grind one block in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
 
         Raises:
-            gymnasium.error.ResetNeeded: before the first reset, and with autoreset disabled after the last block.
+            gymnasium.error.ResetNeeded: before the first reset; without autoreset, after the last block.
             ActionError: if an action is not in the action space.
         """
         if not self.begun.all():
             raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
-        if np.shape(actions) != self.action_space.shape:
-            raise ActionError(
-                f"actions have shape {np.shape(actions)}, but must have shape {self.action_space.shape}"
-            )
         if self.due.any() and self.autoreset_mode == AutoresetMode.DISABLED:
             raise gym.error.ResetNeeded(
                 f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
             )
+        values = action_array(actions, self.num_envs)
         # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
         resetting = self.due
         stepping = np.flatnonzero(~resetting)
-        speeds, executions = self.codec.decode(actions)
+        speeds, executions = self.codec.decode(np.where(resetting[:, None], 0.0, values))
         blocks = self._blocks(stepping, speeds, executions) if self.show_block else {}
         outcomes, _ = self.simulation.step(self.episodes, speeds, executions, stepping)
         self._restart(resetting)
@@ -117,12 +120,13 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
             info = self._final_info(info, observations, terminated)
             self._restart(terminated)
             observations = self.simulation.observe(self.episodes)
-        self.due = terminated if self.autoreset_mode != AutoresetMode.SAME_STEP else np.zeros(self.num_envs, bool)
+        # a copy: the caller owns what is returned, and the next reset changes `due` in place
+        self.due = terminated & (self.autoreset_mode != AutoresetMode.SAME_STEP)
         rewards = outcomes[:, COLUMN["reward"]].copy()
         return observations, rewards, terminated, np.zeros(self.num_envs, bool), info
 
     def _restart(self, mask: Array) -> None:
-        for i in np.flatnonzero(mask):
+        for i in np.flatnonzero(mask).tolist():
             self.simulation.restart(self.episodes, i, self.rngs[i])
 
     def _blocks(self, stepping: Array, speeds: Array, executions: Array) -> dict[int, str]:
@@ -201,6 +205,23 @@ def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
     except ValueError:
         legal = ", ".join(repr(each.value) for each in AutoresetMode)
         raise TaskError(f"autoreset_mode is {mode!r}, but must be one of {legal}") from None
+
+
+def seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
+    """A seed for each sub-environment; None to go on with its generator.
+
+    Raises:
+        GrindError: if `seed` is neither an int, nor `num_envs` of them, nor None.
+    """
+    if seed is None:
+        return [None] * num_envs
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + i for i in range(num_envs)]
+    if isinstance(seed, list | tuple | np.ndarray) and len(seed) == num_envs:
+        numbers = [each if each is None else int(each) for each in seed if isinstance(each, int | np.integer | None)]
+        if len(numbers) == num_envs:
+            return numbers
+    raise GrindError(f"seed is {seed!r}, but must be one int, or a list of {num_envs}, one for each env")
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> Array:

@@ -34,14 +34,10 @@ def float_of(bits: int) -> float:
 
 
 def _bitcast(source: Any, target: Any) -> Any:
-    @intrinsic
-    def cast(typingctx: Any, value: Any) -> Any:
-        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return builder.bitcast(args[0], context.get_value_type(signature.return_type))
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], context.get_value_type(signature.return_type))
 
-        return target(source), codegen
-
-    return cast
+    return intrinsic(lambda typingctx, value: (target(source), codegen))
 
 
 _bits_of = _bitcast(types.float64, types.int64)

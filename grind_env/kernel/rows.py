@@ -43,7 +43,8 @@ def column_writer(record: type[Any]) -> Callable[[Any, int, Any], None]:
     return _compile("def function(table, i, value):\n" + "\n".join(lines), record)
 
 
-def _compile(source: str, record: type[Any]) -> Any:
+def _compile(source: str, record: type[Any]) -> Callable[..., Any]:
     namespace: dict[str, Any] = {"record": record}
     exec(source, namespace)
-    return inlined(namespace["function"])
+    function: Callable[..., Any] = namespace["function"]
+    return inlined(function)

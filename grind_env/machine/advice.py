@@ -1,4 +1,4 @@
-"""What a run warns of: programs that the control accepts but that grind otherwise than they seem to (PD-6)."""
+"""What a run warns of: programs that the control accepts, but that grind otherwise than they seem (PD-6)."""
 
 import math
 

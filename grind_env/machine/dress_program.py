@@ -42,6 +42,10 @@ class DressPlan:
     depth: float
     seconds: float
 
+    def __str__(self) -> str:
+        passes = "1 pass" if self.passes == 1 else f"{self.passes} passes"
+        return f"{passes} of {self.depth:g} mm at {60.0 * self.feed:g} mm/min"
+
 
 def plan_dress(
     programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int

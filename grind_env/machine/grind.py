@@ -52,8 +52,8 @@ def grind(
     """Run a part program.
 
     A part begins at the start of the program and after each M00, where the operator loads the next one: the
-    wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear up to
-    there is compensated. A program without M00 grinds one part.
+    wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear so
+    far is compensated. A program without M00 grinds one part.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
@@ -239,8 +239,8 @@ class _Run:
         same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
         if found.passes != plan.passes or not same:
             raise DressProgramError(
-                f"dress program O{program}: within the cycle it makes {found}, by itself {plan}; let it set G70 "
-                "or G71, G90 or G91, G94 and F before it moves"
+                f"dress program O{program}: it makes {found} when the cycle calls it, but {plan} by itself; "
+                "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds"
             )
 
     def _wheel(self) -> WheelState:

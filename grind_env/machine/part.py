@@ -41,9 +41,12 @@ class PartConditions:
         """Check names and numbers."""
         for name in self.factors:
             if name not in StrokeParameters._fields:
-                close = difflib.get_close_matches(name, StrokeParameters._fields, n=1, cutoff=0.5)
+                close = difflib.get_close_matches(name, StrokeParameters._fields, n=1)
                 hint = f" (did you mean {close[0]}?)" if close else ""
-                raise JobError(f"there is no stroke parameter {name!r}{hint}", name)
+                raise JobError(
+                    f"there is no stroke parameter {name!r}{hint}; they are the fields of StrokeParameters",
+                    name,
+                )
         for name, value in (("stock", self.stock), *self.factors.items()):
             if value is not None and not 0.0 < value < math.inf:
                 legal = "a positive number"

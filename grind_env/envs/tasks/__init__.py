@@ -4,23 +4,25 @@ import functools
 import math
 import re
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from grind_env.errors import GrindError
-from grind_env.process.catalogue import load_catalogue
+from grind_env.machine.compiled import dressed_wheel
+from grind_env.process.catalogue import Entry, load_catalogue, quantities
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Machine, Wheel
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+EntryT = TypeVar("EntryT", bound=Entry)
 
 FOLDER = Path(__file__).parent
 
@@ -34,7 +36,7 @@ class TaskError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionRange:
-    """What an action can choose: a geometric range or fixed levels of E in m/min, and up to `executions` for D."""
+    """What an action can choose: a geometric range or levels of E in m/min, and up to `executions` for D."""
 
     executions: int
     speed_range: tuple[float, float] | None = None
@@ -62,7 +64,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dress:
-    """The dress program of the task: diamond passes, lead (mm/rev) and depth (mm) of each, set-up time (s)."""
+    """The dress program of the task: diamond passes, lead (mm/rev) and depth (mm) of each, set-up (s)."""
 
     passes: int
     lead: float
@@ -75,8 +77,8 @@ class Kind:
     """A kind of cycle block.
 
     Lengths in mm, `roughness_limit` and `tolerance` in um (0 for none), `rise_allowance` in K, `scrap` in $.
-    A block that does not start a part goes on with the part of the block before; scrap is charged with the block
-    that ends it.
+    A block that does not start a part goes on with the part of the block before; scrap is charged with the
+    block that ends it.
     """
 
     name: str
@@ -96,13 +98,15 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Standard deviations of what an episode draws (scenarios, section 3); all 0 gives the deterministic task.
+    """Standard deviations of what an episode draws (scenarios, section 3); all 0 is the deterministic task.
 
-    `stock` is relative, `gauge` in mm, `diamond_flat` the largest start value in mm, the rest logarithmic.
+    `stock` is relative, `gauge` in mm, `measurement` a factor on the noise of power, size and roughness
+    readings, `diamond_flat` the largest start value in mm, the rest logarithmic.
     """
 
     stock: float = 0.0
     gauge: float = 0.0
+    measurement: float = 0.0
     lot_probability: float = 0.0
     lot_growth: float = 0.0
     lot_pressure: float = 0.0
@@ -147,12 +151,16 @@ class Task:
     @property
     def wheel(self) -> Wheel:
         """The wheel, with the changes of this task."""
-        return replace(load_catalogue().wheel(self.setup.wheel), **self.setup.wheel_changes)
+        return _changed(load_catalogue().wheel(self.setup.wheel), self.setup.wheel_changes, "[setup.wheel_changes]: ")
 
     @property
     def machine(self) -> Machine:
         """The machine, with the changes of this task."""
-        return replace(load_catalogue().machine(self.setup.machine), **self.setup.machine_changes)
+        return _changed(
+            load_catalogue().machine(self.setup.machine),
+            self.setup.machine_changes,
+            "[setup.machine_changes]: ",
+        )
 
     @property
     def rates(self) -> Rates:
@@ -171,14 +179,13 @@ class Task:
             self.machine,
             wheel_speed=self.setup.wheel_speed,
         )
+        _refuse_unknown(self.factors, StrokeParameters._fields, "[factors]: ")
         return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
 
     def limits(self, kind: Kind) -> Limits:
         """Limits of a good part of that kind."""
         tempering = load_catalogue().material(kind.material).tempering_rise
-        return Limits(
-            tempering + kind.rise_allowance, self.machine.power_limit, kind.roughness_limit, kind.tolerance
-        )
+        return Limits(tempering + kind.rise_allowance, self.machine.power_limit, kind.roughness_limit, kind.tolerance)
 
     @property
     def wheel_revolutions(self) -> float:
@@ -187,8 +194,13 @@ class Task:
 
     @property
     def dress_feed(self) -> float:
-        """Traverse feed of the diamond, mm/s."""
-        return self.dress.lead * self.wheel_revolutions
+        """Traverse feed of the diamond, mm/s; in mm/min it has three decimals, as the control reads it."""
+        return round(60.0 * self.dress.lead * self.wheel_revolutions, 3) / 60.0
+
+    @property
+    def dress_lead(self) -> float:
+        """Lead that this feed gives, mm per wheel revolution."""
+        return self.dress_feed / self.wheel_revolutions
 
     @property
     def dress_seconds(self) -> float:
@@ -198,9 +210,18 @@ class Task:
     def start_wheel(self, diamond_flat: float = 0.0) -> WheelState:
         """The wheel at the start of an episode, dressed with a diamond of that wear flat (mm)."""
         p = self.parameters(self.kinds[0])
-        wheel = dressed_wheel(self.wheel.diameter, diamond_flat, self.dress.lead, self.dress.depth, p)
+        wheel = dressed_wheel(self.wheel.diameter, diamond_flat, self.dress_lead, self.dress.depth, p)
         area = self.start.wear_flat_area
         return wheel._replace(A=wheel.A if area is None else area, V=self.start.volume)
+
+
+TABLES: Mapping[str, type[Any]] = {
+    "action": ActionRange,
+    "setup": Setup,
+    "dress": Dress,
+    "spread": Spread,
+    "start": Start,
+}
 
 
 def task_names() -> list[str]:
@@ -213,11 +234,16 @@ def load_task(name: str) -> Task:
     """The task of that name.
 
     Raises:
-        TaskError: if there is no such task, or its file has a key that it should not have.
+        TaskError: if there is no such task, or its file lacks a key or has one that does not exist.
     """
     if name not in task_names():
         raise TaskError(f"there is no task {name!r}: the tasks are {', '.join(task_names())}")
-    return _task(name, tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")))
+    try:
+        return _task(name, tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")))
+    except tomllib.TOMLDecodeError as error:
+        raise TaskError(f"{name}.toml: not valid TOML: {error}") from None
+    except GrindError as error:
+        raise TaskError(f"{name}.toml: {error}") from None
 
 
 def environment_id(name: str) -> str:
@@ -225,18 +251,38 @@ def environment_id(name: str) -> str:
     return f"grind/{''.join(word.capitalize() for word in re.split('_', name))}-v0"
 
 
-def _task(name: str, document: dict[str, Any]) -> Task:
-    try:
-        action = document.pop("action")
-        tables = {
-            "action": ActionRange(**{k: tuple(v) if isinstance(v, list) else v for k, v in action.items()}),
-            "setup": Setup(**document.pop("setup")),
-            "dress": Dress(**document.pop("dress")),
-            "kinds": tuple(Kind(**table) for table in document.pop("kind")),
-            "spread": Spread(**document.pop("spread", {})),
-            "start": Start(**document.pop("start", {})),
-            "sequence": tuple(document.pop("sequence")),
-        }
-        return Task(name=name, **tables, **document)
-    except (KeyError, TypeError) as error:
-        raise TaskError(f"task file {name}.toml does not fit: {error}") from error
+def _task(name: str, document: Mapping[str, Any]) -> Task:
+    plain = [item.name for item in fields(Task) if item.name not in ("name", "kinds", *TABLES)]
+    _refuse_unknown(document, [*plain, *TABLES, "kind"], "")
+    tables = {key: _read(kind, document.get(key, {}), f"[{key}]: ") for key, kind in TABLES.items()}
+    kinds = tuple(_read(Kind, table, "[[kind]]: ") for table in document.get("kind", ()))
+    values = {key: document[key] for key in plain if key in document}
+    task: Task = _read(Task, values, "", name=name, kinds=kinds, **tables)
+    _refuse_unknown(task.sequence, [kind.name for kind in kinds], "sequence: ")
+    for kind in kinds:
+        # looks up every name of the catalogue and every key of the changes
+        task.parameters(kind)
+    return task
+
+
+def _read(kind: type[Any], table: Mapping[str, Any], place: str, **given: Any) -> Any:
+    """An instance of a dataclass from a table of a task file; `given` are the fields not in the table."""
+    expected = [item for item in fields(kind) if item.name not in given]
+    _refuse_unknown(table, [item.name for item in expected], place)
+    for item in expected:
+        if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
+            raise TaskError(f"{place}the key {item.name} is missing")
+    values = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    return kind(**given, **values)
+
+
+def _changed(entry: EntryT, changes: Mapping[str, Any], place: str) -> EntryT:
+    """A catalogue entry with the changes of a task."""
+    _refuse_unknown(changes, quantities(type(entry)), place)
+    return replace(entry, **changes)
+
+
+def _refuse_unknown(table: Iterable[str], legal: Iterable[str], place: str) -> None:
+    for key in table:
+        if key not in legal:
+            raise TaskError(f"{place}there is no {key}; legal are {', '.join(legal)}")

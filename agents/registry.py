@@ -1,0 +1,59 @@
+"""The policies by name."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from agents.hindsight import Hindsight
+from agents.planners import FullStateRule, ModelPredictive
+from agents.policy import Policy
+from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from agents.tuned import CONFIGS, ConfigError, arguments, read_tuned
+from grind_env.envs.tasks import Task
+
+FIXED_PLANS = ("constant", "interval")
+"""The plans that a shop can write into a program without sensors; the better one scores 0."""
+REFERENCE = "hindsight"
+"""Scores 100."""
+
+UNTUNED: dict[str, Callable[[], Policy]] = {"random": Random, "handbook": handbook, REFERENCE: Hindsight}
+TUNED: dict[str, Callable[..., Policy]] = {
+    "constant": partial(Fixed, name="constant"),
+    "interval": partial(Fixed, name="interval"),
+    "constant_per_kind": ConstantPerKind,
+    "power_threshold": PowerThreshold,
+    "adaptive_rule": AdaptiveRule,
+    "full_state_rule": FullStateRule,
+}
+
+
+def policy_names(task: Task) -> list[str]:
+    """Names of the policies of a task, from those that know least to those that know most."""
+    names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "power_threshold", "adaptive_rule"]
+    names += ["full_state_rule", "mpc", REFERENCE]
+    return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
+
+
+def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
+    """The policy of that name, with the parameters tuned for the task.
+
+    Raises:
+        ConfigError: if there is no such policy, or if it has not been tuned for the task yet.
+    """
+    if name not in policy_names(task):
+        raise ConfigError(f"there is no policy {name!r} for {task.name}: choose from {', '.join(policy_names(task))}")
+    if name in UNTUNED:
+        return UNTUNED[name]()
+    if name == "mpc":
+        return ModelPredictive(FullStateRule(**_tuned_arguments("full_state_rule", task, folder)))
+    return TUNED[name](**_tuned_arguments(name, task, folder))
+
+
+def _tuned_arguments(name: str, task: Task, folder: Path) -> dict[str, Any]:
+    tuned = read_tuned(task.name, folder)
+    if name not in tuned:
+        raise ConfigError(
+            f"{name} has no parameters in {folder / task.name}.toml: run `python -m agents tune --task {task.name}`"
+        )
+    return arguments(tuned[name].parameters)

@@ -1,0 +1,86 @@
+"""What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+
+import grind_env  # noqa: F401
+from grind_env.envs.simulation import Episodes, Outcome, Simulation
+
+IDS = sorted(name for name in gym.registry if name.startswith("grind/"))
+MODES = list(AutoresetMode)
+
+Array = NDArray[Any]
+
+
+def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
+    """Uniform actions, shape (steps, num_envs, 2), float32."""
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)
+
+
+def native(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:
+    return gym.make_vec(env_id, num_envs, autoreset_mode=mode, **kwargs)
+
+
+def sync(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:
+    return gym.make_vec(
+        env_id,
+        num_envs,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **{"show_block": False, **kwargs},
+    )
+
+
+def assert_same(a: Any, b: Any, place: str = "result") -> None:
+    """Fail unless a and b have the same types, keys, shapes, dtypes and bits."""
+    assert type(a) is type(b), f"{place}: {type(a)} and {type(b)}"
+    if isinstance(a, dict):
+        assert a.keys() == b.keys(), f"{place}: {sorted(a)} and {sorted(b)}"
+        for key in a:
+            assert_same(a[key], b[key], f"{place}[{key!r}]")
+    elif isinstance(a, tuple | list):
+        assert len(a) == len(b), place
+        for k, (x, y) in enumerate(zip(a, b, strict=True)):
+            assert_same(x, y, f"{place}[{k}]")
+    elif isinstance(a, np.ndarray):
+        assert (a.dtype, a.shape) == (b.dtype, b.shape), f"{place}: {a.dtype}{a.shape} and {b.dtype}{b.shape}"
+        if a.dtype == object:
+            assert_same(a.tolist(), b.tolist(), place)
+        else:
+            assert a.tobytes() == b.tobytes(), f"{place}: {a} and {b}"
+    else:
+        assert a == b, f"{place}: {a!r} and {b!r}"
+
+
+def rollout(
+    simulation: Simulation, episodes: Episodes, speeds: Array | float, executions: Array | float
+) -> tuple[Outcome, Array, Array]:
+    """Run whole episodes.
+
+    Args:
+        simulation: the simulation.
+        episodes: N fresh episodes.
+        speeds: E in mm/min, broadcast to (blocks, N).
+        executions: D, broadcast to (blocks, N).
+
+    Returns:
+        Outcomes, each field of shape (blocks, N); cycle results, shape (blocks, N, fields of `CycleResult`);
+        observations before every block and after the last one, shape (blocks + 1, N, entries).
+    """
+    shape = (simulation.task.blocks, len(episodes.block))
+    outcomes, results, observations = [], [], [simulation.observe(episodes)]
+    for E, D in zip(np.broadcast_to(speeds, shape), np.broadcast_to(executions, shape), strict=True):
+        outcome, result = simulation.step(episodes, np.array(E, float), np.array(D, float))
+        outcomes.append(outcome)
+        results.append(result)
+        observations.append(simulation.observe(episodes))
+    return Outcome(*np.moveaxis(np.array(outcomes), 2, 0)), np.array(results), np.array(observations)
+
+
+def start(simulation: Simulation, count: int, seed: int = 0) -> Episodes:
+    """Fresh episodes with the seeds `seed`, `seed + 1`, ..."""
+    return simulation.start([np.random.default_rng(seed + i) for i in range(count)])

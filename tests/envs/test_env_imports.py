@@ -1,0 +1,48 @@
+import subprocess
+import sys
+
+BODY = """
+import importlib.abc, sys
+
+OPTIONAL = ("torch", "stable_baselines3", "matplotlib", "pandas", "pyarrow", "plotly", "cma", "typer", "rich")
+
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in OPTIONAL and BLOCK:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+
+import gymnasium as gym
+import grind_env
+
+for name in [name for name in gym.registry if name.startswith("grind/")]:
+    env = gym.make(name)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    vector = gym.make_vec(name, num_envs=3)
+    vector.reset(seed=0)
+    vector.step(vector.action_space.sample())
+    print(name)
+
+print([name for name in OPTIONAL if name in sys.modules])
+"""
+
+
+def lines(block: bool) -> list[str]:
+    script = BODY.replace("BLOCK", str(block))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_importing_and_stepping_loads_no_optional_package() -> None:
+    *ids, loaded = lines(block=False)
+    assert len(ids) >= 2
+    assert loaded == "[]"
+
+
+def test_every_env_works_without_the_optional_packages() -> None:
+    *ids, loaded = lines(block=True)
+    assert {"grind/PowerLimited-v0", "grind/Oracle6-v0"} <= set(ids)
+    assert loaded == "[]"

@@ -1,0 +1,229 @@
+import functools
+
+import numpy as np
+import pytest
+
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.observations import HIDDEN, Readings, physical
+from grind_env.envs.simulation import Outcome, Simulation
+from grind_env.envs.tasks import load_task, task_names
+from grind_env.machine.cycle import CycleResult
+from grind_env.process.state import WheelState
+from tests.envs.harness import IDS, Array, actions, native, rollout, start
+
+N = 300
+
+
+@pytest.mark.parametrize("observation", ["measured", "full"])
+@pytest.mark.parametrize("env_id", IDS)
+def test_a_hundred_thousand_random_steps_stay_in_the_space(env_id: str, observation: str) -> None:
+    env = native(env_id, 500, observation=observation)
+    low, high = env.single_observation_space.low, env.single_observation_space.high
+    env.reset(seed=0)
+    for action in actions(200, 500):
+        observations, rewards, *_ = env.step(action)
+        assert np.isfinite(rewards).all()
+        assert ((observations >= low) & (observations <= high)).all()  # false for NaN, too
+
+
+class Run:
+    """Random episodes of a task: what happened and what was read."""
+
+    def __init__(self, name: str) -> None:
+        self.simulation = Simulation(load_task(name), full=True)
+        self.task = task = self.simulation.task
+        rng = np.random.default_rng(1)
+        shape = (task.blocks, N)
+        self.speeds = 1000.0 * np.floor(6.0 + 15.0 * rng.random(shape))
+        self.executions = np.floor(1.4 * rng.random(shape))
+        episodes = start(self.simulation, N)
+        self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
+        outcomes, results, wheels = [], [], [episodes.wheels.copy()]
+        observations = [self.simulation.observe(episodes)]
+        for E, D in zip(self.speeds, self.executions, strict=True):
+            outcome, result = self.simulation.step(episodes, E, D)
+            outcomes.append(outcome)
+            results.append(result)
+            wheels.append(episodes.wheels.copy())
+            observations.append(self.simulation.observe(episodes))
+        self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
+        self.result = CycleResult(*np.moveaxis(np.array(results), 2, 0))
+        self.wheels = WheelState(*np.moveaxis(np.array(wheels), 2, 0))
+        self.observations = np.array(observations)
+        self.read = physical(self.observations, self.simulation.entries)
+
+
+run = functools.cache(Run)
+
+
+def assert_standard_normal(z: Array) -> None:
+    n = z.size
+    assert n > 3000
+    assert abs(z.mean()) < 5.0 / np.sqrt(n)
+    assert z.std() == pytest.approx(1.0, abs=5.0 / np.sqrt(2 * n))
+    assert (np.abs(z) < 1.0).mean() == pytest.approx(0.6827, abs=5.0 * np.sqrt(0.6827 * 0.3173 / n))
+
+
+def mean_power(total: Array, count: Array) -> Array:
+    return np.where(count > 0.0, total / np.maximum(count, 1.0), 0.0)
+
+
+def test_power_readings_have_three_per_cent_and_twenty_watts_of_noise() -> None:
+    r = run("power_limited")
+    for name, true in (
+        ("peak_power", r.outcome.peak_power),
+        ("first_power", mean_power(r.result.first_power, r.result.first_count)),
+        ("mean_power", mean_power(r.result.last_power, r.result.last_count)),
+    ):
+        reading = r.read[name][1:]
+        assert (reading[true == 0.0] == 0.0).all(), name
+        inside = (true > 500.0) & (true < 25000.0)
+        assert inside.mean() > 0.7, name
+        assert_standard_normal(((reading - true) / (0.03 * true + 20.0))[inside])
+    assert (r.result.last_count[r.executions == 0.0] > 0.0).all()
+    assert r.result.last_count.max() == 6.0 and r.result.first_count.max() == 6.0
+
+
+def test_the_size_gauge_has_seven_tenths_of_a_micrometre_of_noise() -> None:
+    r = run("power_limited")
+    inside = np.abs(r.outcome.size_error) < 90.0
+    assert_standard_normal(((r.read["size_error"][1:] - r.outcome.size_error) / 0.7)[inside])
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_every_third_part_is_gauged_for_roughness_and_known_one_part_late(name: str) -> None:
+    r = run(name)
+    limits = np.array([r.task.kinds[r.task.kind_of_block(k)].roughness_limit for k in range(r.task.blocks)])
+    assert (r.read["roughness"][:2] == 0.0).all()
+    noise = []
+    for done in range(2, r.task.blocks + 1):
+        # parts 0, 3, 6, ... are gauged, and known when the part after them is done
+        gauged = 3 * ((done - 2) // 3)
+        ratio = r.outcome.roughness[gauged] / limits[gauged]
+        noise.append(((r.read["roughness"][done] / ratio - 1.0) / 0.06)[ratio < 4.0])
+        np.testing.assert_allclose(r.read["parts_since_gauged"][done], done - 1 - gauged, atol=1e-5)
+        if (done - 2) % 3:
+            np.testing.assert_array_equal(r.read["roughness"][done], r.read["roughness"][done - 1])
+    z = np.concatenate(noise[::3])
+    if r.task.spread.measurement:
+        assert_standard_normal(z)
+    else:
+        np.testing.assert_allclose(z, 0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_book_keeping_is_exact(name: str) -> None:
+    r = run(name)
+    exact = {"rtol": 1e-5, "atol": 2e-4}
+    np.testing.assert_allclose(r.read["last_speed"][1:], r.speeds / 1000.0, **exact)
+    np.testing.assert_allclose(r.read["last_executions"][1:], r.executions, **exact)
+    np.testing.assert_allclose(r.read["dresses"][1:], np.cumsum(r.executions, axis=0), **exact)
+    np.testing.assert_allclose(r.read["diameter"], r.wheels.ds, **exact)
+    np.testing.assert_allclose(r.read["volume"], np.minimum(r.wheels.V, 6000.0), **exact)
+    since = np.zeros(N)
+    for k, executions in enumerate(r.executions):
+        since = np.where(executions > 0.0, 0.0, since + 1.0)
+        np.testing.assert_allclose(r.read["blocks_since_dress"][k + 1], since, **exact)
+    left = (r.task.blocks - np.arange(r.task.blocks + 1)) / r.task.blocks
+    np.testing.assert_allclose(r.read["remaining"], np.repeat(left[:, None], N, axis=1), **exact)
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_coming_block_is_announced(name: str) -> None:
+    r = run(name)
+    order = [r.task.kinds[r.task.kind_of_block(k)] for k in range(r.task.blocks)]
+    for k, kind in enumerate(order):
+        for reading, value in (
+            ("pick", kind.pick),
+            ("width", kind.width),
+            ("length", kind.length),
+            ("sparkout", kind.sparkout),
+            ("roughness_limit", kind.roughness_limit),
+            ("tolerance", kind.tolerance),
+            ("scrap", kind.scrap),
+        ):
+            np.testing.assert_allclose(r.read[reading][k], value, rtol=1e-6, err_msg=reading)
+        np.testing.assert_allclose(r.read["stock"][k], r.tape.gauged[:, k] / kind.stock, rtol=1e-6)
+        np.testing.assert_array_equal(r.read["new_lot"][k], r.tape.new_lot[:, k])
+        if len(r.task.kinds) > 1:
+            following = order[k + 1].name if k + 1 < len(order) else ""
+            for other in r.task.kinds:
+                assert (r.read[f"coming_{other.name}"][k] == (other is kind)).all()
+                assert (r.read[f"following_{other.name}"][k] == (other.name == following)).all()
+    for reading in ("pick", "width", "length", "sparkout", "stock", "roughness_limit", "tolerance", "scrap"):
+        assert (r.read[reading][-1] == 0.0).all(), reading
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_full_observation_shows_the_true_state(name: str) -> None:
+    r = run(name)
+    for reading, true in (
+        ("wear_flat", r.wheels.A),
+        ("loading", r.wheels.lam),
+        ("waviness", r.wheels.alw),
+        ("diamond_flat", r.wheels.wd),
+        ("dressed_roughness", r.wheels.Rd),
+        ("dressed_density", r.wheels.Cd),
+    ):
+        np.testing.assert_allclose(r.read[reading], true, rtol=1e-5, atol=1e-7, err_msg=reading)
+    for reading, factor in (
+        ("growth", r.tape.kA),
+        ("pressure", r.tape.pm),
+        ("fracture", r.tape.fc),
+        ("wear", r.tape.Gref),
+        ("convection", r.tape.hf),
+        ("roughness_scale", r.tape.ra_scale),
+    ):
+        np.testing.assert_allclose(r.read[reading][:-1], factor.T, rtol=1e-6, err_msg=reading)
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
+    r = run(name)
+    lengths = np.array([r.task.kinds[r.task.kind_of_block(k)].length for k in range(r.task.blocks)])[:, None]
+    removed = (r.tape.stock.T - r.outcome.size_error / 1000.0) * lengths
+    gained = r.wheels.V[1:] - r.wheels.V[:-1]
+    undressed = r.executions == 0.0
+    np.testing.assert_allclose(gained[undressed], removed[undressed], rtol=1e-9)
+    assert undressed.any()
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
+    measured, full = (Simulation(load_task(name), full=value) for value in (False, True))
+    hidden = set(Readings._fields[HIDDEN:])
+    names = [entry.name for entry in measured.entries]
+    assert hidden.isdisjoint(names)
+    assert [entry.name for entry in full.entries if entry.name not in hidden] == names
+    assert all((entry.noise == "hidden") == (entry.name in hidden) for entry in full.entries)
+
+    episodes = start(measured, 5)
+    _, _, before = rollout(measured, start(measured, 5), 9000.0, 1.0)
+    # other wheels and lots look the same until they are ground
+    visible = ("kind", "stock", "gauged", "new_lot")
+    for k, field in enumerate(TapeRow._fields):
+        if field not in visible:
+            episodes.tape[:, :, k] *= 1.3
+    for k, field in enumerate(WheelState._fields):
+        if field not in ("ds", "V"):
+            episodes.wheels[:, k] = 1.1 * episodes.wheels[:, k] + 0.01
+    np.testing.assert_array_equal(measured.observe(episodes), before[0])
+    _, _, after = rollout(measured, episodes, 9000.0, 1.0)
+    assert not np.array_equal(after[1], before[1])
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_physical_inverts_the_scaling(name: str) -> None:
+    r = run(name)
+    entries = r.simulation.entries
+    assert list(r.read) == [entry.name for entry in entries]
+    scaled = np.stack([(r.read[entry.name] - entry.offset) / entry.scale for entry in entries], axis=-1)
+    np.testing.assert_allclose(scaled, r.observations, rtol=1e-6, atol=1e-7)
+    single = physical(r.observations[0, 0], entries)
+    assert {name: values[0, 0] for name, values in r.read.items()} == single
+
+
+def test_the_scaling_keeps_ordinary_readings_near_one() -> None:
+    r = run("power_limited")
+    shown = r.observations[:, :, :HIDDEN]
+    assert np.abs(np.percentile(shown, [5, 50, 95], axis=(0, 1))).max() <= 3.0

@@ -1,0 +1,68 @@
+"""Short ways to describe a job and to run a program text on it."""
+
+from typing import Any
+
+from grind_env.control import Control, read
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job, Part, Setup, Times, WheelStart
+from grind_env.machine.part import PartConditions
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.catalogue import load_catalogue
+
+CATALOGUE = load_catalogue()
+
+HEAD = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
+"""X reciprocates, Y plunges; the wheel stands 30 mm beside the part and at its surface."""
+
+DRESS = """
+O9100
+N1 G71 G90 G94
+N2 G00 Y20.
+N3 G00 X-120. Z-40.
+N4 G00 Y10.
+N5 G91 G01 Y-.02 F60.
+N6 Z35. F191.
+N7 Y-.02 F60.
+N8 Z-35. F191.
+N9 G90 G00 Y20.
+N10 M99
+"""
+"""Two passes of 0.02 mm at 191 mm/min."""
+
+
+def job(
+    *,
+    material: str = "aisi_52100",
+    wheel: str = "a60j",
+    setup: dict[str, Any] | None = None,
+    load: float = 20.0,
+    dress_setup: float = 8.0,
+    wheel_start: WheelStart | None = None,
+    **part: Any,
+) -> Job:
+    """The job of model.md, 200 mm x 20 mm of hardened 52100, with changes."""
+    values = {"length": 200.0, "width": 20.0, "stock": 0.1, "scrap_cost": 40.0, **part}
+    return Job(
+        part=Part(material=CATALOGUE.material(material), **values),
+        setup=Setup(
+            **{
+                "wheel": CATALOGUE.wheel(wheel),
+                "dresser": CATALOGUE.dresser("single_point"),
+                "fluid": CATALOGUE.fluid("emulsion"),
+                "machine": CATALOGUE.machine("default"),
+                **(setup or {}),
+            }
+        ),
+        times=Times(load=load, dress_setup=dress_setup),
+        wheel=wheel_start or WheelStart(),
+    )
+
+
+def run(
+    text: str,
+    job: Job,
+    *,
+    control: Control | None = None,
+    conditions: tuple[PartConditions, ...] = (),
+) -> GrindingRecord:
+    return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)

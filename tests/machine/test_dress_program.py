@@ -1,0 +1,113 @@
+import dataclasses
+
+import pytest
+
+from grind_env.control import Control, read
+from grind_env.errors import GrindError
+from grind_env.machine.dress_program import DressPlan, DressProgramError, plan_dress
+from tests.machine.harness import DRESS, job
+
+AT_PRIMARY = (230.0, -0.05, 0.0)
+CONTROL = Control(acceleration=1000.0, rapid_feed=15_000.0)
+
+
+def plan(body: str, dress_setup: float = 8.0) -> DressPlan:
+    text = f"M30\nO9100\nG71 G90 G94\n{body}\nM99\n"
+    return plan_dress(read(text), 9100, job(dress_setup=dress_setup), CONTROL, AT_PRIMARY, 0)
+
+
+def seconds(length: float, feed: float) -> float:
+    """Time of a trapezoidal motion with 1000 mm/s2; feed in mm/min."""
+    v = feed / 60.0
+    return length / v + v / 1000.0
+
+
+def test_passes_feed_depth_and_time_of_the_usual_program() -> None:
+    found = plan_dress(read("M30" + DRESS), 9100, job(dress_setup=8.0), CONTROL, AT_PRIMARY, 0)
+    assert found.passes == 2
+    assert found.feed == pytest.approx(191.0 / 60.0)
+    assert found.depth == pytest.approx(0.020)
+    # out: 20.05 up, 350 by 40 aside, 10 down, two infeeds and passes, 10.04 up;
+    # back the first four moves reversed: the link to Y9.98 above the diamond, 10 up, aside, 20.05 down
+    rapid = 15_000.0
+    aside = (350.0**2 + 40.0**2) ** 0.5
+    expected = 8.0 + 2 * seconds(35.0, 191.0) + 2 * seconds(0.02, 60.0) + 3 * 0.0
+    forth = [20.05, aside, 10.0, 10.04]
+    back = [10.02, 0.02, 10.0, aside, 20.05]
+    expected += sum(short_rapid(length, rapid) for length in forth)
+    expected += sum(
+        seconds(length, 60.0) if length == 0.02 else short_rapid(length, rapid) for length in back
+    )
+    assert found.seconds == pytest.approx(expected, rel=1e-9)
+
+
+def short_rapid(length: float, feed: float) -> float:
+    """As `seconds`, for motions that may be too short to reach the feed."""
+    v = feed / 60.0
+    return seconds(length, feed) if length >= v * v / 1000.0 else 2.0 * (length / 1000.0) ** 0.5
+
+
+def test_setup_time_is_added() -> None:
+    body = "G01 Y-.02 F60.\nZ30. F191."
+    assert plan(body, dress_setup=60.0).seconds - plan(body, dress_setup=0.0).seconds == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "passes", "depth"),
+    [
+        ("G91 G01 Y-.01 F60.\nZ30. F300.\nY-.03 F60.\nZ-30. F300.", 2, 0.020),
+        # retracting and coming back in the same direction
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nG00 Y1.\nZ-30.\nG01 Y-1.02 F60.\nZ30. F300.", 2, 0.020),
+        # a spark-out pass without infeed counts as a pass
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ-30.", 2, 0.010),
+        # an overhead dresser: the wheel goes up
+        ("G91 G01 Y.015 F60.\nZ25. F300.", 1, 0.015),
+        # a feed move that does not cross the wheel is no pass
+        ("G91 G01 Z5. F500.\nY-.02 F60.\nZ30. F300.", 1, 0.020),
+    ],
+)
+def test_infeed_is_the_mean_over_the_passes(body: str, passes: int, depth: float) -> None:
+    found = plan(body)
+    assert found.passes == passes
+    assert found.depth == pytest.approx(depth, abs=1e-9)
+    assert found.feed == pytest.approx(5.0)
+
+
+def test_retraced_traverses_are_no_passes() -> None:
+    # both traverses are among the first four moves and so are run again on the way back
+    assert plan("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.02 F60.\nZ-30. F300.").passes == 2
+
+
+def test_inch_programs_give_millimetres() -> None:
+    found = plan("G70 G91 G01 Y-.001 F2.\nZ1.2 F10.")
+    assert found.depth == pytest.approx(0.0254)
+    assert found.feed == pytest.approx(254.0 / 60.0)
+
+
+def test_a_wider_wheel_needs_a_longer_traverse() -> None:
+    body = "G91 G01 Y-.02 F60.\nZ30. F300."
+    assert plan(body).passes == 1
+    wide = job(setup={"wheel": dataclasses.replace(job().setup.wheel, width=65.0)})
+    with pytest.raises(DressProgramError, match="65 mm along Z"):
+        plan_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, wide, CONTROL, AT_PRIMARY, 0)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("G00 Y20.", "no feed move takes the diamond over the wheel"),
+        ("G91 G01 Y-.02 F60.\nG00 Z30.", "no feed move takes the diamond over the wheel"),
+        ("G91 G01 Y-.02 F60.\nZ20. F300.", "add one of 25 mm along Z"),
+        ("G91 G01 Z30. F300.", "no infeed"),
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.02 F60.\nZ-30. F200.", "F200, F300"),
+        ("G00 Y10.\nG01 Z30. F300.", "part of the approach in line 4"),
+        ("G01 Y10. F500.\nZ30. F300.", "before pass 1, but an infeed is at most 0.1 mm"),
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.2 F60.\nZ-30. F300.", "0.2 mm along Y before pass 2"),
+    ],
+)
+def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
+    with pytest.raises(DressProgramError) as caught:
+        plan(body)
+    assert isinstance(caught.value, GrindError)
+    assert "O9100" in str(caught.value)
+    assert words in str(caught.value)

@@ -1,0 +1,369 @@
+"""A G82 block means the same to the interpreter with `machine.grind` and to the batched kernel."""
+
+import dataclasses
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import grind_env
+from grind_env.control import Control
+from grind_env.control.rules import motion_time
+from grind_env.machine import block
+from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, run_scalar
+from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.job import Job, WheelStart
+from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from tests.machine.harness import CATALOGUE, job, run
+
+MICRON = 0.001
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A G82 block and the job it runs on; depths and picks in whole um, as the control reads them."""
+
+    material: str
+    wheel: str
+    stiffness: float
+    constant_surface_speed: bool
+    wear_flats: float
+    volume: float
+    diamond_flat: float
+    width: float
+    length: float
+    overrun: tuple[int, int]
+    start: int
+    above: int
+    depth: int
+    J: int
+    Q: int | None
+    L: int
+    E: int
+    D: int
+    pre_dress: bool
+    coverage: bool
+
+    @property
+    def primary(self) -> float:
+        return self.length + self.overrun[0]
+
+    @property
+    def secondary(self) -> float:
+        return float(-self.overrun[1])
+
+    @property
+    def text(self) -> str:
+        q = "" if self.Q is None else f" Q-{self.Q / 1000:.3f}"
+        code = "G82.1" if self.pre_dress else "G82"
+        return (
+            "G71 G94 G90 G19\n"
+            f"G00 X{self.secondary - self.start:.3f} Y{self.above / 1000:.3f} Z0\n"
+            f"{code} X{self.primary:.3f} I{self.secondary:.3f} Y-{self.depth / 1000:.3f} "
+            f"J-{self.J / 1000:.3f}{q} L{self.L} F600. E{self.E}. P9100 D{self.D}\nM30\n"
+        )
+
+    @property
+    def job(self) -> Job:
+        machine = dataclasses.replace(CATALOGUE.machine("default"), stiffness=self.stiffness)
+        return job(
+            material=self.material,
+            wheel=self.wheel,
+            length=self.length,
+            width=self.width,
+            setup={"machine": machine, "constant_surface_speed": self.constant_surface_speed},
+            wheel_start=WheelStart(
+                wear_flat_area=self.wear_flats,
+                volume_since_dress=self.volume,
+                diamond_flat=self.diamond_flat,
+            ),
+        )
+
+    @property
+    def control(self) -> Control:
+        return dataclasses.replace(self.job.control, coverage_pass=self.coverage)
+
+
+def cases() -> st.SearchStrategy[Case]:
+    return st.builds(
+        Case,
+        material=st.sampled_from(["aisi_52100", "aisi_1020", "inconel_718"]),
+        wheel=st.sampled_from(["a60j", "b126"]),
+        stiffness=st.sampled_from([10_000.0, 20_000.0, 50_000.0]),
+        constant_surface_speed=st.booleans(),
+        wear_flats=st.floats(0.005, 0.06),
+        volume=st.floats(0.0, 600.0),
+        diamond_flat=st.floats(0.0, 0.1),
+        width=st.sampled_from([3.0, 10.0, 20.0, 24.5]),
+        length=st.sampled_from([50.0, 200.0, 333.25]),
+        overrun=st.tuples(st.integers(1, 60), st.integers(1, 60)),
+        start=st.integers(-1, 40),
+        above=st.integers(0, 15),
+        depth=st.integers(0, 150),
+        J=st.integers(3, 25),
+        Q=st.none() | st.integers(0, 25),
+        L=st.integers(0, 5),
+        E=st.integers(3000, 30_000),
+        D=st.integers(0, 3) | st.sampled_from([0, 7, 40, 999]),
+        pre_dress=st.booleans(),
+        coverage=st.booleans(),
+    )
+
+
+class Batched(NamedTuple):
+    result: Any
+    log: Any
+    wheel: Any
+    part: Any
+
+
+def records(kind: type[Any], dtype: np.dtype[np.void], rows: list[Any]) -> Any:
+    assert all(isinstance(row, kind) for row in rows)
+    return np.array([tuple(row) for row in rows], dtype)
+
+
+def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, Any, Any]:
+    """The arguments of `grind_cycles`, spelled out from the cases and not from the interpreter."""
+    cycles: list[Cycle] = []
+    parameters: list[StrokeParameters] = []
+    wheels: list[WheelState] = []
+    for case in cases:
+        p, v = case.job.parameters, case.E / 60.0
+        fresh = dressed_wheel(300.0, case.diamond_flat, 0.1, 0.02, p)
+        fresh = dressed_wheel(300.0, case.diamond_flat, dress_lead(fresh, 191.0 / 60.0, p), 0.02, p)
+        wheels.append(fresh._replace(A=case.wear_flats, V=case.volume))
+        parameters.append(p)
+        start = round(case.secondary - case.start, 3)
+        cycles.append(
+            Cycle(
+                speed=v,
+                first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
+                stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
+                start=-case.above * MICRON,
+                target=case.depth * MICRON,
+                primary_pick=case.J * MICRON,
+                secondary_pick=(case.J if case.Q is None else case.Q) * MICRON,
+                sparkout=float(case.L),
+                coverage=float(case.coverage),
+                executions=float(case.D),
+                pre_dress=float(case.pre_dress),
+                width=case.width,
+                length=case.length,
+                dress_passes=2.0,
+                dress_feed=191.0 / 60.0,
+                dress_depth=0.02,
+                dress_seconds=dress_seconds,
+            )
+        )
+    parts = [PartState(0.0, 0.0, INITIAL_ROUGHNESS)] * len(cases)
+    return (
+        records(Cycle, CYCLE, cycles),
+        records(StrokeParameters, PARAMETERS, parameters),
+        records(WheelState, WHEEL, wheels),
+        records(PartState, PART, parts),
+    )
+
+
+def batched(case: Case, dress_seconds: float) -> Batched:
+    cycles, parameters, wheels, parts = tables([case], dress_seconds)
+    results, log = grind_cycles(cycles, parameters, wheels, parts, log_strokes=200)
+    return Batched(results[0], log[0], wheels[0], parts[0])
+
+
+def places_of_dresses(case: Case) -> list[int]:
+    """After which stroke each dress runs (PD-10), in whole numbers of um."""
+    H, h, n, places = case.depth + case.above, 0, 0, [0] * case.pre_dress
+    done = 0
+    while h < H:
+        n += 1
+        h = min(H, h + (case.J if n % 2 or case.Q is None else case.Q))
+        due = min(case.D, h * (case.D + 1) // H)
+        places += [n] * (due - done)
+        done = due
+    return places
+
+
+@settings(max_examples=200, deadline=None)
+@given(case=cases())
+def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
+    assume(case.depth + case.above + case.L + case.coverage > 0)  # else the control makes no stroke
+    record = run(case.text, case.job, control=case.control)
+    dress_seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
+    batch = batched(case, dress_seconds)
+    n = len(record.strokes)
+
+    assert n == batch.result["strokes"]
+    assert len(record.dresses) == batch.result["dresses"]
+    assert list(record.dresses["after"]) == places_of_dresses(case)
+    assert_same_times(case, record)
+    # a depth of 1e-18 mm, where the other way of adding up gives 0, is a wheel that touches or does not
+    Z = record.strokes["Z"]
+    firm = (np.abs(Z) > 1e-12) | (Z == 0.0)
+    for name in Stroke._fields:
+        assert_close(record.strokes[name][firm], batch.log[name][:n][firm], name)
+    if n not in places_of_dresses(case):  # else the wheel has been dressed since its last stroke
+        for name in WHEEL_FIELDS:
+            assert_close(record.strokes[name][-1], batch.wheel[name], name)
+
+    part = record.parts[0]
+    assert_close(part["S"], batch.part["S"], "S")
+    assert_close(part["Ra"], batch.part["Rs"], "Ra")
+    assert_close(part["peak_power"], batch.result["peak_power"], "peak_power")
+    assert_close(part["rise"], batch.result["finish_rise"], "rise")
+    assert_close(part["burn_ratio"], batch.result["burn_ratio"], "burn_ratio")
+    assert_close(part["worn"], batch.result["worn"], "worn")
+    assert_close(part["dressed_off"], batch.result["dressed_off"], "dressed_off")
+    seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
+    assert batch.result["seconds"] == pytest.approx(seconds, rel=1e-12)
+
+
+def assert_same_times(case: Case, record: GrindingRecord) -> None:
+    cycle = tables([case])[0][0]
+    seconds = list(record.strokes["seconds"])
+    assert seconds[0] == cycle["first_seconds"]
+    assert set(seconds[1:]) <= {cycle["stroke_seconds"]}
+
+
+def assert_close(found: Any, expected: Any, name: str) -> None:
+    # the floor is for cuts of some pm, which show how the coordinates were rounded
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13, err_msg=name)
+
+
+MANY = [
+    Case(
+        material=["aisi_52100", "aisi_1020", "inconel_718"][k % 3],
+        wheel=["a60j", "b126"][k // 3 % 2],
+        stiffness=[10_000.0, 20_000.0, 50_000.0][k % 3],
+        constant_surface_speed=k % 4 == 0,
+        wear_flats=0.006 + 0.001 * k,
+        volume=20.0 * k,
+        diamond_flat=0.002 * k,
+        width=[10.0, 20.0][k % 2],
+        length=200.0,
+        overrun=(30, 30),
+        start=0,
+        above=k % 5,
+        depth=(7 * k) % 120,
+        J=3 + (5 * k) % 20,
+        Q=None if k % 3 else (2 * k) % 20,
+        L=k % 6,
+        E=3000 + 700 * k,
+        D=k % 4,
+        pre_dress=k % 5 == 0,
+        coverage=True,
+    )
+    for k in range(37)
+]
+
+
+def outcome(
+    cases: list[Case], kernel: Callable[..., None] = block.run_blocks, threads: int = 1
+) -> tuple[bytes, ...]:
+    """Results, wheels, parts and stroke log of each case as bytes."""
+    cycles, parameters, wheels, parts = tables(cases)
+    results, log = grind_cycles(
+        cycles, parameters, wheels, parts, threads=threads, log_strokes=60, kernel=kernel
+    )
+    return tuple(
+        results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() + log[i].tobytes()
+        for i in range(len(cases))
+    )
+
+
+@pytest.fixture(scope="module")
+def scalar() -> tuple[bytes, ...]:
+    found = outcome(MANY, run_scalar)
+    assert len(set(found)) == len(MANY)
+    return found
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_the_block_kernel_has_the_bits_of_the_scalar_loop(scalar: tuple[bytes, ...], threads: int) -> None:
+    assert outcome(MANY, threads=threads) == scalar
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 20])
+def test_the_number_of_machines_changes_no_bit(scalar: tuple[bytes, ...], count: int) -> None:
+    assert outcome(MANY[:count]) == scalar[:count]
+
+
+def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None:
+    order = np.random.default_rng(1).permutation(len(MANY))
+    found = outcome([MANY[k] for k in order])
+    assert [found[i] for i in np.argsort(order)] == list(scalar)
+
+
+@pytest.mark.parametrize("lanes", [4, 16])
+def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path: Path, lanes: int) -> None:
+    source = Path(block.__file__).read_text(encoding="utf-8")
+    assert "\nLANES = 8\n" in source
+    path = tmp_path / f"block_of_{lanes}.py"
+    path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {lanes}\n"), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    try:
+        spec.loader.exec_module(module)
+        assert outcome(MANY, module.run_blocks) == scalar
+    finally:
+        del sys.modules[path.stem]
+
+
+GRIND_ONE_STROKE = """
+import numpy as np
+from grind_env.machine import compiled
+from grind_env.process.state import WheelState
+from tests.machine.harness import job
+p = job().parameters
+wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
+S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
+stroke = compiled.grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p)[1]
+print(stroke.T, sum(compiled.grind_strips.stats.cache_hits.values()))
+"""
+
+
+def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_path: Path) -> None:
+    root = Path(grind_env.__file__).parents[1]
+    for package in ("grind_env", "tests/machine"):
+        shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(tmp_path),
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }
+
+    def grind_one_stroke() -> tuple[float, int]:
+        out = subprocess.run(
+            [sys.executable, "-c", GRIND_ONE_STROKE],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.split()
+        return float(out[0]), int(out[1])
+
+    first, hits = grind_one_stroke()
+    assert hits == 0
+    assert grind_one_stroke() == (first, 1)
+
+    equations = tmp_path / "grind_env/process/equations.py"
+    text = equations.read_text(encoding="utf-8")
+    assert "0.45 * flux" in text
+    equations.write_text(text.replace("0.45 * flux", "0.05 * flux"), encoding="utf-8")
+    second, hits = grind_one_stroke()
+    assert second > first * 1.05
+    assert hits == 0

@@ -1,0 +1,431 @@
+import csv
+import dataclasses
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.control import Control, ControlError, read_file
+from grind_env.machine.dress_program import DressProgramError
+from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.job import JobError, WheelStart
+from grind_env.machine.job_file import load_job
+from grind_env.machine.part import PartConditions
+from grind_env.machine.record import GrindingRecord, RecordError
+from grind_env.process.equations import traverse_taper
+from tests.machine.harness import CATALOGUE, HEAD, job, run
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
+STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
+
+
+def example(name: str) -> GrindingRecord:
+    return grind(read_file(EXAMPLES / f"{name}.nc"), load_job(EXAMPLES / f"{name}.toml"))
+
+
+def cutting(record: GrindingRecord) -> Any:
+    """The strokes that cut at least 3 um, away from spark-out."""
+    return record.strokes[record.strokes["ae"] >= 0.003]
+
+
+# --- examples -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["keyway_g81", "plate_g82", "rail_g83"])
+def test_examples_lie_in_the_orders_of_magnitude_of_the_literature(name: str) -> None:
+    record = example(name)
+    strokes, part = cutting(record), record.parts[0]
+    assert record.warnings == ()
+    assert part["survival"] > 0.9
+    assert ((strokes["u_s"] > 20.0) & (strokes["u_s"] < 130.0)).all()
+    power_per_width = strokes["power"] / strokes["b"]
+    assert ((power_per_width > 40.0) & (power_per_width < 200.0)).all()
+    assert ((strokes["T"] > 60.0) & (strokes["T"] < 300.0)).all()
+    assert ((strokes["G"] > 5.0) & (strokes["G"] < 100.0)).all()
+    assert 0.2 < part["Ra"] < 0.8
+    assert 0.0 < part["size_error"] < 6.0
+
+
+def test_example_dresses_and_strokes() -> None:
+    # plate: 17 picks, coverage; an idle stroke to the secondary; 6 picks, coverage, 4 spark-out strokes
+    plate = example("plate_g82")
+    assert plate.parts[0]["strokes"] == 17 + 1 + 0 + 6 + 1 + 4
+    assert list(plate.dresses["after"]) == [9]
+    rail = example("rail_g83")
+    assert list(rail.dresses["cause"]) == ["auto"] * 3
+    assert rail.parts[0]["taper"] > 0.1
+
+
+# --- depth ----------------------------------------------------------------------------------------
+
+
+def test_depth_of_a_stroke_is_that_at_its_middle() -> None:
+    # 260 mm at 200 mm/s take 1.5 s; a feed of 0.01 mm/s runs beside, from 0 at time 0
+    text = HEAD + "G81 X230. I-30. E12000.\nG01 Y-.1 F.6\nG80\nM30\n"
+    control = Control(acceleration=1000.0, rapid_feed=1e6, reversal_dwell=0.0)
+    depths = run(text, job(), control=control).strokes["Z"]
+    # the wheel reaches X-30 Y0 first; strokes and feed start together
+    assert depths[:6] == pytest.approx([0.01 * (0.75 + 1.5 * k) for k in range(6)], abs=1e-6)
+
+
+def test_depth_counts_from_the_surface_of_the_job() -> None:
+    here = run(HEAD + CYCLE + "M30\n", job()).strokes
+    moved = HEAD.replace("Y0", "Y12.5") + CYCLE.replace("Y-.05", "Y12.45") + "M30\n"
+    there = run(moved, job(surface=12.5)).strokes
+    assert there["Z"] == pytest.approx(here["Z"], abs=1e-12)
+    assert there["T"] == pytest.approx(here["T"], rel=1e-6)
+
+
+def test_no_cut_above_the_surface() -> None:
+    text = HEAD.replace("Y0", "Y.5") + CYCLE.replace("Y-.05", "Y.45") + "M30\n"
+    record = run(text, job())
+    assert (record.strokes["ae"] == 0.0).all()
+    assert (record.strokes["power"] == 0.0).all()
+    assert record.parts[0]["S"] == 0.0
+    assert record.parts[0]["size_error"] == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize(
+    ("start", "length", "ground"), [(0.0, 200.0, 200.0), (100.0, 200.0, 130.0), (-80.0, 90.0, 40.0)]
+)
+def test_ground_length_is_the_overlap_of_stroke_and_part(start: float, length: float, ground: float) -> None:
+    record = run(HEAD + CYCLE + "M30\n", job(start=start, length=length))
+    assert (record.strokes["Lw"] == ground).all()
+
+
+def test_a_stroke_beside_the_part_grinds_nothing() -> None:
+    for beside in (job(start=240.0), job(across=26.0), job(across=-20.0)):
+        record = run(HEAD + CYCLE + "M30\n", beside)
+        assert (record.strokes["ae"] == 0.0).all()
+        assert (record.strokes["b"] == 0.0).all()
+        assert np.ptp(record.strokes["ds"]) == 0.0
+
+
+# --- warnings -------------------------------------------------------------------------------------
+
+
+def test_a_slow_pick_warns_and_names_the_feed_that_would_do() -> None:
+    slow = HEAD + CYCLE.replace("F60.", "F.5") + "M30\n"
+    record = run(slow, job())
+    assert len(record.warnings) == 1
+    assert "test.nc:3" in record.warnings[0]
+    found = re.search(r"; F(\d+) would do", record.warnings[0])
+    assert found is not None
+    assert run(slow.replace("F.5", f"F{found[1]}."), job()).warnings == ()
+
+
+def test_the_feed_that_is_named_is_the_least_one() -> None:
+    text = HEAD + CYCLE.replace("J-.01", "J-.5").replace("Y-.05", "Y-2.") + "M30\n"
+    found = re.search(r"; F(\d+) would do", run(text.replace("F60.", "F1."), job()).warnings[0])
+    assert found is not None
+    enough = int(found[1])
+    assert run(text.replace("F60.", f"F{enough}."), job()).warnings == ()
+    assert run(text.replace("F60.", f"F{enough - 1}."), job()).warnings != ()
+
+
+def test_a_pick_that_no_feed_finishes_in_time() -> None:
+    control = Control(acceleration=10.0, reversal_dwell=0.0)
+    text = HEAD + "G82 X30. I-30. Y-500. J-250. F6000. E60000. P9100\nM30\n"
+    warnings = run(text, job(length=20.0), control=control).warnings
+    assert any("no F would do" in warning for warning in warnings)
+
+
+def test_a_pick_before_a_dress_is_waited_for() -> None:
+    text = HEAD + "G82 X230. I-30. Y-.01 J-.01 F.3 E12000. P9100 D1\nM30\n"
+    assert run(text, job()).warnings == ()
+
+
+def test_a_stroke_that_turns_over_the_part_warns_once() -> None:
+    record = run(HEAD + CYCLE.replace("X230.", "X150.") + "M30\n", job())
+    assert len(record.warnings) == 1
+    assert "X150" in record.warnings[0] and "X200" in record.warnings[0]
+
+
+def test_a_wheel_below_its_least_diameter_warns_once() -> None:
+    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
+    record = run(text, job(wheel_start=WheelStart(diameter=220.01)))
+    assert sum("least diameter, 220 mm" in warning for warning in record.warnings) == 1
+
+
+# --- parts and time -------------------------------------------------------------------------------
+
+
+def test_loading_covers_the_time_until_the_first_cycle() -> None:
+    text = HEAD + CYCLE + "M30\n"
+    short, long = run(text, job(load=20.0)), run(text, job(load=50.0))
+    assert long.parts[0]["seconds"] - short.parts[0]["seconds"] == pytest.approx(30.0)
+    assert short.strokes["time"][0] == pytest.approx(20.0)
+    assert short.parts[0]["seconds"] == pytest.approx(20.0 + len(short.strokes) * STROKE, abs=1e-6)
+
+
+def test_a_long_approach_takes_its_own_time() -> None:
+    text = HEAD + "G04 P35.\n" + CYCLE + "M30\n"
+    approach = 35.0 + 2.0 * math.sqrt(30.0 / 1000.0)
+    record = run(text, job(load=20.0))
+    assert record.strokes["time"][0] == pytest.approx(approach)
+    assert record.parts[0]["seconds"] == pytest.approx(approach + len(record.strokes) * STROKE, abs=1e-6)
+
+
+def test_a_dress_takes_the_time_of_its_plan() -> None:
+    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
+    brief, slow = run(text, job(dress_setup=0.0)), run(text, job(dress_setup=100.0))
+    assert slow.parts[0]["seconds"] - brief.parts[0]["seconds"] == pytest.approx(200.0)
+    assert len(set(slow.dresses["seconds"])) == 1
+    gap = slow.strokes["time"][2] - slow.strokes["time"][1] - slow.strokes["seconds"][1]
+    assert list(slow.dresses["after"]) == [2, 4]
+    assert gap == pytest.approx(slow.dresses["seconds"][0], abs=1e-6)
+
+
+def test_parts_are_divided_at_m00() -> None:
+    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
+    text = HEAD + "M98 P500 L3\nG00 Y100.\nM30\nO500\n" + part + "M99\n"
+    record = run(text, job())
+    assert list(record.parts["part"]) == [1, 2, 3]
+    assert list(record.parts["strokes"]) == [8, 8, 8]
+    assert (np.bincount(record.strokes["part"])[1:] == 8).all()
+    first = record.strokes[record.strokes["number"] == 1]
+    assert (first["ae"] == 0.0).all()  # touched off: the surface is at Z 0 again
+    assert record.strokes["V"][-1] == pytest.approx(record.parts["S"].sum() * 200.0)
+    # the way up after the last part belongs to it
+    last = record.strokes[-1]
+    assert record.seconds > last["time"] + last["seconds"]
+    starts = np.cumsum(record.parts["seconds"]) - record.parts["seconds"]
+    assert record.strokes["time"][record.strokes["number"] == 1] == pytest.approx(starts + 20.0)
+
+
+def test_m00_before_the_first_part_only_loads_it() -> None:
+    record = run(HEAD + "M00\n" + CYCLE + "M30\n", job())
+    assert list(record.parts["part"]) == [1]
+
+
+def test_wear_is_compensated_by_touch_off_and_gauging() -> None:
+    part = CYCLE + "G80\nG00 Y0\nG00 X-30.\n"
+    for stop, compensated in (("", False), ("M01\n", True), ("M00\n", True)):
+        strokes = run(HEAD + part + stop + part + "M30\n", job()).strokes
+        second = strokes[np.flatnonzero(np.diff(strokes["line"]))[0] + 1]
+        assert second["ae"] == 0.0
+        assert bool(second["W"] == 0.0) is compensated
+
+
+def test_lots_change_what_a_part_is() -> None:
+    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
+    text = HEAD + part + part + "M30\n"
+
+    def with_lot(factor: float) -> GrindingRecord:
+        lot = PartConditions(stock=0.075, factors={"kA": factor})
+        return run(text, job(), conditions=(PartConditions(), lot))
+
+    nominal, changed = run(text, job()), with_lot(10.0)
+    assert list(changed.parts["stock"]) == [0.1, 0.075]
+    assert changed.parts["size_error"] == pytest.approx(
+        1000.0 * (changed.parts["stock"] - changed.parts["S"])
+    )
+    same = nominal.strokes["part"] == 1
+    assert (changed.strokes[same] == nominal.strokes[same]).all()
+
+    def growth(record: GrindingRecord) -> float:
+        A = record.strokes["A"][record.strokes["part"] == 2]
+        return float(A[1] - A[0])
+
+    # growth of the wear flats is linear in kA, and the renewal that is taken off it does not depend on kA
+    assert growth(with_lot(3.0)) - growth(with_lot(2.0)) == pytest.approx(
+        growth(with_lot(2.0)) - growth(nominal), rel=1e-6
+    )
+    assert growth(changed) > 9.0 * growth(nominal)
+
+
+def test_conditions_are_checked() -> None:
+    with pytest.raises(JobError, match="did you mean RaRef"):
+        PartConditions(factors={"RaReff": 2.0})
+    with pytest.raises(JobError, match="stock is -1"):
+        PartConditions(stock=-1.0)
+    part = CYCLE + "G80\nM00\n"
+    with pytest.raises(JobError, match="more parts than the 1"):
+        run(HEAD + part + part + "M30\n", job(), conditions=(PartConditions(),))
+
+
+def test_start_state_of_the_wheel() -> None:
+    cycle = HEAD + CYCLE + "M30\n"
+    first = run(cycle, job()).strokes[0]
+    # dressed by O9100: Ud of depth 0.02 and lead 0.1 with a sharp diamond (model.md, section 4)
+    overlap = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2) / 0.1
+    assert first["A"] == pytest.approx(0.003 + 0.0022 * overlap, rel=1e-4)
+    assert first["ds"] == 300.0
+    start = WheelStart(diameter=280.0, wear_flat_area=0.03, volume_since_dress=200.0)
+    worn = run(cycle, job(wheel_start=start)).strokes[0]
+    assert (worn["A"], worn["V"], worn["ds"]) == (0.03, 200.0, 280.0)
+    coarse = run(cycle.replace("P9100", "").replace("L2", "L3"), job()).strokes[0]
+    assert coarse["A"] == pytest.approx(first["A"], rel=1e-4)
+
+
+# --- dresses --------------------------------------------------------------------------------------
+
+
+def test_dress_causes_and_counts() -> None:
+    text = HEAD + CYCLE.replace("G82", "G82.1").replace("P9100", "P9100 D2") + "M30\n"
+    control = dataclasses.replace(job().control, operator_dress_at=(3.0,))
+    record = run(text, job(), control=control)
+    assert sorted(record.dresses["cause"]) == ["auto", "auto", "operator", "pre"]
+    assert record.dresses["after"][0] == 0
+    assert record.parts[0]["dresses"] == 4
+    # 2 passes of 0.02 mm: 0.08 mm off the diameter each
+    assert record.dresses["ds"][0] == pytest.approx(300.0 - 0.08)
+    assert record.parts[0]["dressed_off"] == pytest.approx(record.dresses["removed"].sum())
+    assert record.dresses["removed"][0] == pytest.approx(2 * 0.02 * math.pi * 300.0 * 25.0)
+    assert record.parts[0]["dress_cost"] == pytest.approx(4 * 0.10)
+
+
+def test_a_dress_program_that_depends_on_its_caller_is_refused() -> None:
+    loose = "\nO9200\nG91 G01 Y-.02 F60.\nZ30. F191.\nM99\n"
+    text = "G70 G94 G90 G19\nG00 X-2. Y0 Z0\nG82 X9. I-2. Y-.002 J-.001 F6. E400. P9200 D1\nM30\n"
+    with pytest.raises(DressProgramError, match=r"O9200: the wheel moves 0\.508 mm"):
+        run(text + loose, job())
+    # an infeed to Y-.02 is 0.02 mm from Y0, where the cycle starts, but 0.01 mm from Y-.01, where it dresses
+    absolute = "\nO9200\nG71 G90 G94 G01 Y-.02 F60.\nZ30. F191.\nM99\n"
+    text = HEAD + "G82 X230. I-30. Y-.02 J-.01 F60. E12000. P9200 D1\nM30\n"
+    with pytest.raises(DressProgramError, match=r"0\.01 mm .* when the cycle calls it, but .* 0\.02 mm"):
+        run(text + absolute, job())
+
+
+def test_a_bad_dress_program_or_program_is_refused() -> None:
+    with pytest.raises(DressProgramError, match="O9300"):
+        run(HEAD + CYCLE.replace("9100", "9300") + "M30\nO9300\nG00 Y20.\nM99\n", job())
+    with pytest.raises(ControlError):
+        run(HEAD + "G82 X230. Y-.05\nM30\n", job())
+    with pytest.raises(GrindingError, match="makes no stroke"):
+        run(HEAD + "G00 Y10.\nM30\n", job())
+
+
+# --- conservation and limits ----------------------------------------------------------------------
+
+TRAVERSE = HEAD + "G83 X230. I-30. Y-.04 J-.01 Z35. K10. L1 F1500. E12000. P9100 D2\nM30\n"
+
+
+@pytest.mark.parametrize("wheel", ["a60j", "b126"])
+@pytest.mark.parametrize(
+    ("text", "width"), [(HEAD + CYCLE.replace("P9100", "P9100 D3") + "M30\n", 20.0), (TRAVERSE, 60.0)]
+)
+def test_nothing_is_lost(text: str, width: float, wheel: str) -> None:
+    record = run(text, job(wheel=wheel, width=width))
+    strokes, part = record.strokes, record.parts[0]
+    removed = (strokes["ae"] * strokes["b"] * strokes["Lw"]).sum()
+    assert removed == pytest.approx(part["S"] * width * 200.0, rel=1e-12)
+    worn_diameter = 2.0 * strokes["dw"].sum() + 2.0 * 2 * 0.02 * len(record.dresses)
+    assert 300.0 - strokes["ds"][-1] == pytest.approx(worn_diameter, rel=1e-9)
+    assert part["worn"] == pytest.approx(strokes["worn"].sum())
+    assert strokes["W"][-1] == pytest.approx(strokes["dw"][record.dresses["after"][-1] :].sum())
+    energy = strokes["power"] * strokes["Lw"] / (strokes["E"] / 60.0)
+    volume = strokes["ae"] * strokes["b"] * strokes["Lw"]
+    assert energy == pytest.approx(strokes["u_s"] * volume, rel=1e-9, abs=1e3)
+    assert part["total_cost"] == pytest.approx(
+        sum(part[name] for name in ("time_cost", "wheel_cost", "dress_cost", "scrap_cost"))
+    )
+    assert part["scrap_cost"] == pytest.approx(40.0 * (1.0 - part["survival"]))
+    assert part["time_cost"] == pytest.approx(80.0 * part["seconds"] / 3600.0)
+
+
+def test_cbn_wears_little_and_stays_cool() -> None:
+    text = HEAD + CYCLE + "M30\n"
+    alumina, cbn = run(text, job()), run(text, job(wheel="b126"))
+    assert cbn.parts["worn"][0] < alumina.parts["worn"][0] / 20.0
+    assert cbn.parts["rise"][0] < alumina.parts["rise"][0]
+
+
+def test_traverse_engages_the_fresh_strips_only() -> None:
+    strokes = run(TRAVERSE.replace("L1", "L0"), job(width=60.0, setup={"machine": stiff()})).strokes
+    # the whole wheel at first, then a cross pick each; the last one is shortened to 5 mm
+    assert strokes["b"][1:6] == pytest.approx([25.0, 10.0, 10.0, 10.0, 5.0])
+
+
+def test_a_wheel_that_covers_the_part_grinds_it_in_one_strip() -> None:
+    strokes = run(HEAD + CYCLE + "M30\n", job(width=19.3)).strokes
+    assert (strokes["b"] == 19.3).all()
+
+
+def test_wheel_wear_tapers_a_traversed_part() -> None:
+    text = HEAD + "G83 X230. I-30. Y-.02 J-.02 Z75. K25. L0 F1500. E12000. P9100\nM30\n"
+    wide = job(width=100.0, setup={"machine": stiff()})
+    record = run(text, wide)
+    strokes = record.strokes[1:]
+    assert list(strokes["b"]) == [25.0] * 4
+    expected = sum(traverse_taper(s["ae"], 200.0, 25.0, s["G"], 300.0, 25.0) for s in strokes)
+    assert strokes["W"][-1] == pytest.approx(expected, rel=1e-3)
+    # the last band is ground with the wear of the three before it
+    lost = 1000.0 * strokes["W"][2]
+    assert 0.5 * lost < record.parts[0]["taper"] < lost
+    hard = (PartConditions(factors={"Gref": 1e6}),)
+    assert run(text, wide, conditions=hard).parts[0]["taper"] < 0.02 * lost
+
+
+def stiff() -> Any:
+    return dataclasses.replace(CATALOGUE.machine("default"), stiffness=500_000.0)
+
+
+def test_a_rise_allowance_counts_every_plunge() -> None:
+    text = HEAD + "G82 X230. I-30. Y-.2 J-.02 L2 F60. E12000.\nG82 Y-.26 J-.005 L2 F60.\nM30\n"
+    strict = run(text, job(stock=0.26)).parts[0]
+    allowed = run(text, job(stock=0.26, rise_allowance=100.0)).parts[0]
+    strokes = run(text, job(stock=0.26)).strokes
+    assert allowed["rise"] == strokes["T"].max()
+    last = strokes["T"][strokes["Z"] >= 0.21 - 1e-9].max()
+    assert strict["rise"] == last
+    assert strict["rise"] < allowed["rise"]
+
+
+def test_limits_decide_survival() -> None:
+    text = HEAD + CYCLE + "M30\n"
+    good = run(text, job(stock=0.05, tolerance=9.0, roughness_limit=0.5)).parts[0]
+    assert good["survival"] > 0.99
+    assert run(text, job(stock=0.07, tolerance=9.0)).parts[0]["survival"] < 0.01
+    assert run(text, job(stock=0.05, roughness_limit=0.2)).parts[0]["survival"] < 0.01
+    weak = dataclasses.replace(CATALOGUE.machine("default"), power_limit=7500.0, idle_power=6500.0)
+    assert run(text, job(stock=0.05, setup={"machine": weak})).parts[0]["survival"] < 0.01
+
+
+# --- record ---------------------------------------------------------------------------------------
+
+
+def test_csv_returns_every_number(tmp_path: Path) -> None:
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.csv")
+    with (tmp_path / "strokes.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == record.strokes.dtype.names
+    for name in record.strokes.dtype.names or ():
+        assert [float(row[name]) for row in rows] == list(record.strokes[name])
+    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
+
+
+def test_parquet_and_data_frame_return_every_number(tmp_path: Path) -> None:
+    import pandas
+
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.parquet")
+    pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / "strokes.parquet"), record.to_frame())
+    assert list(record.to_frame()["T"]) == list(record.strokes["T"])
+
+
+def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    for name in ("pandas", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.csv")
+    with pytest.raises(RecordError, match="pandas"):
+        record.to_frame()
+    with pytest.raises(RecordError, match="pyarrow"):
+        record.write(tmp_path / "strokes.parquet")
+    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
+
+
+@pytest.mark.parametrize("name", ["strokes.xlsx", "strokes", "no/such/strokes.csv"])
+def test_records_that_cannot_be_written(tmp_path: Path, name: str) -> None:
+    record = run(HEAD + CYCLE + "M30\n", job())
+    with pytest.raises(RecordError, match="strokes"):
+        record.write(tmp_path / name)

@@ -1,0 +1,201 @@
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from grind_env.errors import GrindError
+from grind_env.machine.job import Job, JobError, Part, Setup, Times, WheelStart
+from grind_env.machine.job_file import load_job
+from tests.machine.harness import job
+
+SHORTEST = """
+[part]
+material = "aisi_52100"
+length = 200
+width = 20
+stock = 0.3
+scrap_cost = 40
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "job.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
+    found = load_job(write(tmp_path, SHORTEST))
+    assert (found.part.length, found.part.width, found.part.stock) == (200.0, 20.0, 0.3)
+    assert (found.part.start, found.part.across, found.part.surface) == (0.0, 0.0, 0.0)
+    assert (found.part.roughness_limit, found.part.tolerance, found.part.rise_allowance) == (0.0, 0.0, 0.0)
+    names = [entry.name for entry in (found.setup.wheel, found.setup.dresser, found.setup.fluid)]
+    assert names == ["a60j", "single_point", "emulsion"]
+    assert found.setup.wheel_speed == 30.0
+    assert found.times == Times(load=20.0, dress_setup=8.0)
+    assert found.wheel == WheelStart()
+
+
+def test_every_value_arrives(tmp_path: Path) -> None:
+    (tmp_path / "shop.toml").write_text('[fluid.oil]\nbase = "emulsion"\nconvection = 4e4\n')
+    text = """
+    [part]
+    material = "inconel_718"
+    length = 300
+    width = 60
+    stock = 0.25
+    start = 10
+    across = -5
+    surface = 2.5
+    roughness_limit = 0.45
+    tolerance = 7
+    scrap_cost = 80
+    rise_allowance = 150
+    [setup]
+    wheel = "b126"
+    fluid = "oil"
+    wheel_speed = 35
+    constant_surface_speed = true
+    [setup.wheel_overrides]
+    width = 65
+    [setup.machine_overrides]
+    stiffness = 50_000
+    idle_power = 500
+    [setup.material_overrides]
+    tempering_rise = 620
+    [times]
+    load = 30
+    dress_setup = 60
+    [catalogue]
+    files = ["shop.toml"]
+    [wheel]
+    diameter = 295
+    wear_flat_area = 0.02
+    volume_since_dress = 150
+    diamond_flat = 0.05
+    """
+    found = load_job(write(tmp_path, text))
+    assert dataclasses.replace(found.part, material=job().part.material) == Part(
+        material=job().part.material,
+        length=300.0,
+        width=60.0,
+        stock=0.25,
+        start=10.0,
+        across=-5.0,
+        surface=2.5,
+        roughness_limit=0.45,
+        tolerance=7.0,
+        scrap_cost=80.0,
+        rise_allowance=150.0,
+    )
+    assert found.wheel == WheelStart(
+        diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05
+    )
+    p = found.parameters
+    assert (p.bs, p.ke, p.hf, p.kg, p.kA) == (65.0, 50_000.0, 4e4, 240.0, 3.0e-6)
+    assert (p.n, p.vs_set) == (0.0, 35.0)
+    assert found.limits == (620.0 + 150.0, 7500.0 - 500.0, 0.45, 7.0)
+    assert found.rates == (80.0, 2e-2, 0.10)
+    assert (found.control.acceleration, found.control.reversal_dwell) == (1000.0, 0.15)
+    assert found.control.rapid_feed == 15_000.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("stock = 0.3", "stock = -0.3", "part.stock", ["-0.3", "0.0001 to 20 mm"]),
+        ("stock = 0.3", "stock = true", "part.stock", ["True", "number"]),
+        ("stock = 0.3", 'stock = "thick"', "part.stock", ["thick", "number"]),
+        ("stock = 0.3", "stock = nan", "part.stock", ["nan", "number"]),
+        ("stock = 0.3", "", "part.stock", ["missing"]),
+        ("stock = 0.3", "stck = 0.3", "part.stck", ["did you mean stock?", "roughness_limit"]),
+        ("aisi_52100", "aisi_52000", "part.material", ["did you mean aisi_52100?", "inconel_718"]),
+        ("[part]", "[prat]", "prat", ["did you mean part?"]),
+        ("scrap_cost = 40", "scrap_cost = 40\n[setup]\nwheel = 5", "setup.wheel", ["wheel 5", "a60j"]),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[setup]\nwheel_speed = 300",
+            "setup.wheel_speed",
+            ["300", "5 to 150 m/s"],
+        ),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[setup]\nconstant_surface_speed = 1",
+            "setup.constant_surface_speed",
+            ["true or false"],
+        ),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[setup.machine_overrides]\nstifness = 1e4",
+            "setup.machine_overrides.stifness",
+            ["did you mean stiffness?"],
+        ),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[setup.machine_overrides]\nstiffness = 1",
+            "setup.machine_overrides",
+            ["stiffness is 1", "1000 to 500000 N/mm"],
+        ),
+        ("scrap_cost = 40", "scrap_cost = 40\n[times]\nload = -1", "times.load", ["-1", "0 to 86400 s"]),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[wheel]\ndiameter = 210",
+            "wheel.diameter",
+            ["210", "220 to 300 mm"],
+        ),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[wheel]\nwear_flat_area = 0.2",
+            "wheel.wear_flat_area",
+            ["0.2", "below 0.15"],
+        ),
+        (
+            "scrap_cost = 40",
+            'scrap_cost = 40\n[catalogue]\nfiles = ["none.toml"]',
+            "catalogue.files",
+            ["none.toml", "cannot be read"],
+        ),
+        ("scrap_cost = 40", 'scrap_cost = 40\n[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
+        ("[part]", "times = 3\n[part]", "times", ["3", "table"]),
+    ],
+)
+def test_mistakes_name_file_key_value_and_remedy(
+    tmp_path: Path, old: str, new: str, key: str, words: list[str]
+) -> None:
+    assert old in SHORTEST
+    path = write(tmp_path, SHORTEST.replace(old, new))
+    with pytest.raises(JobError) as caught:
+        load_job(path)
+    assert isinstance(caught.value, GrindError)
+    assert caught.value.key == key
+    assert caught.value.file == str(path)
+    message = str(caught.value)
+    assert message.startswith(str(path))
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def test_the_error_carries_value_and_legal_range(tmp_path: Path) -> None:
+    with pytest.raises(JobError) as caught:
+        load_job(write(tmp_path, SHORTEST.replace("0.3", "-0.3")))
+    assert caught.value.found == -0.3
+    assert caught.value.legal == "a number from 0.0001 to 20 mm"
+
+
+@pytest.mark.parametrize("content", [b"[part", b"\xff\xfe", None])
+def test_unreadable_files(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "job.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(JobError, match=r"job\.toml"):
+        load_job(path)
+
+
+def test_a_job_made_in_python_is_checked_too() -> None:
+    with pytest.raises(JobError, match=r"part\.width is 0"):
+        job(width=0.0)
+    with pytest.raises(JobError, match=r"wheel\.diameter is 310"):
+        job(wheel_start=WheelStart(diameter=310.0))
+    assert isinstance(dataclasses.replace(job(), times=Times(load=1)), Job)
+    assert isinstance(job().setup, Setup)

@@ -1,0 +1,108 @@
+"""A grinder to experiment with: one wheel over one part, driven stroke by stroke."""
+
+from dataclasses import dataclass
+
+from grind_env.process.catalogue import load_catalogue
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.parameters import stroke_parameters
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke
+
+CATALOGUE = load_catalogue()
+
+
+def parameters(
+    material: str = "aisi_52100",
+    wheel: str = "a60j",
+    wheel_speed: float = 30.0,
+    *,
+    constant_surface_speed: bool = False,
+    **changes: float,
+) -> StrokeParameters:
+    nominal = stroke_parameters(
+        CATALOGUE.material(material),
+        CATALOGUE.wheel(wheel),
+        CATALOGUE.dresser("single_point"),
+        CATALOGUE.fluid("emulsion"),
+        CATALOGUE.machine("default"),
+        wheel_speed=wheel_speed,
+        constant_surface_speed=constant_surface_speed,
+    )
+    return nominal._replace(**changes)
+
+
+@dataclass
+class Grinder:
+    """Default part and wheel of model.md; table speed m/min, depths and lengths mm."""
+
+    p: StrokeParameters
+    table_speed: float
+    wheel: WheelState
+    width: float = 20.0
+    length: float = 200.0
+    Z: float = 0.0
+    S: float = 0.0
+    Rs: float = INITIAL_ROUGHNESS
+
+    @property
+    def speed(self) -> float:
+        return self.table_speed / 0.06
+
+    def new_part(self) -> None:
+        """Touch off on the next part."""
+        self.Z, self.S, self.Rs = 0.0, 0.0, INITIAL_ROUGHNESS
+        self.wheel = self.wheel._replace(W=0.0)
+
+    def stroke(self, downfeed: float = 0.0) -> Stroke:
+        self.Z += downfeed
+        self.wheel, stroke = grind_stroke(
+            self.wheel, self.S, self.Rs, self.Z, self.speed, self.width, self.length, self.p
+        )
+        self.S += stroke.ae
+        self.Rs = stroke.Ra
+        return stroke
+
+    def strokes(self, count: int, downfeed: float = 0.0) -> list[Stroke]:
+        return [self.stroke(downfeed) for _ in range(count)]
+
+    def dress(self, passes: float = 2.0, lead: float = 0.10, depth: float = 0.020) -> float:
+        """One dress execution; the wheel volume it takes off, mm3."""
+        self.wheel, removed = dress_wheel(self.wheel, passes, lead, depth, self.p)
+        return removed
+
+
+def grinder(
+    p: StrokeParameters,
+    table_speed: float = 12.0,
+    *,
+    width: float = 20.0,
+    diameter: float = 300.0,
+    lead: float = 0.10,
+    depth: float = 0.020,
+    **state: float,
+) -> Grinder:
+    """A grinder with a freshly dressed wheel, of whose state some fields are then set."""
+    wheel = dressed_wheel(diameter, 0.0, lead, depth, p)._replace(**state)
+    return Grinder(p, table_speed, wheel, width)
+
+
+def cut(depth: float, at: Grinder) -> Stroke:
+    """The stroke that removes just `depth` mm; the interference it needs is found by bisection."""
+    low, high = 0.0, 100.0 * depth + 10.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        _, stroke = grind_stroke(at.wheel, 0.0, at.Rs, middle, at.speed, at.width, at.length, at.p)
+        low, high = (middle, high) if stroke.ae < depth else (low, middle)
+    return stroke
+
+
+def table(text: str) -> list[dict[str, str]]:
+    """Rows of a table whose first line names the columns."""
+    header, *lines = text.strip().splitlines()
+    return [dict(zip(header.split(), line.split(), strict=True)) for line in lines]
+
+
+def tolerance(printed: str, relative: float) -> float:
+    """Half a unit of the last printed digit, or the relative tolerance where that is more."""
+    decimals = len(printed.partition(".")[2])
+    return max(0.5 * 10.0**-decimals, relative * abs(float(printed)))

@@ -1,0 +1,161 @@
+"""What strokes and dresses may neither create nor lose, over ten thousand random strokes."""
+
+import math
+import random
+from typing import NamedTuple
+
+import pytest
+
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from tests.process.harness import grinder, parameters
+
+STROKES = 10_000
+
+
+class Event(NamedTuple):
+    """A stroke, or a dress that took off `removed` mm3 in `passes` of `depth` mm."""
+
+    before: WheelState
+    after: WheelState
+    Z: float
+    S_before: float
+    S_after: float
+    speed: float
+    width: float
+    length: float
+    stroke: Stroke | None
+    passes: float = 0.0
+    depth: float = 0.0
+    removed: float = 0.0
+
+
+def random_history(p: StrokeParameters, seed: int) -> list[Event]:
+    """Random feeds (also none, also upwards), speeds, widths and lengths; parts and dresses in between."""
+    draw = random.Random(seed)
+    machine = grinder(p)
+    history = []
+    for _ in range(STROKES):
+        # a dress moves the wheel forward by W; parts end before that is a cut beyond the model's validity
+        if machine.wheel.W > 0.05 or draw.random() < 0.02:
+            machine.new_part()
+        before, S = machine.wheel, machine.S
+        if draw.random() < 0.02:
+            passes, depth = float(draw.randint(1, 6)), draw.uniform(0.002, 0.010)
+            removed = machine.dress(passes, draw.uniform(0.02, 0.30), depth)
+            place = (machine.Z, S, S, machine.speed, machine.width, machine.length)
+            history.append(Event(before, machine.wheel, *place, None, passes, depth, removed))
+            before = machine.wheel
+        if draw.random() < 0.05:
+            machine.table_speed = draw.uniform(3.0, 40.0)
+            machine.width, machine.length = draw.uniform(5.0, 25.0), draw.uniform(20.0, 300.0)
+        downfeed = draw.choice([0.0, draw.uniform(0.0, 0.005), draw.uniform(0.001, 0.040), -0.005])
+        stroke = machine.stroke(downfeed)
+        place = (machine.Z, S, machine.S, machine.speed, machine.width, machine.length)
+        history.append(Event(before, machine.wheel, *place, stroke))
+    return history
+
+
+@pytest.fixture(
+    scope="module",
+    params=[("aisi_52100", "a60j", 1), ("inconel_718", "a60j", 2), ("aisi_1020", "b126", 3)],
+    ids=lambda setup: "-".join(map(str, setup)),
+)
+def history(request: pytest.FixtureRequest) -> list[Event]:
+    material, wheel, seed = request.param
+    return random_history(parameters(material, wheel), seed)
+
+
+def strokes(history: list[Event]) -> list[tuple[Event, Stroke]]:
+    return [(event, event.stroke) for event in history if event.stroke is not None]
+
+
+def test_histories_cut_rub_lift_and_dress(history: list[Event]) -> None:
+    clearances = [event.Z - event.before.W - event.S_before for event in history]
+    assert sum(stroke.ae > 0.001 for _, stroke in strokes(history)) > 1000
+    assert sum(stroke.ae == 0.0 and stroke.Fn > 0.0 for _, stroke in strokes(history)) > 50
+    assert sum(clearance < 0.0 for clearance in clearances) > 50
+    assert sum(event.stroke is None for event in history) > 100
+
+
+def test_position_is_wear_stock_and_deflection(history: list[Event]) -> None:
+    ke = parameters().ke
+    for event, stroke in strokes(history):
+        left = event.Z - event.before.W - event.S_after
+        if stroke.Fn > 0.0:
+            # how far the loop gives way; Z and S are of the order of 1 mm, with roundings of 1e-16 mm
+            assert left == pytest.approx(event.width * stroke.Fn / ke, rel=1e-9, abs=1e-14)
+        else:
+            assert left <= 0.0
+            assert stroke.ae == stroke.Ft == stroke.power == 0.0
+
+
+def test_diameter_goes_into_wear_and_dressing(history: list[Event]) -> None:
+    worn = math.fsum(2.0 * stroke.dw for _, stroke in strokes(history))
+    dressed = math.fsum(2.0 * event.passes * event.depth for event in history)
+    lost = history[0].before.ds - history[-1].after.ds
+    # ten thousand roundings of 300 mm, by at most 2.9e-14 mm each
+    assert lost == pytest.approx(worn + dressed, abs=3e-10)
+    assert worn > 0.005
+    assert dressed > 1.0
+
+
+def test_volume_counts_from_the_dress(history: list[Event]) -> None:
+    volumes = [history[0].before.V]
+    for event in history:
+        if event.stroke is None:
+            assert 0.0 <= event.after.V <= event.before.V
+            volumes = [event.after.V]
+        else:
+            volumes.append(event.stroke.ae * event.length)
+            assert math.isclose(event.after.V, math.fsum(volumes), rel_tol=1e-12)
+
+
+def test_wear_counts_from_the_last_measurement_of_the_wheel_face(history: list[Event]) -> None:
+    wear = [0.0]
+    for event in history:
+        if event.stroke is None:
+            assert event.after.W == 0.0
+        else:
+            wear = [event.before.W] if event.before.W == 0.0 else wear
+            wear.append(event.stroke.dw)
+            assert math.isclose(event.after.W, math.fsum(wear), rel_tol=1e-12)
+
+
+def test_worn_and_dressed_volumes_are_the_rings_that_are_missing(history: list[Event]) -> None:
+    p = parameters()
+    for event in history:
+        before, after = event.before, event.after
+        section = math.pi / 4.0 * (before.ds - after.ds) * (before.ds + after.ds)
+        # the ring, and the little that its circumference shrinks meanwhile, which the model leaves out
+        thickness = 0.5 * (before.ds - after.ds)
+        section /= 1.0 - thickness / before.ds
+        if event.stroke is None:
+            assert event.removed == pytest.approx(p.bs * section, rel=1e-9)
+            assert after.wd - before.wd == pytest.approx(p.kd * event.removed, rel=1e-9)
+        else:
+            # abs: a rounding of the diameter, 3e-14 mm, times circumference and width
+            assert event.stroke.worn == pytest.approx(event.width * section, rel=1e-9, abs=2e-9)
+
+
+def test_g_ratio_is_stock_over_worn_wheel(history: list[Event]) -> None:
+    for event, stroke in strokes(history):
+        assert stroke.G * stroke.worn == pytest.approx(stroke.ae * event.length * event.width, rel=1e-12)
+
+
+def test_power_is_force_times_speed_and_energy_times_removal_rate(history: list[Event]) -> None:
+    p = parameters()
+    for event, stroke in strokes(history):
+        wheel_speed = math.pi * event.before.ds * p.n / 1000.0
+        assert stroke.power == pytest.approx(event.width * stroke.Ft * wheel_speed, rel=1e-12)
+        assert stroke.ae * event.speed == pytest.approx(stroke.Q, rel=1e-12)
+        assert stroke.heq * wheel_speed == pytest.approx(stroke.Q, rel=1e-12)
+        if stroke.ae > 0.0:
+            assert stroke.u_s * stroke.Q * event.width == pytest.approx(stroke.power, rel=1e-12)
+
+
+def test_a_stroke_that_removes_nothing_changes_nothing(history: list[Event]) -> None:
+    idle = [event for event, stroke in strokes(history) if stroke.ae == 0.0]
+    for event in idle:
+        assert event.after == event.before
+        assert event.S_after == event.S_before
+    assert len(idle) > 100
