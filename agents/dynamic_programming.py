@@ -27,8 +27,8 @@ Index = NDArray[np.int64]
 def forward_plans(simulation: Simulation, start: Episodes) -> Decision:
     """A cheap plan for each of N episodes whose tape is known; E and D of shape (N, blocks).
 
-    From every state kept, every E of a grid with every D up to 2 is tried; of the states reached, the cheapest of each class
-    of wear-flat area and volume since the dress is kept, with its full state.
+    From every state kept, every E of a grid with every D up to 2 is tried; of the states reached, the cheapest of
+    each class of wear-flat area and volume since the dress is kept, with its full state.
     """
     every = all_choices(simulation.task, SPEEDS)
     choices = Decision(*(values[every.executions <= MOST_EXECUTIONS] for values in every))

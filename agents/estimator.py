@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import Array
 from grind_env.envs.observations import physical, readings
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry, log
@@ -57,26 +56,26 @@ class Estimate(NamedTuple):
 class Signals(NamedTuple):
     """The readings used, in physical units, one row an episode."""
 
-    power: float
+    power: Any
     """Mean power of the last block, W; 0 for none."""
-    speed: float
+    speed: Any
     """E of the last block, m/min."""
-    pick: float
-    width: float
-    diameter: float
-    volume: float
-    new_lot: float
-    stock: float
-    kind: float
-    last_kind: float
+    pick: Any
+    width: Any
+    diameter: Any
+    volume: Any
+    new_lot: Any
+    stock: Any
+    kind: Any
+    last_kind: Any
 
 
 class LotMemory(NamedTuple):
     """What is remembered of the lot."""
 
     severity: float
-    count: float
-    """Blocks that severity is the mean of."""
+    blocks: float
+    """Number of blocks that severity is the mean of."""
 
 
 read_parameters, read_signals = column_reader(StrokeParameters), column_reader(Signals)
@@ -146,9 +145,9 @@ def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
             if seen.volume > LEAST_VOLUME:
                 growth = max(area - DRESSED, LEAST_GROWTH) / seen.volume
                 term = min(max(log(growth / DULLING_RATE), -LARGEST_TERM), LARGEST_TERM)
-                count = lot.count + 1.0
-                weight = 1.0 / (min(count, MEMORY) + 0.5)
-                lot = LotMemory(lot.severity + weight * (term - lot.severity), count)
+                blocks = lot.blocks + 1.0
+                weight = 1.0 / (min(blocks, MEMORY) + 0.5)
+                lot = LotMemory(lot.severity + weight * (term - lot.severity), blocks)
         # the flag belongs to the coming block, the power to the last one
         if seen.new_lot > 0.5:
             lot = LotMemory(0.0, 0.0)

@@ -19,8 +19,9 @@ STRETCH = 6
 
 @dataclass
 class Hindsight:
-    """Plans the whole episode by forward dynamic programming and improves the plan by coordinate search, both on
-    the true tape (scenarios, section 7, 6). A strong reference, not a proven bound.
+    """Plans the whole episode on its true tape: forward dynamic programming, then coordinate search.
+
+    A strong reference, not a proven bound (scenarios, section 7, 6).
 
     Args:
         sweeps: passes over the blocks.

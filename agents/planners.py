@@ -1,6 +1,5 @@
 """Planners: policies that know more than a machine can measure, and so bound from above what an agent can reach."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 

@@ -83,7 +83,7 @@ def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = 1000.0 * np.array(task.action.speed_levels)
-        return levels[np.abs(np.log(wanted[..., None] / levels)).argmin(axis=-1)]
+        return np.asarray(levels[np.abs(np.log(wanted[..., None] / levels)).argmin(axis=-1)])
     low, high = speed_bounds(task)
     return np.floor(np.clip(wanted, low, high) + 0.5)
 

@@ -107,9 +107,9 @@ class ConstantPerKind:
 class PowerThreshold:
     """What a power monitor on the machine allows: dress on a threshold, slow down near the limit.
 
-    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` one execution falls
-    due; then none until the energy has been below `lower` times `upper`. E is lowered in proportion where the power
-    at E would exceed `share` of the limit.
+    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to
+    dress, one execution a block, and goes on until the energy is below `lower` times `upper`. E is lowered in
+    proportion where the power at E would exceed `share` of the limit.
     """
 
     E: float
@@ -120,12 +120,12 @@ class PowerThreshold:
     sees: ClassVar[Sees] = "measurements"
     task: Task = field(init=False, repr=False)
     entries: tuple[Reading, ...] = field(init=False, repr=False)
-    armed: NDArray[np.bool_] = field(init=False, repr=False)
+    dressing: NDArray[np.bool_] = field(init=False, repr=False)
 
     def begin(self, task: Task, episodes: int) -> None:
-        """Arm all."""
+        """Nothing is being dressed."""
         self.task, self.entries = task, readings(task, full=False)
-        self.armed = np.ones(episodes, bool)
+        self.dressing = np.zeros(episodes, bool)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Compare."""
@@ -133,12 +133,10 @@ class PowerThreshold:
         power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
         removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
         energy = power / removal
-        self.armed |= energy < self.lower * self.upper
-        due = self.armed & (energy > self.upper)
-        self.armed &= ~due
+        self.dressing = energy > np.where(self.dressing, self.lower * self.upper, self.upper)
         expected = power * self.E / last_speed
         slowing = np.minimum(1.0, self.share * self.task.machine.power_limit / np.maximum(expected, 1.0))
-        return Decision(nearest_speed(self.task, 1000.0 * self.E * slowing), due.astype(np.float64))
+        return Decision(nearest_speed(self.task, 1000.0 * self.E * slowing), self.dressing.astype(np.float64))
 
 
 @dataclass(kw_only=True)

@@ -1,6 +1,7 @@
 """Tunes the scripted policies on the training episodes of a task; between runs the validation episodes decide."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.evaluate import Evaluation, episode_seeds, roll_out, start_episodes
+from agents.evaluate import episode_seeds, roll_out, start_episodes
 from agents.policy import Policy, speed_bounds, speed_grid
 from agents.registry import TUNED, policy_names
-from agents.scripted import ConstantPerKind, Fixed
+from agents.scripted import Fixed
 from agents.search import Found, evolve, grid_search, refine
 from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation
@@ -25,27 +26,32 @@ STARTS = 4
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
 INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
-PASSES = 2
-"""Passes over the kinds of block, one tuned at a time."""
-
 DIGITS = 5
 
 
 class Coefficient(NamedTuple):
-    """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive."""
+    """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
+
+    `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task.
+    """
 
     name: str
     start: float
     step: float
     positive: bool = False
     by_kind: bool = False
+    whole: bool = False
     most: float = np.inf
 
-    def value(self, z: float) -> float:
-        """The parameter at z, as it stands in the file."""
+    def size(self, task: Task) -> int:
+        """How many entries of the search vector it takes."""
+        return len(task.kinds) if self.by_kind else 1
+
+    def value(self, z: float, executions: int) -> float:
+        """The parameter at z, as it stands in the file; `executions` is the most of the task."""
         change = self.step * z
         value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
-        return rounded(min(value, self.most))
+        return int(np.clip(np.rint(value), 0, executions)) if self.whole else rounded(min(value, self.most))
 
 
 SHARPNESS = (
@@ -58,6 +64,10 @@ SHARPNESS = (
     Coefficient("wH", 0.5, 0.2),
 )
 RULES: dict[str, tuple[Coefficient, ...]] = {
+    "constant_per_kind": (
+        Coefficient("E", 12.0, 0.4, positive=True, by_kind=True),
+        Coefficient("D", 0.5, 0.5, by_kind=True, whole=True),
+    ),
     "power_threshold": (
         Coefficient("E", 12.0, 0.2, positive=True),
         Coefficient("upper", 60.0, 0.2, positive=True),
@@ -78,7 +88,7 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
 }
 """What CMA-ES tunes."""
 
-Advance = Callable[[], None]
+Advance = Callable[[], object]
 
 
 class Tuner:
@@ -99,49 +109,26 @@ class Tuner:
 
     def cost(self, policy: Policy, split: str = "training") -> float:
         """Mean cost of an episode, $."""
-        evaluation: Evaluation = roll_out(policy, self.simulation, self._episodes[split])
+        evaluation = roll_out(policy, self.simulation, self._episodes[split])
         self._advance()
         return float(evaluation.cost.mean())
 
     def constant(self) -> tuple[Fixed, int]:
         """The best constant E and D, and the evaluations spent."""
-        return self._fixed(self._speeds(SPEEDS), range(self.task.action.executions + 1), (1,), "constant")
+        return self._fixed("constant", SPEEDS, range(self.task.action.executions + 1), (1,))
 
     def interval(self) -> tuple[Fixed, int]:
         """The best constant E with one or two executions in every N-th block."""
-        return self._fixed(self._speeds(INTERVAL_SPEEDS), (1, 2), INTERVALS, "interval")
+        return self._fixed("interval", INTERVAL_SPEEDS, range(1, min(2, self.task.action.executions) + 1), INTERVALS)
 
-    def _fixed(self, E: Any, D: Any, every: Any, name: str) -> tuple[Fixed, int]:
+    def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
             return Fixed(rounded(E), D, every, name)
 
-        legal = [d for d in D if d <= self.task.action.executions]
-        found = grid_search(lambda point: self.cost(plan(*point)), product(E, legal, every))
-        E_best, *rest = found.point
-        found = self._refine(lambda E: self.cost(plan(E, *rest)), found._replace(point=E_best))
+        found = grid_search(lambda point: self.cost(plan(*point)), product(self._speeds(speeds), D, every))
+        E, *rest = found.point
+        found = self._refine(lambda E: self.cost(plan(E, *rest)), found._replace(point=E))
         return plan(found.point, *rest), found.evaluations
-
-    def constant_per_kind(self) -> tuple[ConstantPerKind, int]:
-        """The best E and D of each kind of block, one kind at a time from the best constant."""
-        constant, evaluations = self.constant()
-        kinds = len(self.task.kinds)
-        E, D = [constant.E] * kinds, [constant.D] * kinds
-
-        def plan(kind: int, E_kind: float, D_kind: int) -> ConstantPerKind:
-            E[kind], D[kind] = rounded(E_kind), D_kind
-            return ConstantPerKind(tuple(E), tuple(D))
-
-        for _ in range(PASSES):
-            for kind in range(kinds):
-                grid = product(self._speeds(SPEEDS), range(self.task.action.executions + 1))
-                found = grid_search(lambda point, kind=kind: self.cost(plan(kind, *point)), grid)
-                E_best, D_best = found.point
-                found = self._refine(
-                    lambda E, kind=kind, D=D_best: self.cost(plan(kind, E, D)), found._replace(point=E_best)
-                )
-                plan(kind, found.point, D_best)
-                evaluations += found.evaluations
-        return ConstantPerKind(tuple(E), tuple(D)), evaluations
 
     def _speeds(self, count: int) -> list[float]:
         return [float(speed) / 1000.0 for speed in speed_grid(self.task, count)]
@@ -155,15 +142,14 @@ class Tuner:
     def rule(self, name: str, evaluations: int) -> tuple[Policy, Parameters, int]:
         """The best of `STARTS` CMA-ES runs of a rule, on the validation episodes."""
         coefficients = RULES[name]
-        kinds = len(self.task.kinds)
 
         def parameters(vector: Any) -> Parameters:
-            return from_vector(coefficients, kinds, vector)
+            return from_vector(coefficients, self.task, vector)
 
         def make(vector: Any) -> Policy:
             return TUNED[name](**arguments(parameters(vector)))
 
-        size = sum(kinds if coefficient.by_kind else 1 for coefficient in coefficients)
+        size = sum(coefficient.size(self.task) for coefficient in coefficients)
         runs = []
         for seed in range(STARTS):
             # the first run starts where the table says, every other from a point of its own
@@ -173,14 +159,14 @@ class Tuner:
         return make(best.point), parameters(best.point), sum(run.evaluations for run in runs)
 
 
-def from_vector(coefficients: tuple[Coefficient, ...], kinds: int, vector: Any) -> Parameters:
+def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) -> Parameters:
     """Parameters of a rule from a search vector; a coefficient by kind takes one entry a kind."""
     result: dict[str, Any] = {}
     position = 0
     for coefficient in coefficients:
-        count = kinds if coefficient.by_kind else 1
-        values = [coefficient.value(z) for z in vector[position : position + count]]
-        position += count
+        size = coefficient.size(task)
+        values = [coefficient.value(z, task.action.executions) for z in vector[position : position + size]]
+        position += size
         result[coefficient.name] = values if coefficient.by_kind else values[0]
     return result
 
@@ -199,9 +185,6 @@ def tune_policy(name: str, tuner: Tuner, evaluations: int) -> Tuned:
     """Tune one policy."""
     if name in RULES:
         policy, parameters, spent = tuner.rule(name, evaluations)
-    elif name == "constant_per_kind":
-        per_kind, spent = tuner.constant_per_kind()
-        policy, parameters = per_kind, {"E": list(per_kind.E), "D": list(per_kind.D)}
     else:
         plan, spent = tuner.constant() if name == "constant" else tuner.interval()
         policy, parameters = plan, {"E": plan.E, "D": plan.D, "every": plan.every}
@@ -249,7 +232,7 @@ def tune(
                 continue
             total = STARTS * evaluations if name in RULES else None
             bar = progress.add_task(name, total=total)
-            tuner = Tuner(task, episodes, lambda bar=bar: progress.advance(bar))
+            tuner = Tuner(task, episodes, partial(progress.advance, bar))
             tuned[name] = tune_policy(name, tuner, evaluations)
             progress.update(bar, total=progress.tasks[bar].completed)
             order = [each for each in tunable(task) if each in tuned]

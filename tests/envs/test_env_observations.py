@@ -2,6 +2,7 @@ import functools
 
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.observations import HIDDEN, Readings, physical
@@ -175,6 +176,26 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
         ("roughness_scale", r.tape.ra_scale),
     ):
         np.testing.assert_allclose(r.read[reading][:-1], factor.T, rtol=1e-6, err_msg=reading)
+
+
+def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
+    for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.022, 150.0)):
+        env = native(f"grind/{name.title().replace('_', '')}-v0", 50, AutoresetMode.SAME_STEP, observation="full")
+        entries = env.unwrapped.observation_info()
+        rows = [env.reset(seed=0)[0]]
+        for action in actions(60, 50):
+            stepped = env.step(action)
+            rows += [stepped[0]] if stepped[2].all() else []
+        assert len(rows) == (11 if name == "oracle6" else 2)
+        seen = physical(np.array(rows), entries)
+        for reading, value in (("diameter", 300.0), ("volume", V), ("loading", 0.0), ("waviness", 0.03)):
+            np.testing.assert_allclose(seen[reading], value, rtol=1e-6, atol=1e-9, err_msg=reading)
+        if A is not None:
+            np.testing.assert_allclose(seen["wear_flat"], A, rtol=1e-6)
+        # 0.003 and 0.0022 per unit of overlap ratio (model.md): a blunter diamond leaves a duller wheel
+        assert (seen["wear_flat"] > 0.003).all() and (seen["wear_flat"] < 0.03).all()
+        for reading in ("dresses", "blocks_since_dress", "mean_power", "peak_power", "size_error", "roughness"):
+            assert (seen[reading] == 0.0).all(), reading
 
 
 @pytest.mark.parametrize("name", task_names())

@@ -1,4 +1,5 @@
 import copy
+import itertools
 from typing import Any
 
 import gymnasium as gym
@@ -150,6 +151,28 @@ def test_results_belong_to_the_caller(make: Any, mode: AutoresetMode) -> None:
         assert_same(*results[-1])
         over = results[-1][0][2].copy()
         garbage(results[-1][0])
+
+
+def arrays(value: Any) -> list[Array]:
+    if isinstance(value, np.ndarray):
+        return [value, *(part for each in value if value.dtype == object for part in arrays(each))]
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else ()
+    return [array for part in parts for array in arrays(part)]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_no_two_arrays_of_a_result_share_memory(mode: AutoresetMode) -> None:
+    env = native("grind/Oracle6-v0", 2, mode, show_block=True)
+    env.reset(seed=1)
+    masked_reset(env, [True, False])
+    env.step(np.zeros((2, 2)))
+    masked_reset(env, [True, False])
+    for _ in range(5):
+        result = env.step(np.zeros((2, 2)))
+    assert result[2].tolist() == [False, True]
+    found = arrays(result)
+    assert len(found) > 20
+    assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(found, 2))
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -95,9 +95,9 @@ def test_a_block_takes_the_time_of_its_strokes_and_dresses(name: str) -> None:
     assert (r.result.dresses == r.executions).all()
     speed = r.speeds / 60.0
     stroke_seconds = (r.of_kind("length") + 60.0) / speed + speed / 1000.0 + 0.15
-    # 1910 rev/min x 0.10 mm/rev over the wheel and 10 mm more, two passes, and the set-up
+    # 1909.859 rev/min x 0.10 mm/rev, as an F word with three decimals, over the wheel and 10 mm more; two passes
     setup, width = {"power_limited": (60.0, 65.0), "oracle6": (8.0, 25.0)}[name]
-    dress_seconds = setup + 2.0 * (width + 10.0) / (0.10 * 30000.0 / (math.pi * 300.0))
+    dress_seconds = setup + 2.0 * (width + 10.0) / (190.986 / 60.0)
     seconds = 20.0 + strokes * stroke_seconds + r.executions * dress_seconds
     np.testing.assert_allclose(r.outcome.seconds, seconds, rtol=1e-12)
 

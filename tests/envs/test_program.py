@@ -41,6 +41,8 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed, policy_seed)
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-9)
 
 
-@pytest.mark.parametrize("value, text", [(0.3, ".3"), (-30.0, "-30."), (-0.02, "-.02"), (11943.0, "11943."), (0.0, "0.")])
+@pytest.mark.parametrize(
+    "value, text", [(0.3, ".3"), (-30.0, "-30."), (-0.02, "-.02"), (11943.0, "11943."), (0.0, "0.")]
+)
 def test_numbers_are_written_as_the_control_reads_them(value, text):
     assert number(value) == text

@@ -1,0 +1,110 @@
+"""`python -m agents tune | evaluate | benchmark`."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents import benchmark as benchmarking
+from agents import tune as tuning
+from agents.evaluate import SPLITS, episode_seeds
+from agents.evaluate import evaluate as run_policy
+from agents.registry import make_policy
+from agents.tuned import CONFIGS
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+
+BAD_INPUT = 2
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Tune, evaluate and compare policies on the tasks of grind_env.",
+)
+
+TaskName = Annotated[str, typer.Option("--task", help="Name of the task.")]
+Policies = Annotated[str | None, typer.Option(help="Names of policies, separated by commas; all by default.")]
+Configs = Annotated[Path, typer.Option(help="Folder of the tuned parameters.")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")]
+
+
+@app.command(epilog="Example: python -m agents tune --task power_limited --policies adaptive_rule --fresh")
+def tune(
+    task: TaskName = "power_limited",
+    policies: Policies = None,
+    evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = tuning.EVALUATIONS,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each split.")] = tuning.EPISODES,
+    configs: Configs = CONFIGS,
+    fresh: Fresh = False,
+) -> None:
+    """Tune scripted policies on training episodes and store their parameters."""
+    tuned = tuning.tune(task, listed(policies), evaluations=evaluations, episodes=episodes, folder=configs, fresh=fresh)
+    for name, entry in tuned.items():
+        print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
+
+
+@app.command(epilog="Example: python -m agents evaluate --policy adaptive_rule --episodes 64")
+def evaluate(
+    policy: Annotated[str, typer.Option(help="Name of the policy.")],
+    task: TaskName = "power_limited",
+    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 64,
+    split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "evaluation",
+    configs: Configs = CONFIGS,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Run one policy and print what a good part costs."""
+    job = load_task(task)
+    result = run_policy(make_policy(policy, job, configs), job, episode_seeds(split, episodes))
+    cost = result.cost_per_good_part
+    numbers = {
+        "cost_per_good_part": cost.value,
+        "low": cost.low,
+        "high": cost.high,
+        "scrap": result.scrap,
+        "E": float(result.speeds.mean()) / 1000.0,
+        "D": float(result.executions.mean()),
+    }
+    if as_json:
+        print(json.dumps({"task": task, "policy": policy, "split": split, "episodes": episodes, **numbers}))
+    else:
+        print(
+            f"{policy}: {cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f}),"
+            f" {100 * result.scrap:.2f} % scrap, E {numbers['E']:.1f} m/min, D {numbers['D']:.2f}"
+        )
+
+
+@app.command(epilog="Example: python -m agents benchmark --task power_limited")
+def benchmark(
+    task: TaskName = "power_limited",
+    policies: Policies = None,
+    episodes: Annotated[int, typer.Option(min=1, help="Number of paired episodes.")] = benchmarking.EPISODES,
+    runs: Annotated[Path, typer.Option(help="Folder of the results.")] = benchmarking.RUNS,
+    configs: Configs = CONFIGS,
+    fresh: Fresh = False,
+) -> None:
+    """Compare policies on the same evaluation episodes."""
+    benchmarking.benchmark(
+        load_task(task), listed(policies), episodes=episodes, folder=runs, configs=configs, fresh=fresh
+    )
+
+
+def listed(names: str | None) -> list[str] | None:
+    """The names in a comma-separated list."""
+    return None if names is None else [name.strip() for name in names.split(",")]
+
+
+def main() -> None:
+    """Run the command; a user's mistake is one sentence and exit status 2."""
+    try:
+        app(prog_name="python -m agents")
+    except GrindError as error:
+        print(f"agents: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+
+
+if __name__ == "__main__":
+    main()

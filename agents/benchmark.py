@@ -1,0 +1,233 @@
+"""Compares policies on the same evaluation episodes and writes the tables of `runs/<task>/benchmark.*`."""
+
+import csv
+import hashlib
+import io
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, astuple, dataclass, fields
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import grind_env
+from agents.evaluate import Evaluation, episode_seeds, evaluate
+from agents.policy import Policy, Sees
+from agents.registry import FIXED_PLANS, REFERENCE, make_policy, policy_names
+from agents.statistics import Interval
+from agents.tuned import CONFIGS, ConfigError, write_whole
+from grind_env.envs.tasks import Task
+
+EPISODES = 128
+ROOT = Path(__file__).parents[1]
+RUNS = ROOT / "runs"
+HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
+WIDTH = 110
+"""Columns of the printed table where the output is not a terminal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table."""
+
+    policy: str
+    sees: Sees
+    cost: Interval
+    """$ per good part."""
+    scrap: float
+    """Share of the parts."""
+    speed: float
+    """Mean E, m/min."""
+    executions: float
+    """Mean D."""
+    score: Interval
+    """0 is the best fixed plan, 100 the hindsight planner."""
+
+    def cells(self) -> tuple[str, ...]:
+        """The texts under `HEADINGS`."""
+        return (
+            self.policy,
+            self.sees,
+            f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
+            f"{100.0 * self.scrap:.2f}",
+            f"{self.speed:.1f}",
+            f"{self.executions:.2f}",
+            f"{self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f})",
+        )
+
+
+def benchmark(
+    task: Task,
+    names: Sequence[str] | None = None,
+    *,
+    learned: Sequence[Policy] = (),
+    episodes: int = EPISODES,
+    folder: Path = RUNS,
+    configs: Path = CONFIGS,
+    fresh: bool = False,
+    console: Console | None = None,
+) -> list[Row]:
+    """Run policies on the first evaluation seeds, print the table and write it.
+
+    The fixed plans and the planner that anchor the score are always run. What a scripted policy or a planner did
+    is kept below `folder` and used again while code, parameters and seeds are the same; learned ones always run.
+
+    Args:
+        task: the task.
+        names: policies; all of the task by default.
+        learned: trained agents.
+        episodes: number of episodes.
+        folder: of the results, which come into its sub-folder of the task's name.
+        configs: folder of the tuned parameters.
+        fresh: run also what is kept.
+        console: where to print.
+
+    Raises:
+        ConfigError: if a policy is unknown or has not been tuned for the task.
+    """
+    console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
+    seeds = episode_seeds("evaluation", episodes)
+    wanted = set(policy_names(task) if names is None else names)
+    if unknown := wanted - set(policy_names(task)):
+        raise ConfigError(f"there is no policy {min(unknown)!r}: choose from {', '.join(policy_names(task))}")
+    anchored = [name for name in policy_names(task) if name in wanted | {*FIXED_PLANS, REFERENCE}]
+    policies = [make_policy(name, task, configs) for name in anchored]
+    target = folder / task.name
+    results: dict[str, Evaluation] = {}
+    with console.status("") as status:
+        for policy in policies:
+            status.update(f"{policy.name}: {episodes} episodes")
+            results[policy.name] = kept_evaluation(policy, task, seeds, target / "benchmark", fresh)
+        for policy in learned:
+            status.update(f"{policy.name}: {episodes} episodes")
+            results[policy.name] = evaluate(policy, task, seeds)
+    rows = table_rows([*policies, *learned], results)
+    console.print(rich_table(rows, f"{task.title}: {episodes} paired episodes"))
+    facts = provenance(seeds)
+    write_whole(target / "benchmark.csv", csv_text(rows, facts))
+    write_whole(target / "benchmark.md", markdown_text(rows, task, facts))
+    console.print(f"written to {target / 'benchmark.csv'} and .md", highlight=False)
+    return rows
+
+
+def table_rows(policies: Sequence[Policy], results: dict[str, Evaluation]) -> list[Row]:
+    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100."""
+    fixed = min((results[name] for name in FIXED_PLANS), key=lambda run: float(run.cost.mean()))
+    rows = []
+    for policy in policies:
+        run = results[policy.name]
+        score = run.score(fixed, results[REFERENCE])
+        speed, executions = float(run.speeds.mean()) / 1000.0, float(run.executions.mean())
+        rows.append(Row(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
+    return rows
+
+
+def kept_evaluation(policy: Policy, task: Task, seeds: range, folder: Path, fresh: bool) -> Evaluation:
+    """The evaluation kept in `folder` if it is of the same code, parameters and seeds, else a new one, now kept."""
+    path = folder / f"{policy.name}.npz"
+    fingerprint = hashlib.sha256(f"{code_hash()} {task.name} {seeds} {policy!r}".encode()).hexdigest()
+    if path.exists() and not fresh:
+        with np.load(path) as kept:
+            if str(kept["fingerprint"]) == fingerprint:
+                return Evaluation(*(kept[each.name] for each in fields(Evaluation)))
+    result = evaluate(policy, task, seeds)
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{policy.name}.{os.getpid()}.npz")
+    np.savez(partial, fingerprint=np.array(fingerprint), **asdict(result))
+    partial.replace(path)
+    return result
+
+
+def code_hash() -> str:
+    """Hash of all code and data that results follow from."""
+    digest = hashlib.sha256()
+    for package in (Path(grind_env.__file__).parent, Path(__file__).parent):
+        for path in sorted([*package.rglob("*.py"), *package.rglob("*.toml")]):
+            digest.update(f"{path.relative_to(package.parent)}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def provenance(seeds: range) -> dict[str, str]:
+    """What the results were made with."""
+    return {
+        "seeds": f"{seeds.start}..{seeds.stop - 1}",
+        "commit": commit(),
+        "python": platform.python_version(),
+        **{package: installed(package) for package in ("grind_env", "numpy", "numba", "stable_baselines3", "torch")},
+    }
+
+
+def installed(package: str) -> str:
+    """Version of an installed package."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
+def commit() -> str:
+    """The commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
+    git = shutil.which("git")
+    if git is None:
+        return "none"
+    command = [git, "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    return answer.stdout.strip() or "none"
+
+
+def rich_table(rows: Sequence[Row], title: str) -> Table:
+    """The table for a terminal."""
+    table = Table(title=title)
+    for k, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="left" if k < 2 else "right")
+    for row in rows:
+        table.add_row(*row.cells())
+    return table
+
+
+def csv_text(rows: Sequence[Row], facts: dict[str, str]) -> str:
+    """All numbers in full, with the provenance in every row."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
+    writer.writerow([*columns, *facts])
+    for row in rows:
+        writer.writerow([*flat(row), *facts.values()])
+    return text.getvalue()
+
+
+def spread_names(name: str) -> list[str]:
+    """Columns of an interval."""
+    return [name, f"{name}_low", f"{name}_high"]
+
+
+def flat(row: Row) -> Iterator[object]:
+    """The numbers of a row, intervals spread out."""
+    for value in astuple(row):
+        yield from value if isinstance(value, tuple) else (value,)
+
+
+def markdown_text(rows: Sequence[Row], task: Task, facts: dict[str, str]) -> str:
+    """The table for a page."""
+    rules = ["---"] * 2 + ["---:"] * (len(HEADINGS) - 2)
+    lines = [HEADINGS, rules, *(row.cells() for row in rows)]
+    return "\n".join(
+        [
+            f"# {task.title}",
+            "",
+            "Paired evaluation episodes; 95 % bootstrap intervals. Score: 0 = the better of `constant` and `interval`,"
+            f" 100 = `{REFERENCE}`.",
+            "",
+            *("| " + " | ".join(cells) + " |" for cells in lines),
+            "",
+            *(f"- {name}: {value}" for name, value in facts.items()),
+            "",
+        ]
+    )
