@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from grind_env.control.rules import motion_time
+from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.tasks import load_task
 from grind_env.machine.batch import (
     CYCLE,
@@ -60,7 +61,7 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     table["dress_passes"], table["dress_depth"] = task.dress.passes, task.dress.depth
     table["dress_feed"], table["dress_seconds"] = task.dress_feed, task.dress_seconds
     parameters = np.full(machines, np.array(tuple(task.parameters(kind)), PARAMETERS))
-    wheels = np.full(machines, np.array(tuple(task.start_wheel()), WHEEL))
+    wheels = np.full(machines, np.array(tuple(EpisodeGenerator(task).wheel(0.0)), WHEEL))
     parts = np.full(machines, np.array((0.0, 0.0, 1.6), PART))
     return table, parameters, wheels, parts
 
@@ -128,9 +129,7 @@ def main() -> None:
     table.add_row("block kernel, N = 256", f"{block[256]:.1f} ns/stroke", "")
     table.add_row("scalar loop", f"{scalar:.1f} ns/stroke", "")
     table.add_row("block kernel over scalar loop, N = 256", f"{scalar / block[256]:.2f}", ">= 4 (AVX2: 2.5)")
-    table.add_row(
-        "block kernel over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)"
-    )
+    table.add_row("block kernel over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)")
     table.add_row("ns per stroke, N = 16 over N = 4096", f"{block[16] / block[4096]:.2f}", "<= 1.25")
     table.add_row("ns per stroke, N = 1 over N = 4096", f"{block[1] / block[4096]:.2f}", "")
     table.add_row("block kernel over the same source in plain Python", f"{plain / block[256]:.0f}", ">= 30")

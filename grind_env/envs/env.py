@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import Block, cycle_block, part_program
-from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task, TaskError, load_task
 
 REWARD_TERMS = ("time", "wheel", "dress", "scrap", "handover")

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.rows import column_writer
+from grind_env.machine.compiled import dressed_wheel
+from grind_env.process.state import WheelState
 
 CUT = 1.8
 """Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
@@ -56,34 +58,55 @@ NORMALS = 9
 """Standard normal numbers drawn for a block."""
 
 
-def draw(task: Task, rng: np.random.Generator) -> tuple[NDArray[np.float64], float]:
-    """The tape of one episode, shape (blocks, fields of `TapeRow`), and the diamond's first wear flat, mm.
+class EpisodeGenerator:
+    """Draws the episodes of a task."""
 
-    The count of random numbers depends on the task only, never on what they turn out to be.
-    """
-    spread = task.spread
-    normals = rng.standard_normal((task.blocks + 1, NORMALS))
-    uniforms = rng.random(task.blocks + 1)
-    kinds = np.array([task.kind_of_block(k) for k in range(task.blocks)])
-    tape = np.empty((task.blocks, len(TapeRow._fields)))
-    _fill(
-        tape,
-        kinds,
-        np.array([kind.stock for kind in task.kinds]),
-        np.array([kind.starts_part for kind in task.kinds]),
-        normals,
-        uniforms,
-        (spread.stock, spread.gauge, spread.measurement),
-        (spread.lot_probability, spread.lot_growth, spread.lot_pressure),
-        (
+    def __init__(self, task: Task) -> None:
+        spread = task.spread
+        self.blocks = task.blocks
+        self.kinds = np.array([task.kind_of_block(k) for k in range(task.blocks)])
+        self.stocks = np.array([kind.stock for kind in task.kinds])
+        self.starts = np.array([kind.starts_part for kind in task.kinds])
+        self.diamond_flat = spread.diamond_flat
+        self.part_spread = (spread.stock, spread.gauge, spread.measurement)
+        self.lot_spread = (spread.lot_probability, spread.lot_growth, spread.lot_pressure)
+        self.wheel_spread = (
             spread.wheel_growth,
             spread.wheel_roughness,
             spread.fracture_force,
             spread.g_ratio,
             spread.convection,
-        ),
-    )
-    return tape, spread.diamond_flat * float(uniforms[task.blocks])
+        )
+        self.diameter, self.lead, self.depth = task.wheel.diameter, task.dress_lead, task.dress.depth
+        self.start = task.start
+        self.parameters = task.parameters(task.kinds[0])
+
+    def draw(self, rng: np.random.Generator) -> tuple[NDArray[np.float64], float]:
+        """The tape of one episode, shape (blocks, fields of `TapeRow`), and the diamond's first wear flat, mm.
+
+        The count of random numbers depends on the task only, never on what they turn out to be.
+        """
+        normals = rng.standard_normal((self.blocks + 1, NORMALS))
+        uniforms = rng.random(self.blocks + 1)
+        tape = np.empty((self.blocks, len(TapeRow._fields)))
+        _fill(
+            tape,
+            self.kinds,
+            self.stocks,
+            self.starts,
+            normals,
+            uniforms,
+            self.part_spread,
+            self.lot_spread,
+            self.wheel_spread,
+        )
+        return tape, self.diamond_flat * float(uniforms[self.blocks])
+
+    def wheel(self, diamond_flat: float) -> WheelState:
+        """The wheel at the start of an episode, dressed with a diamond of that wear flat (mm)."""
+        wheel = dressed_wheel(self.diameter, diamond_flat, self.lead, self.depth, self.parameters)
+        area = self.start.wear_flat_area
+        return wheel._replace(A=wheel.A if area is None else area, V=self.start.volume)
 
 
 @inlined

@@ -15,7 +15,8 @@ from grind_env.envs.actions import ActionCodec, action_array
 from grind_env.envs.env import REWARD_TERMS, refuse_render, wants_full
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import Block, cycle_block
-from grind_env.envs.simulation import Outcome, Simulation
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError, load_task
 from grind_env.errors import GrindError
 

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from grind_env.errors import GrindError
-from grind_env.machine.compiled import dressed_wheel
 from grind_env.process.catalogue import Entry, load_catalogue, quantities
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Machine, Wheel
 from grind_env.process.parameters import stroke_parameters
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -206,13 +205,6 @@ class Task:
     def dress_seconds(self) -> float:
         """Time of one dress execution, s."""
         return self.dress.setup + self.dress.passes * (self.wheel.width + DRESS_CLEARANCE) / self.dress_feed
-
-    def start_wheel(self, diamond_flat: float = 0.0) -> WheelState:
-        """The wheel at the start of an episode, dressed with a diamond of that wear flat (mm)."""
-        p = self.parameters(self.kinds[0])
-        wheel = dressed_wheel(self.wheel.diameter, diamond_flat, self.dress_lead, self.dress.depth, p)
-        area = self.start.wear_flat_area
-        return wheel._replace(A=wheel.A if area is None else area, V=self.start.volume)
 
 
 TABLES: Mapping[str, type[Any]] = {

@@ -1,0 +1,130 @@
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import grind_env  # noqa: F401
+from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate, roll_out, start_episodes
+from agents.policy import GAUGED, NEW_LOT, NOISE, STOCK, Decision
+from agents.scripted import Fixed, handbook
+from grind_env.envs.actions import ActionError
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+
+TASK = load_task("power_limited")
+LOT = [TapeRow._fields.index(name) for name in ("kA", "pm", "hf", "fc", "Gref", "ra_scale")]
+
+
+class Spy:
+    """Keeps what it is shown, then spoils it."""
+
+    name = "spy"
+
+    def __init__(self, sees):
+        self.sees = sees
+
+    def begin(self, task, episodes):
+        self.shown = []
+
+    def act(self, observation, episodes):
+        self.shown.append(None if episodes is None else episodes.pick(np.arange(len(observation))))
+        if episodes is not None:
+            for table in (episodes.tape, episodes.wheels, episodes.parts, episodes.memory, episodes.block):
+                table[:] = 0
+        return Decision(np.full(len(observation), 12000.0), np.ones(len(observation)))
+
+
+def spied(sees, seeds=(0, 1, 2)):
+    spy = Spy(sees)
+    evaluate(spy, TASK, seeds)
+    return spy.shown
+
+
+def truth(seeds=(0, 1, 2)):
+    return start_episodes(Simulation(TASK), seeds)
+
+
+def test_splits_have_no_seed_in_common():
+    ranges = sorted((episode_seeds(split, SPLIT_SIZE) for split in SPLITS), key=lambda seeds: seeds.start)
+    assert len(ranges) == 3
+    assert all(a.stop <= b.start for a, b in zip(ranges, ranges[1:], strict=False))
+
+
+@pytest.mark.parametrize(("split", "count"), [("test", 1), ("training", 0), ("evaluation", SPLIT_SIZE + 1)])
+def test_seeds_that_do_not_exist(split, count):
+    with pytest.raises(GrindError):
+        episode_seeds(split, count)
+
+
+def test_an_evaluation_is_what_the_environment_says():
+    seeds = [1_000_000, 1_000_007]
+    result = evaluate(Fixed(10.0, 2, 2), TASK, seeds)
+    env = gym.make("grind/PowerLimited-v0")
+    for i, seed in enumerate(seeds):
+        env.reset(seed=seed)
+        cost = good = 0.0
+        for k in range(60):
+            action = env.unwrapped.codec.encode(10000.0, 2 * (k % 2))[0]
+            *_, info = env.step(action)
+            cost += info["block_cost"]
+            good += info["good_parts"]
+        assert result.cost[i] == pytest.approx(cost, rel=1e-12)
+        assert result.good[i] == pytest.approx(good, rel=1e-12)
+    assert (result.finished == 60).all()
+    assert (result.speeds == 10000.0).all()
+    assert (result.executions[0] == np.tile([0.0, 2.0], 30)).all()
+    assert result.scrap == pytest.approx(1.0 - result.good.sum() / 120.0)
+
+
+def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
+    alone = evaluate(handbook(), TASK, [5])
+    beside = evaluate(handbook(), TASK, [4, 5, 6])
+    assert alone.cost[0] == beside.cost[1]
+
+
+def test_a_policy_that_measures_is_shown_no_truth():
+    assert spied("measurements") == [None] * 60
+
+
+def test_a_policy_that_sees_the_state_is_not_shown_the_future():
+    tape = truth().tape
+    for k, shown in enumerate(spied("state")):
+        # the true state and the coming block, but nothing of what is drawn for later blocks
+        assert np.array_equal(shown.tape[:, k, LOT], tape[:, k, LOT])
+        assert np.array_equal(shown.tape[:, k, STOCK], tape[:, k, STOCK])
+        later = shown.tape[:, k + 1 :]
+        assert (later[..., LOT] == tape[:, [k], :][..., LOT]).all()
+        assert (later[..., [STOCK, GAUGED]] == 0.3).all()
+        assert (later[..., NEW_LOT] == 0.0).all()
+        assert (shown.tape[..., NOISE] == 0.0).all()
+
+
+def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
+    tape = truth().tape
+    quiet = [k for k in range(tape.shape[2]) if k not in NOISE]
+    for shown in spied("future"):
+        assert np.array_equal(shown.tape[..., quiet], tape[..., quiet])
+        assert (shown.tape[..., NOISE] == 0.0).all()
+
+
+@pytest.mark.parametrize("sees", ["measurements", "state", "future"])
+def test_a_policy_cannot_change_the_truth(sees):
+    assert np.array_equal(evaluate(Spy(sees), TASK, [3, 4]).cost, evaluate(handbook(), TASK, [3, 4]).cost)
+
+
+def test_a_roll_out_leaves_the_episodes_as_they_are():
+    simulation = Simulation(TASK)
+    episodes = start_episodes(simulation, [1, 2])
+    first = roll_out(handbook(), simulation, episodes)
+    assert (episodes.block == 0).all()
+    assert np.array_equal(first.cost, roll_out(handbook(), simulation, episodes).cost)
+
+
+def test_a_decision_outside_the_action_space_is_an_error():
+    class Reckless(Spy):
+        def act(self, observation, episodes):
+            return Decision(np.full(len(observation), 50000.0), np.zeros(len(observation)))
+
+    with pytest.raises(ActionError, match="E must be from 3000 to 30000"):
+        evaluate(Reckless("measurements"), TASK, [0])
