@@ -1,4 +1,4 @@
-"""`python -m agents tune | evaluate | benchmark`."""
+"""`python -m agents tune | train | evaluate | benchmark`."""
 
 import json
 import sys
@@ -11,12 +11,15 @@ from agents import benchmark as benchmarking
 from agents import tune as tuning
 from agents.evaluate import SPLITS, episode_seeds
 from agents.evaluate import evaluate as run_policy
-from agents.registry import make_policy
+from agents.registry import check_names, make_policy
+from agents.train import LearnedPolicy, Training, trained_agent
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 
 BAD_INPUT = 2
+
+STEPS = Training().steps
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -29,6 +32,8 @@ app = typer.Typer(
 TaskName = Annotated[str, typer.Option("--task", help="Name of the task.")]
 Policies = Annotated[str | None, typer.Option(help="Names of policies, separated by commas; all by default.")]
 Configs = Annotated[Path, typer.Option(help="Folder of the tuned parameters.")]
+Steps = Annotated[int, typer.Option(min=1, help="Training steps.")]
+Runs = Annotated[Path, typer.Option(help="Folder of the results.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")]
 
 
@@ -47,9 +52,22 @@ def tune(
         print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
 
 
+@app.command(epilog="Example: python -m agents train --task power_limited --seed 0")
+def train(
+    task: TaskName = "power_limited",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the agent and of its training episodes.")] = 0,
+    steps: Steps = STEPS,
+    runs: Runs = benchmarking.RUNS,
+    fresh: Fresh = False,
+) -> None:
+    """Train PPO; an agent already trained by the same code, settings and seed is kept."""
+    path = trained_agent(load_task(task), seed, steps, runs, fresh)
+    print(f"trained agent: {path}")
+
+
 @app.command(epilog="Example: python -m agents evaluate --policy adaptive_rule --episodes 64")
 def evaluate(
-    policy: Annotated[str, typer.Option(help="Name of the policy.")],
+    policy: Annotated[str, typer.Option(help="Name of a policy, or the .zip file of a trained agent.")],
     task: TaskName = "power_limited",
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 64,
     split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "evaluation",
@@ -58,7 +76,8 @@ def evaluate(
 ) -> None:
     """Run one policy and print what a good part costs."""
     job = load_task(task)
-    result = run_policy(make_policy(policy, job, configs), job, episode_seeds(split, episodes))
+    decides = LearnedPolicy(Path(policy)) if policy.endswith(".zip") else make_policy(policy, job, configs)
+    result = run_policy(decides, job, episode_seeds(split, episodes))
     cost = result.cost_per_good_part
     numbers = {
         "cost_per_good_part": cost.value,
@@ -82,13 +101,19 @@ def benchmark(
     task: TaskName = "power_limited",
     policies: Policies = None,
     episodes: Annotated[int, typer.Option(min=1, help="Number of paired episodes.")] = benchmarking.EPISODES,
-    runs: Annotated[Path, typer.Option(help="Folder of the results.")] = benchmarking.RUNS,
+    agents: Annotated[int, typer.Option(min=0, help="PPO agents to train, with seeds 0, 1, ...")] = 1,
+    steps: Steps = STEPS,
+    runs: Runs = benchmarking.RUNS,
     configs: Configs = CONFIGS,
     fresh: Fresh = False,
 ) -> None:
-    """Compare policies on the same evaluation episodes."""
+    """Train PPO and compare it with the other policies on the same evaluation episodes."""
+    job = load_task(task)
+    check_names(job, listed(policies))
+    paths = [trained_agent(job, seed, steps, runs, fresh) for seed in range(agents)]
+    learned = [LearnedPolicy(path, "ppo" if agents == 1 else f"ppo_{seed}") for seed, path in enumerate(paths)]
     benchmarking.benchmark(
-        load_task(task), listed(policies), episodes=episodes, folder=runs, configs=configs, fresh=fresh
+        job, listed(policies), learned=learned, episodes=episodes, folder=runs, configs=configs, fresh=fresh
     )
 
 

@@ -4,29 +4,24 @@ import csv
 import hashlib
 import io
 import os
-import platform
-import shutil
-import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-import grind_env
 from agents.evaluate import Evaluation, episode_seeds, evaluate
 from agents.policy import Policy, Sees
-from agents.registry import FIXED_PLANS, REFERENCE, make_policy, policy_names
+from agents.provenance import ROOT, code_hash, provenance
+from agents.registry import FIXED_PLANS, REFERENCE, check_names, make_policy, policy_names
 from agents.statistics import Interval
-from agents.tuned import CONFIGS, ConfigError, write_whole
+from agents.tuned import CONFIGS, write_whole
 from grind_env.envs.tasks import Task
 
 EPISODES = 128
-ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "runs"
 HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
 WIDTH = 110
@@ -94,10 +89,8 @@ def benchmark(
     """
     console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
     seeds = episode_seeds("evaluation", episodes)
-    wanted = set(policy_names(task) if names is None else names)
-    if unknown := wanted - set(policy_names(task)):
-        raise ConfigError(f"there is no policy {min(unknown)!r}: choose from {', '.join(policy_names(task))}")
-    anchored = [name for name in policy_names(task) if name in wanted | {*FIXED_PLANS, REFERENCE}]
+    wanted = {*check_names(task, names), *FIXED_PLANS, REFERENCE}
+    anchored = [name for name in policy_names(task) if name in wanted]
     policies = [make_policy(name, task, configs) for name in anchored]
     target = folder / task.name
     results: dict[str, Evaluation] = {}
@@ -143,43 +136,6 @@ def kept_evaluation(policy: Policy, task: Task, seeds: range, folder: Path, fres
     np.savez(partial, fingerprint=np.array(fingerprint), **asdict(result))
     partial.replace(path)
     return result
-
-
-def code_hash() -> str:
-    """Hash of all code and data that results follow from."""
-    digest = hashlib.sha256()
-    for package in (Path(grind_env.__file__).parent, Path(__file__).parent):
-        for path in sorted([*package.rglob("*.py"), *package.rglob("*.toml")]):
-            digest.update(f"{path.relative_to(package.parent)}\0".encode() + path.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
-def provenance(seeds: range) -> dict[str, str]:
-    """What the results were made with."""
-    return {
-        "seeds": f"{seeds.start}..{seeds.stop - 1}",
-        "commit": commit(),
-        "python": platform.python_version(),
-        **{package: installed(package) for package in ("grind_env", "numpy", "numba", "stable_baselines3", "torch")},
-    }
-
-
-def installed(package: str) -> str:
-    """Version of an installed package."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "none"
-
-
-def commit() -> str:
-    """The commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
-    git = shutil.which("git")
-    if git is None:
-        return "none"
-    command = [git, "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=False)
-    return answer.stdout.strip() or "none"
 
 
 def rich_table(rows: Sequence[Row], title: str) -> Table:

@@ -8,11 +8,12 @@ import numpy as np
 from agents.policy import Array, Policy, reveal
 from agents.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 
-SPLITS = {"training": 0, "validation": 500_000, "evaluation": 1_000_000}
+SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
 """First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one."""
 
 SPLIT_SIZE = 500_000

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from agents.policy import GAUGED, KIND, Array, Decision, Sees, nearest_speed, speed_bounds, speed_grid
 from agents.scripted import SharpnessRule
 from grind_env.envs.episode import TapeRow
-from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.process.state import WheelState
 

@@ -1,6 +1,6 @@
 """The policies by name."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,14 +35,25 @@ def policy_names(task: Task) -> list[str]:
     return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
 
 
+def check_names(task: Task, names: Sequence[str] | None) -> Sequence[str]:
+    """The names, or those of all policies of the task for None.
+
+    Raises:
+        ConfigError: if one is no policy of the task.
+    """
+    known = policy_names(task)
+    if unknown := set(names or ()) - set(known):
+        raise ConfigError(f"there is no policy {min(unknown)!r} for {task.name}: choose from {', '.join(known)}")
+    return known if names is None else names
+
+
 def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
     """The policy of that name, with the parameters tuned for the task.
 
     Raises:
         ConfigError: if there is no such policy, or if it has not been tuned for the task yet.
     """
-    if name not in policy_names(task):
-        raise ConfigError(f"there is no policy {name!r} for {task.name}: choose from {', '.join(policy_names(task))}")
+    check_names(task, [name])
     if name in UNTUNED:
         return UNTUNED[name]()
     if name == "mpc":

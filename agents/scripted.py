@@ -4,7 +4,7 @@ E is in m/min in their parameters, as an engineer would say it, and in mm/min in
 """
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,7 +189,6 @@ class AdaptiveRule(SharpnessRule):
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide."""
         seen = self.estimator.update(observation)
-        severity: Any = seen.severity
         # after the last block there is no stock; the decision is not used then
         h = np.log(np.maximum(seen.stock, 0.1))
-        return self.decide(seen.kind, seen.wear_flat, seen.volume, h, self.gS * severity, self.wS * severity)
+        return self.decide(seen.kind, seen.wear_flat, seen.volume, h, self.gS * seen.severity, self.wS * seen.severity)

@@ -1,5 +1,6 @@
 """Training with Stable-Baselines3."""
 
+import hashlib
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from stable_baselines3.common.utils import LinearSchedule
 
 from agents.features import LearnerVecEnv, LearnerView
 from agents.policy import Decision, Sees
+from agents.provenance import code_hash
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -53,9 +55,7 @@ def train_ppo(task: Task, seed: int, path: Path, training: Training | None = Non
     training = Training() if training is None else training
     # more threads are slower at this size, and on a busy machine by an order of magnitude
     torch.set_num_threads(1)
-    env = LearnerVecEnv(
-        GrindVectorEnv(training.envs, task=task.name, autoreset_mode="SameStep"), training.worst_reward
-    )
+    env = LearnerVecEnv(GrindVectorEnv(training.envs, task=task.name, autoreset_mode="SameStep"), training.worst_reward)
     model = PPO(
         "MlpPolicy",
         env,
@@ -85,6 +85,19 @@ def train_ppo(task: Task, seed: int, path: Path, training: Training | None = Non
         unfinished = Path(folder) / "model.zip"
         model.save(unfinished)
         unfinished.replace(path)
+
+
+def trained_agent(task: Task, seed: int, steps: int, folder: Path, fresh: bool = False) -> Path:
+    """The file of an agent, in the task's sub-folder of `folder`.
+
+    It is trained unless an agent of the same code, settings and seed is there, or `fresh` is asked for.
+    """
+    training = Training(steps=steps)
+    made_by = hashlib.sha256(f"{code_hash()} {task.name} {training} {seed}".encode()).hexdigest()[:12]
+    path = folder / task.name / f"ppo-{seed}-{made_by}.zip"
+    if fresh or not path.exists():
+        train_ppo(task, seed, path, training)
+    return path
 
 
 class _ProgressBar(BaseCallback):

@@ -235,6 +235,6 @@ def tune(
             tuner = Tuner(task, episodes, partial(progress.advance, bar))
             tuned[name] = tune_policy(name, tuner, evaluations)
             progress.update(bar, total=progress.tasks[bar].completed)
-            order = [each for each in tunable(task) if each in tuned]
-            write_tuned(task_name, {each: tuned[each] for each in order}, folder)
+            tuned = {each: tuned[each] for each in tunable(task) if each in tuned}
+            write_tuned(task_name, tuned, folder)
     return tuned

@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import llvmlite.binding
 import numpy as np
-from numba import get_num_threads
 from rich.console import Console
 from rich.table import Table
 
@@ -33,7 +33,6 @@ from grind_env.machine.batch import (
     run_blocks,
     run_scalar,
 )
-from grind_env.machine.block import advance_lanes
 
 START = """
 import time; begin = time.perf_counter()
@@ -107,9 +106,9 @@ def fresh_process(code: str, **environment: str) -> list[float]:
 
 
 def vector_width() -> str:
-    """Widest vector registers that the kernel uses here."""
-    assembly = "".join(advance_lanes.inspect_asm().values())
-    return "AVX-512" if "zmm" in assembly else "AVX2 or less"
+    """Widest vector registers of this machine."""
+    features = llvmlite.binding.get_host_cpu_features()
+    return next((name for name, flag in (("AVX-512", "avx512f"), ("AVX2", "avx2")) if features.get(flag)), "SSE2")
 
 
 def main() -> None:
@@ -123,7 +122,7 @@ def main() -> None:
         cold, _ = fresh_process(START, NUMBA_CACHE_DIR=folder)
         warm, imports = fresh_process(START, NUMBA_CACHE_DIR=folder)
 
-    table = Table(title=f"Kernel speed ({vector_width()}, {get_num_threads()} cores)")
+    table = Table(title=f"Kernel speed ({vector_width()}, {os.cpu_count()} cores)")
     for name in ("measure", "value", "target"):
         table.add_column(name, justify="left" if name == "measure" else "right")
     table.add_row("block kernel, N = 256", f"{block[256]:.1f} ns/stroke", "")

@@ -25,9 +25,7 @@ def row_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, 
 
 def row_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int, Any], None]:
     """Compiled `write(rows, lane, value)`, the counterpart of `row_reader`."""
-    lines = (
-        f"    rows[{(first_row + k) * lanes} + lane] = value.{name}" for k, name in enumerate(record._fields)
-    )
+    lines = (f"    rows[{(first_row + k) * lanes} + lane] = value.{name}" for k, name in enumerate(record._fields))
     return _compile("def function(rows, lane, value):\n" + "\n".join(lines), record)
 
 

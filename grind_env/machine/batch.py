@@ -120,9 +120,7 @@ def grind_cycles(
     n = cycles.shape[0]
     for name, table in (("parameters", parameters), ("wheels", wheels), ("parts", parts)):
         if table.shape != (n,):
-            raise ValueError(
-                f"{name} has shape {table.shape}, but there are {n} cycles: give one record a machine"
-            )
+            raise ValueError(f"{name} has shape {table.shape}, but there are {n} cycles: give one record a machine")
     results = np.zeros(n, RESULT)
     log = np.zeros((n, log_strokes), STROKE)
     order = np.empty(n, np.int64)

@@ -45,9 +45,7 @@ get_stroke, put_stroke = row_reader(Stroke, STARTS[6], LANES), row_writer(Stroke
 
 
 @inlined
-def load(
-    rows: Table, lane: int, cycles: Table, parameters: Table, wheels: Table, parts: Table, i: int
-) -> None:
+def load(rows: Table, lane: int, cycles: Table, parameters: Table, wheels: Table, parts: Table, i: int) -> None:
     """Put machine i into a lane, at the start of its cycle."""
     cycle, part = read_cycle(cycles, i), read_part(parts, i)
     progress, result = begin(cycle, part)

@@ -195,9 +195,7 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 
 
 @inlined
-def dress(
-    cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParameters
-) -> tuple[WheelState, CycleResult]:
+def dress(cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParameters) -> tuple[WheelState, CycleResult]:
     """One dress execution within a cycle; the mean power of the last plunges begins anew."""
     lead = dress_lead(wheel, cycle.dress_feed, p)
     wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)

@@ -47,9 +47,7 @@ class DressPlan:
         return f"{passes} of {self.depth:g} mm at {60.0 * self.feed:g} mm/min"
 
 
-def plan_dress(
-    programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int
-) -> DressPlan:
+def plan_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressPlan:
     """Measure a dress program by running it once by itself.
 
     Args:

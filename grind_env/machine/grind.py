@@ -76,9 +76,7 @@ def grind(
 class _Run:
     """State of a run between two events."""
 
-    def __init__(
-        self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]
-    ) -> None:
+    def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
         self.programs, self.job, self.control, self.conditions = programs, job, control, conditions
         self.position, self.axis = control.start, 0
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
@@ -169,9 +167,7 @@ class _Run:
 
     def _end(self, event: ProgramEnd) -> None:
         if not self.strokes:
-            raise GrindingError(
-                f"{self.programs.name} makes no stroke; a cycle G81, G82 or G83 sets the table going"
-            )
+            raise GrindingError(f"{self.programs.name} makes no stroke; a cycle G81, G82 or G83 sets the table going")
         self.parts.append(self.part.row(self._clock(event.time) - self.part.began))
 
     # --------------------------------------------------------------------------------------- wheel and dress
@@ -296,9 +292,7 @@ class _Run:
     def _watch_diameter(self) -> None:
         wheel = self.job.setup.wheel
         if self._wheel().ds < wheel.minimum_diameter:
-            self._warn(
-                0, "diameter", f"the wheel is smaller than its least diameter, {wheel.minimum_diameter:g} mm"
-            )
+            self._warn(0, "diameter", f"the wheel is smaller than its least diameter, {wheel.minimum_diameter:g} mm")
 
     def _warn(self, line: int, subject: str, text: str) -> None:
         """Warn once of each subject in each block; line 0 is the program as a whole."""

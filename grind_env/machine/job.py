@@ -30,9 +30,7 @@ class JobError(GrindError):
         file: the job file; empty for a job that was not read from one.
     """
 
-    def __init__(
-        self, message: str, key: str = "", found: object = None, legal: str = "", file: str = ""
-    ) -> None:
+    def __init__(self, message: str, key: str = "", found: object = None, legal: str = "", file: str = "") -> None:
         self.message, self.key, self.found, self.legal, self.file = message, key, found, legal, file
         super().__init__(f"{file}: {message}" if file else message)
 

@@ -80,9 +80,7 @@ def _job(document: Table, folder: Path) -> Job:
     material, *tools = (_entry(catalogue, key, name, setup) for key, name in names.items())
     return Job(
         part=Part(**{**part, "material": material}),
-        setup=Setup(
-            **dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}
-        ),
+        setup=Setup(**dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
         times=Times(**times),
         wheel=WheelStart(**wheel),
     )
@@ -130,14 +128,10 @@ def _refuse_unknown(table: Table, legal: Iterable[str], prefix: str = "") -> Non
             close = difflib.get_close_matches(key.lower(), legal, n=1)
             hint = f" (did you mean {close[0]}?)" if close else ""
             names = ", ".join(legal)
-            raise JobError(
-                f"there is no key {prefix}{key}{hint}; legal are {names}", f"{prefix}{key}", value, names
-            )
+            raise JobError(f"there is no key {prefix}{key}{hint}; legal are {names}", f"{prefix}{key}", value, names)
 
 
 def _names(kind: type[Any], required: bool = False) -> tuple[str, ...]:
     return tuple(
-        item.name
-        for item in dataclasses.fields(kind)
-        if not required or (item.default is dataclasses.MISSING)
+        item.name for item in dataclasses.fields(kind) if not required or (item.default is dataclasses.MISSING)
     )

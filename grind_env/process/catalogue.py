@@ -183,9 +183,7 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
         values = {key: getattr(base, key) for key in legal} | values
     missing = [f"{key} ({quantity})" for key, quantity in legal.items() if key not in values]
     if missing:
-        raise CatalogueError(
-            f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing."
-        )
+        raise CatalogueError(f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing.")
     return kind(name=name, **values)
 
 

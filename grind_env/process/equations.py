@@ -184,9 +184,7 @@ def wear_flat_growth(sliding: float, T: float, A: float, kA: float, ka: float, A
 
 
 @inlined
-def waviness(
-    alw: float, dV: float, Kn: float, ke: float, Vchi: float, ks: float, kr: float, alw0: float
-) -> float:
+def waviness(alw: float, dV: float, Kn: float, ke: float, Vchi: float, ks: float, kr: float, alw0: float) -> float:
     """Waviness amplitude after removing dV more, um: regenerative growth above the stiffness ratio ks [C]."""
     rate = min(max((Kn / ke - ks) / (kr - ks), -0.2), 3.0)
     return min(max(alw * exp(dV / Vchi * rate), alw0), 3.0)
@@ -214,9 +212,7 @@ def wheel_roughness(Rd: float, V: float, RaRef: float, Vr: float) -> float:
 
 
 @inlined
-def generated_roughness(
-    Rt: float, heq: float, lam: float, alw: float, x: float, cw: float, ra_scale: float
-) -> float:
+def generated_roughness(Rt: float, heq: float, lam: float, alw: float, x: float, cw: float, ra_scale: float) -> float:
     """Roughness Ra that the wheel generates, um [M, C], waviness added in quadrature."""
     Rg = ra_scale * Rt * power(max(heq, 0.01) / 0.1, x) * (1.0 + 0.6 * lam)
     wave = cw * alw
@@ -253,9 +249,7 @@ def work_conductance(lc: float, vw: float, beta: float, Cf: float) -> float:
 
 
 @inlined
-def temperature(
-    P_width: float, Q: float, lc: float, hw: float, Rws: float, lam: float, hf: float, Tb: float
-) -> float:
+def temperature(P_width: float, Q: float, lc: float, hw: float, Rws: float, lam: float, hf: float, Tb: float) -> float:
     """Surface temperature rise, K [R].
 
     Chips carry 6 J/mm3 but at most 0.45 of the heat. The fluid cools until the wet temperature nears `Tb`; beyond

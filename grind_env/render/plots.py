@@ -93,9 +93,7 @@ def _draw(record: GrindingRecord, figure: "Figure") -> None:
 
 def _dots(axes: "Axes", time: Any, values: Any, pauses: Any, color: str) -> None:
     """A dot per stroke, joined by a thin line that breaks where a dress or a new part comes between."""
-    axes.plot(
-        np.insert(time, pauses, np.nan), np.insert(values, pauses, np.nan), color=color, lw=0.7, alpha=0.5
-    )
+    axes.plot(np.insert(time, pauses, np.nan), np.insert(values, pauses, np.nan), color=color, lw=0.7, alpha=0.5)
     axes.plot(time, values, "o", color=color, ms=3.0, mew=0.0)
 
 
@@ -110,9 +108,7 @@ def _label(axes: "Axes", text: str, color: str = "black") -> None:
 def _mark_dresses(axes: "Axes", record: GrindingRecord) -> None:
     for k, dress in enumerate(record.dresses):
         label = "dress" if k == 0 else None
-        axes.axvspan(
-            dress["time"], dress["time"] + dress["seconds"], color=ORANGE, alpha=0.16, lw=0, label=label
-        )
+        axes.axvspan(dress["time"], dress["time"] + dress["seconds"], color=ORANGE, alpha=0.16, lw=0, label=label)
 
 
 def _mark_parts(axes: "Axes", record: GrindingRecord, numbered: bool) -> None:

@@ -61,12 +61,8 @@ def as_data(record: GrindingRecord, title: str) -> dict[str, Any]:
         "seconds": record.seconds,
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
-        "parts": [
-            dict(zip(record.parts.dtype.names or (), row, strict=True)) for row in record.parts.tolist()
-        ],
-        "dresses": [
-            dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()
-        ],
+        "parts": [dict(zip(record.parts.dtype.names or (), row, strict=True)) for row in record.parts.tolist()],
+        "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
         "warnings": list(record.warnings),
     }
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from agents.estimator import SharpnessEstimator
+from agents.planners import AREA
+from agents.planners import PRESSURE as PRESSURE_FACTOR
 from grind_env.envs.observations import readings
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
@@ -110,11 +112,10 @@ def test_the_estimate_follows_the_true_wear_flats():
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
     estimator = started(200)
     estimator.update(simulation.observe(episodes))
-    pressure = episodes.tape[:, 0, 5].copy()
     for _ in range(4):
         simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
-        pressure = episodes.tape[np.arange(200), episodes.block - 1, 5]
+        pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
         estimate = estimator.update(simulation.observe(episodes))
-    true = episodes.wheels[:, 1] * pressure
+    true = episodes.wheels[:, AREA] * pressure
     assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.9
     assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.2)

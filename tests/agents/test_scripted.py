@@ -69,10 +69,10 @@ def test_the_power_rule_slows_down_near_the_limit_only():
 
 
 def test_the_adaptive_rule_by_hand():
-    # 7000 W are a wear-flat area of 0.015254 (test_estimator): E = 10 (0.015254/0.015)^-0.5 = 9.916 m/min
+    # 7000 W are a wear-flat area of 0.0152536 (test_estimator): E = 10 (0.0152536/0.015)^-0.5 = 9.9165 m/min
     sharp = observation(mean_power=7000.0, **AFTER)
-    assert decide(AdaptiveRule(**RULE), sharp) == [(9916.0, 0.0)]
+    assert decide(AdaptiveRule(**RULE), sharp) == [(9917.0, 0.0)]
     # twice the stock adds ln 2 to the dress criterion: 0.0305 is above 0.02
-    assert decide(AdaptiveRule(**RULE), observation(mean_power=7000.0, **AFTER | {"stock": 2.0})) == [(9916.0, 1.0)]
-    # 9000 W: friction 3.16 N/mm, area 0.026388, E = 10 (0.026388/0.015)^-0.5 = 7.539 m/min
-    assert decide(AdaptiveRule(**RULE), observation(mean_power=9000.0, **AFTER)) == [(7539.0, 1.0)]
+    assert decide(AdaptiveRule(**RULE), observation(mean_power=7000.0, **AFTER | {"stock": 2.0})) == [(9917.0, 1.0)]
+    # 8500 W: friction 2.82667 N/mm, area 0.0236042, E = 10 (0.0236042/0.015)^-0.5 = 7.9717 m/min
+    assert decide(AdaptiveRule(**RULE), observation(mean_power=8500.0, **AFTER)) == [(7972.0, 1.0)]

@@ -35,9 +35,7 @@ def test_passes_feed_depth_and_time_of_the_usual_program() -> None:
     forth = [20.05, aside, 10.0, 10.04]
     back = [10.02, 0.02, 10.0, aside, 20.05]
     expected += sum(short_rapid(length, rapid) for length in forth)
-    expected += sum(
-        seconds(length, 60.0) if length == 0.02 else short_rapid(length, rapid) for length in back
-    )
+    expected += sum(seconds(length, 60.0) if length == 0.02 else short_rapid(length, rapid) for length in back)
     assert found.seconds == pytest.approx(expected, rel=1e-9)
 
 

@@ -268,17 +268,12 @@ MANY = [
 ]
 
 
-def outcome(
-    cases: list[Case], kernel: Callable[..., None] = block.run_blocks, threads: int = 1
-) -> tuple[bytes, ...]:
+def outcome(cases: list[Case], kernel: Callable[..., None] = block.run_blocks, threads: int = 1) -> tuple[bytes, ...]:
     """Results, wheels, parts and stroke log of each case as bytes."""
     cycles, parameters, wheels, parts = tables(cases)
-    results, log = grind_cycles(
-        cycles, parameters, wheels, parts, threads=threads, log_strokes=60, kernel=kernel
-    )
+    results, log = grind_cycles(cycles, parameters, wheels, parts, threads=threads, log_strokes=60, kernel=kernel)
     return tuple(
-        results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() + log[i].tobytes()
-        for i in range(len(cases))
+        results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() + log[i].tobytes() for i in range(len(cases))
     )
 
 

@@ -222,9 +222,7 @@ def test_lots_change_what_a_part_is() -> None:
 
     nominal, changed = run(text, job()), with_lot(10.0)
     assert list(changed.parts["stock"]) == [0.1, 0.075]
-    assert changed.parts["size_error"] == pytest.approx(
-        1000.0 * (changed.parts["stock"] - changed.parts["S"])
-    )
+    assert changed.parts["size_error"] == pytest.approx(1000.0 * (changed.parts["stock"] - changed.parts["S"]))
     same = nominal.strokes["part"] == 1
     assert (changed.strokes[same] == nominal.strokes[same]).all()
 

@@ -88,9 +88,7 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         scrap_cost=80.0,
         rise_allowance=150.0,
     )
-    assert found.wheel == WheelStart(
-        diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05
-    )
+    assert found.wheel == WheelStart(diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05)
     p = found.parameters
     assert (p.bs, p.ke, p.hf, p.kg, p.kA) == (65.0, 50_000.0, 4e4, 240.0, 3.0e-6)
     assert (p.n, p.vs_set) == (0.0, 35.0)

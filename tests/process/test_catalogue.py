@@ -27,9 +27,7 @@ ENTRIES: list[Entry] = [
     *BUILT_IN.fluids.values(),
     *BUILT_IN.machines.values(),
 ]
-FIELDS = [
-    pytest.param(entry, key, id=f"{entry.name}-{key}") for entry in ENTRIES for key in quantities(type(entry))
-]
+FIELDS = [pytest.param(entry, key, id=f"{entry.name}-{key}") for entry in ENTRIES for key in quantities(type(entry))]
 
 # Symbols and numbers of model.md sections 0, 8 and 9, typed from there row by row.
 MATERIAL_ROWS = """
@@ -151,9 +149,7 @@ def test_replace_accepts_both_ends_of_the_range(entry: Entry, key: str) -> None:
 
 @pytest.mark.parametrize("value", ["1", True, None, [1.0], 1j])
 def test_only_numbers_are_accepted(value: object) -> None:
-    with pytest.raises(
-        CatalogueError, match=r"pressure_factor is .*, but must be a number from 0\.1 to 10\."
-    ):
+    with pytest.raises(CatalogueError, match=r"pressure_factor is .*, but must be a number from 0\.1 to 10\."):
         dataclasses.replace(BUILT_IN.material("aisi_52100"), pressure_factor=value)  # type: ignore[arg-type]
 
 
@@ -202,8 +198,7 @@ def test_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(GrindError) as caught:
         BUILT_IN.material("AISI 52100")
     assert str(caught.value) == (
-        "there is no material 'AISI 52100' (did you mean aisi_52100?); "
-        "known are aisi_1020, aisi_52100, inconel_718."
+        "there is no material 'AISI 52100' (did you mean aisi_52100?); known are aisi_1020, aisi_52100, inconel_718."
     )
     for look_up in (BUILT_IN.wheel, BUILT_IN.dresser, BUILT_IN.fluid, BUILT_IN.machine):
         with pytest.raises(CatalogueError, match=r"^there is no \w+ 'xyz'; known are \w+"):
@@ -273,8 +268,7 @@ def test_later_files_redefine_and_build_on_earlier_ones(tmp_path: Path) -> None:
         ),
         (
             '[fluid.oil]\nbase = "emulsoin"',
-            "fluid 'oil': base: there is no fluid 'emulsoin' (did you mean emulsion?); "
-            "known are dry, emulsion.",
+            "fluid 'oil': base: there is no fluid 'emulsoin' (did you mean emulsion?); known are dry, emulsion.",
         ),
         (
             '[fluid.oil]\nbase = ["dry"]',
@@ -299,9 +293,7 @@ def test_refusals_name_file_entry_key_value_and_range(tmp_path: Path, text: str,
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(CatalogueError, match=r"none\.toml: the catalogue cannot be read: No such file"):
         load_catalogue(tmp_path / "none.toml")
-    assert re.search(
-        r"shop\.toml: the catalogue is not valid TOML: .*line 1", refusal(tmp_path, "[fluid.oil\n")
-    )
+    assert re.search(r"shop\.toml: the catalogue is not valid TOML: .*line 1", refusal(tmp_path, "[fluid.oil\n"))
     (tmp_path / "latin.toml").write_bytes(b"# caf\xe9")
     with pytest.raises(CatalogueError, match=r"latin\.toml: the catalogue is not valid TOML: .*utf-8"):
         load_catalogue(tmp_path / "latin.toml")

@@ -1,0 +1,49 @@
+"""What results were made with."""
+
+import hashlib
+import platform
+import shutil
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import grind_env
+
+ROOT = Path(__file__).parents[1]
+
+
+def code_hash() -> str:
+    """Hash of all code and data that results follow from."""
+    digest = hashlib.sha256()
+    for package in (Path(grind_env.__file__).parent, Path(__file__).parent):
+        for path in sorted([*package.rglob("*.py"), *package.rglob("*.toml")]):
+            digest.update(f"{path.relative_to(package.parent)}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def provenance(seeds: range) -> dict[str, str]:
+    """What the results were made with."""
+    return {
+        "seeds": f"{seeds.start}..{seeds.stop - 1}",
+        "commit": commit(),
+        "python": platform.python_version(),
+        **{package: installed(package) for package in ("grind_env", "numpy", "numba", "stable_baselines3", "torch")},
+    }
+
+
+def installed(package: str) -> str:
+    """Version of an installed package."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
+def commit() -> str:
+    """The commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
+    git = shutil.which("git")
+    if git is None:
+        return "none"
+    command = [git, "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    return answer.stdout.strip() or "none"

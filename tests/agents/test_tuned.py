@@ -1,0 +1,75 @@
+import pytest
+
+from agents.evaluate import episode_seeds, evaluate
+from agents.registry import make_policy
+from agents.tune import RULES, from_vector, tunable, tune
+from agents.tuned import ConfigError, Tuned, read_tuned, write_tuned
+from grind_env.envs.tasks import load_task
+
+TASK = load_task("power_limited")
+TUNED = Tuned(
+    parameters={"E": [10.5, 7.0], "D": [1, 0], "gA": -0.5},
+    training_cost=1.25,
+    validation_cost=1.5,
+    evaluations=12,
+    training_seeds=[0, 4],
+    validation_seeds=[500000, 4],
+)
+
+
+def test_parameters_survive_the_file(tmp_path):
+    write_tuned("job", {"a": TUNED, "b": TUNED}, tmp_path)
+    assert read_tuned("job", tmp_path) == {"a": TUNED, "b": TUNED}
+    assert [path.name for path in tmp_path.iterdir()] == ["job.toml"]
+
+
+def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
+    assert read_tuned("job", tmp_path) == {}
+    with pytest.raises(ConfigError, match="python -m agents tune --task power_limited"):
+        make_policy("adaptive_rule", TASK, tmp_path)
+
+
+@pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1"])
+def test_a_damaged_file_is_an_error(tmp_path, text):
+    (tmp_path / "job.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"job\.toml is damaged"):
+        read_tuned("job", tmp_path)
+
+
+def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
+    assert -0.9 <= read_tuned("power_limited")["adaptive_rule"].parameters["gA"] <= -0.5
+
+
+@pytest.mark.parametrize("task", ["power_limited", "oracle6"])
+def test_the_files_hold_what_their_parameters_cost(task):
+    job, tuned = load_task(task), read_tuned(task)
+    assert list(tuned) == tunable(job)
+    for name, entry in tuned.items():
+        run = evaluate(make_policy(name, job), job, episode_seeds("training", entry.training_seeds[1]))
+        assert run.cost.mean() == pytest.approx(entry.training_cost, rel=1e-4), name
+
+
+def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
+    task = load_task("oracle6")
+    start = from_vector(RULES["adaptive_rule"], task, [0.0] * 11)
+    assert (start["E"], start["gA"], start["wH"]) == ([12.0, 12.0], -0.3, 0.5)
+    assert from_vector(RULES["constant_per_kind"], task, [0.0, 0.0, 9.0, -9.0])["D"] == [1, 0]
+    assert from_vector(RULES["power_threshold"], task, [0.0, 0.0, 9.0, 0.0])["lower"] == 1.0
+
+
+def test_tuning_resumes_and_repeats(tmp_path):
+    settings = {"evaluations": 20, "episodes": 1, "folder": tmp_path}
+    first = tune("oracle6", ["constant", "power_threshold"], **settings)
+    assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
+    kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
+    both = tune("oracle6", ["constant", "power_threshold", "interval"], **settings | {"evaluations": 40})
+    assert list(both) == ["constant", "interval", "power_threshold"]
+    assert both["power_threshold"] == first["power_threshold"]
+    again = tune("oracle6", ["constant", "power_threshold"], **settings | {"folder": tmp_path / "b"}, fresh=True)
+    assert again == first
+    assert (tmp_path / "b" / "oracle6.toml").read_text(encoding="utf-8") == kept
+
+
+def test_a_planner_cannot_be_tuned(tmp_path):
+    with pytest.raises(ConfigError, match="'mpc' cannot be tuned"):
+        tune("oracle6", ["mpc"], folder=tmp_path)
