@@ -12,7 +12,7 @@ from agents import tune as tuning
 from agents.evaluate import SPLITS, episode_seeds
 from agents.evaluate import evaluate as run_policy
 from agents.registry import check_names, make_policy
-from agents.train import LearnedPolicy, Training, trained_agent
+from agents.train import LAST_SEED, LearnedPolicy, Training, trained_agent
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
@@ -55,7 +55,9 @@ def tune(
 @app.command(epilog="Example: python -m agents train --task power_limited --seed 0")
 def train(
     task: TaskName = "power_limited",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the agent and of its training episodes.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_SEED, help="Seed of the agent and of its training episodes.")
+    ] = 0,
     steps: Steps = STEPS,
     runs: Runs = benchmarking.RUNS,
     fresh: Fresh = False,

@@ -25,6 +25,9 @@ from grind_env.errors import GrindError
 TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
 """First env seed (of the training split) and the distance between those of two training seeds."""
 
+LAST_SEED = 398
+"""Training seeds beyond it would reach into the validation split."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Training:

@@ -68,5 +68,5 @@ class Budget:
         if self.left < 0:
             raise place.error(
                 "block-budget",
-                f"more than {self.limit} blocks and strokes were executed; the program has no end",
+                f"more than {self.limit} blocks and strokes were executed; a program must come to its M30",
             )

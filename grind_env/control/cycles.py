@@ -7,7 +7,7 @@ from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CyclePlan, Position
-from grind_env.control.paths import AXES, INTEGRANDS, coordinate
+from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced
 from grind_env.control.reader import HIGHEST_PROGRAM
 from grind_env.control.reciprocation import Reciprocation
 
@@ -62,7 +62,7 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
     """
     code, _, pre_dress = command.action.partition(".")
     if command.modes.per_revolution:
-        raise command.error("feed-mode", f"{code} is programmed under G95; grinding cycles need G94 (PD-24)")
+        raise command.error("feed-mode", f"{code} is programmed under G95; grinding cycles need G94")
     axis = _reciprocating_axis(command, memory, code)
     if situation.reciprocating not in (None, axis):
         other = AXES[situation.reciprocating or 0]
@@ -70,7 +70,8 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
             "axis-conflict", f"{code} is for {AXES[axis]} while {other} reciprocates; program G80 before"
         )
     plunge, cross = PLANES[command.modes.plane]
-    command.allow_only(_words(code, axis, plunge, cross), f"a {code} block")
+    roles = f" in {command.modes.plane}, where {AXES[axis]} reciprocates and {AXES[plunge]} plunges"
+    command.allow_only(_words(code, axis, plunge, cross), f"a {code} block{'' if code == 'G81' else roles}")
 
     memory, secondary = _reversal_points(command, memory, situation, axis)
     memory, feed, program, dresses = _feed_and_dress(command, memory, bool(pre_dress))
@@ -112,9 +113,7 @@ def redirect(command: Command, memory: Memory, table: Reciprocation, maximum_fee
         table.secondary = integrand(command, end, start)
         memory = replace(memory, secondary=table.secondary)
     if table.primary == table.secondary:
-        raise command.error(
-            "zero-stroke", f"both reversal points are {axis}{table.primary:g}; a stroke needs a length"
-        )
+        raise _zero_stroke(command, table.axis, table.primary)
     if command.reciprocation_feed is not None:
         table.feed = min(command.reciprocation_feed, maximum_feed)
     return memory
@@ -123,7 +122,7 @@ def redirect(command: Command, memory: Memory, table: Reciprocation, maximum_fee
 def integrand(command: Command, letter: str, start: float) -> float:
     """An integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
     value = command.lengths[letter]
-    return start + value.mm if command.modes.incremental else value.mm
+    return displaced(start, value.mm) if command.modes.incremental else value.mm
 
 
 def _reciprocating_axis(command: Command, memory: Memory, code: str) -> int:
@@ -131,12 +130,7 @@ def _reciprocating_axis(command: Command, memory: Memory, code: str) -> int:
     first, second = PLANES[command.modes.plane]
     if code != "G81":
         return 3 - first - second
-    named = {
-        letters.index(letter)
-        for letters in (AXES, INTEGRANDS)
-        for letter in command.words
-        if letter in letters
-    }
+    named = {letters.index(letter) for letters in (AXES, INTEGRANDS) for letter in command.words if letter in letters}
     if len(named) > 1:
         raise command.error("block-format", "G81 names two axes; it takes one axis and its own integrand")
     if named:
@@ -154,9 +148,7 @@ def _words(code: str, axis: int, plunge: int, cross: int) -> str:
     return own if code == "G82" else own + AXES[cross] + INTEGRANDS[cross] + "R"
 
 
-def _reversal_points(
-    command: Command, memory: Memory, situation: Situation, axis: int
-) -> tuple[Memory, float]:
+def _reversal_points(command: Command, memory: Memory, situation: Situation, axis: int) -> tuple[Memory, float]:
     start = situation.start_point(axis)
     memory = replace(memory, axis=axis)
     if AXES[axis] in command.words:
@@ -167,17 +159,11 @@ def _reversal_points(
         raise _missing(command, AXES[axis], "the primary reversal point")
     secondary = start if memory.secondary is None else memory.secondary
     if secondary == memory.primary:
-        raise command.error(
-            "zero-stroke",
-            f"both reversal points are {AXES[axis]}{secondary:g}; a stroke needs a length",
-            AXES[axis],
-        )
+        raise _zero_stroke(command, axis, secondary)
     return memory, secondary
 
 
-def _feed_and_dress(
-    command: Command, memory: Memory, pre_dress: bool
-) -> tuple[Memory, float, int | None, int]:
+def _feed_and_dress(command: Command, memory: Memory, pre_dress: bool) -> tuple[Memory, float, int | None, int]:
     if command.action.startswith("G81") and "F" in command.words:
         raise command.error("block-format", f"{command.words['F']} has no meaning in a G81 block", "F")
     block, words = command.block, command.words
@@ -187,16 +173,15 @@ def _feed_and_dress(
     if memory.program is None and (pre_dress or dresses > 0):
         raise command.error(
             "missing-parameter",
-            f"no dress program is known for {'D' if dresses else command.action}; P is needed",
+            f"no dress program is known for {words['D'] if dresses else command.action}; "
+            "P is needed, here or in an earlier cycle",
             "D",
         )
     if command.reciprocation_feed is not None:
         memory = replace(memory, feed=command.reciprocation_feed)
     feed = command.modes.feed if memory.feed is None else memory.feed
     if feed is None:
-        raise command.error(
-            "no-feedrate", f"{command.action} has no reciprocation feed; E or an F before is needed"
-        )
+        raise command.error("no-feedrate", f"{command.action} has no reciprocation feed; E or an F before is needed")
     return memory, feed, memory.program, dresses
 
 
@@ -265,20 +250,26 @@ def _other_pick(command: Command, letter: str, first: str, default: float, way: 
 
 def _magnitude(command: Command, letter: str, pick: float, way: float, zero: bool) -> float:
     """Size of a pick that must point along `way`; without a way its sign does not matter (ruling 3)."""
+    named = command.named(letter, pick)
     if pick == 0.0 and not zero:
-        raise command.error("zero-pick", f"{letter} is 0; a pick needs a length", letter)
+        least = "0.0001" if command.modes.inch else "0.001"
+        raise command.error("zero-pick", f"{named} is no pick; it must be {least} or more in size", letter)
     if pick * way < 0.0:
         sign = "positive" if way > 0.0 else "negative"
-        raise command.error(
-            "pick-direction", f"{letter}{pick:g} points away from its target; it must be {sign}", letter
-        )
+        origin = "" if letter in command.words else ", from an earlier cycle,"
+        raise command.error("pick-direction", f"{named}{origin} points away from its target; it must be {sign}", letter)
     return abs(pick)
 
 
 def _missing(command: Command, letter: str, meaning: str) -> ControlError:
     return command.error(
-        "missing-parameter", f"{command.action} lacks {letter}, {meaning}; no block of the program gave it"
+        "missing-parameter", f"{command.action} lacks {letter}, {meaning}; give it here or in an earlier cycle"
     )
+
+
+def _zero_stroke(command: Command, axis: int, mm: float) -> ControlError:
+    point = command.named(AXES[axis], mm)
+    return command.error("zero-stroke", f"both reversal points are {point}; a stroke needs a length", AXES[axis])
 
 
 def _given(value: float | None) -> float:

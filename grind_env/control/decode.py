@@ -56,6 +56,11 @@ class Command:
         """A `ControlError` at the word with this letter, else at the code, else at the block as a whole."""
         return self.block.error(name, message, self.words.get(letter, self.code_word))
 
+    def named(self, letter: str, mm: float) -> str:
+        """The word with this letter as written; without one, the value in the units in force."""
+        unit = float(numbers.MILLIMETRES_PER_INCH) if self.modes.inch else 1.0
+        return str(self.words[letter]) if letter in self.words else f"{letter}{round(mm / unit, 7):g}"
+
     def allow_only(self, letters: str, action: str) -> None:
         """Refuse every word other than these, F, E, S and T, as foreign to the block (PD-18)."""
         for letter, word in self.words.items():
@@ -88,9 +93,7 @@ def decode(block: Block, modes: Modes) -> Command:
                 modes = replace(modes, **{field: value})
             elif g in ACTIONS:
                 if code is not None:
-                    raise block.error(
-                        "block-format", f"{word} follows {code}; a block holds one motion code", word
-                    )
+                    raise block.error("block-format", f"{word} follows {code}; a block holds one motion code", word)
                 code, code_word = g, word
             elif g not in WITHOUT_EFFECT:
                 raise _refused(block, word, g)
@@ -111,7 +114,9 @@ def decode(block: Block, modes: Modes) -> Command:
                 numbers.integer(block, word, 0, 99_999)
     if feed_missing is not None:
         raise block.error(
-            "no-feedrate", f"{feed_missing} changes the feed mode without an F to its right", feed_missing
+            "no-feedrate",
+            f"{feed_missing} changes the feed mode without an F to its right; write the new F there",
+            feed_missing,
         )
     if code in MOTIONS:
         modes = replace(modes, motion=code)
@@ -136,6 +141,7 @@ def recognise(block: Block) -> None:
 
 
 def _refused(block: Block, word: Word, code: str) -> ControlError:
+    hint = "; G70 is inch and G71 metric" if code in ("G20", "G21") else ""
     if code in LATER:
-        return block.error("not-supported", f"{code} is a code of the control but not supported yet", word)
-    return block.error("unknown-word", f"{word} is not a G code of this control", word)
+        return block.error("not-supported", f"{code} is a code of the control but not supported yet{hint}", word)
+    return block.error("unknown-word", f"{word} is not a G code of this control{hint}", word)

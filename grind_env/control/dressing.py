@@ -1,5 +1,6 @@
 """What a dressing interrupt remembers of its way out, and the way back (22-11)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from grind_env.control.motions import Position
@@ -40,7 +41,7 @@ class Recorder:
         """Note a circular move: nothing after it is remembered."""
         self.stopped = True
 
-    def way_back(self, position: Position, link: float | None) -> list[Leg]:
+    def way_back(self, position: Position, link: Callable[[], float | None]) -> list[Leg]:
         """The moves from `position` back to the start.
 
         A straight link leads to the end of the last remembered move, unless the axes stand there; then each
@@ -48,11 +49,10 @@ class Recorder:
 
         Args:
             position: where the dress program ended.
-            link: feed of the link, mm/min, None for a rapid.
+            link: returns the feed of the link, mm/min, None for a rapid; asked only if there is one.
         """
         points = [self.start, *(leg.end for leg in self.legs)]
-        back = [Leg(points[-1], link)] if position != points[-1] else []
+        back = [Leg(points[-1], link())] if position != points[-1] else []
         return back + [
-            Leg(point, leg.feed)
-            for point, leg in zip(reversed(points[:-1]), reversed(self.legs), strict=True)
+            Leg(point, leg.feed) for point, leg in zip(reversed(points[:-1]), reversed(self.legs), strict=True)
         ]

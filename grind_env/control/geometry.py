@@ -97,9 +97,7 @@ class Circular:
 Path: TypeAlias = Straight | Circular
 
 
-def arc_about(
-    start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str
-) -> Circular:
+def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
     """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5).
 
     Raises:
@@ -130,9 +128,7 @@ def arc_with_radius(start: Position, end: Position, radius: float, rotation: int
     if chord == 0.0:
         raise ImpossibleArc("the end is at the start point; a full circle needs I, J or K")
     if 0.5 * chord > abs(radius) + 0.5 * RADIUS_TOLERANCE:
-        raise ImpossibleArc(
-            f"the end is {chord:.4f} mm away, more than twice the radius of {abs(radius):.4f} mm"
-        )
+        raise ImpossibleArc(f"the end is {chord:.4f} mm away, more than twice the radius of {abs(radius):.4f} mm")
     height = math.sqrt(max(radius * radius - 0.25 * chord * chord, 0.0))
     side = math.copysign(height, radius) * rotation / chord
     return arc_about(start, end, (0.5 * u - side * v, 0.5 * v + side * u), rotation, plane)

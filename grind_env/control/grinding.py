@@ -74,9 +74,7 @@ def _dresses_between(plan: CyclePlan, before: float, after: float) -> int:
     return int(dresses_due(after, plan.depth, executions) - dresses_due(before, plan.depth, executions))
 
 
-def _plunge(
-    plan: CyclePlan, timeline: Timeline, stroke: Underway, depth: float, deeper: float
-) -> Iterator[Event]:
+def _plunge(plan: CyclePlan, timeline: Timeline, stroke: Underway, depth: float, deeper: float) -> Iterator[Event]:
     if deeper > depth:
         assert plan.plunge_axis is not None
         target = _coordinate(plan.plunge_start, plan.depth_target, deeper, plan.depth)

@@ -46,6 +46,7 @@ class Interpreter:
         self.remembered = REMEMBERED
         self.remembered_later: int | None = None
         self.recorder: Recorder | None = None
+        self.place = programs.main.place
 
     def run(self) -> Iterator[Event]:
         """Execute the main program to its end."""
@@ -67,11 +68,11 @@ class Interpreter:
         yield DressStart(timeline.time, number, cause)
         end = yield from self._call(program, table.place if table else program.place)
         if end != "M99":
+            found = "the end of its text" if end == TEXT_END else end
             raise program.last_place().error(
-                "dress-program",
-                f"dress program O{number} ends with {end}, M99 missing; it must return by M99",
+                "dress-program", f"dress program O{number} comes to {found} before M99; it must return by M99"
             )
-        yield from self._retrace(self.recorder, program.last_place())
+        yield from self._retrace(self.recorder)
         self.recorder, self.modes = None, modes
         timeline.inch = modes.inch
         if self.remembered_later is not None:
@@ -91,7 +92,7 @@ class Interpreter:
             if source.deletable and self.control.block_delete:
                 continue
             command = decode(read_block(source), self.modes)
-            self.modes = command.modes
+            self.modes, self.place = command.modes, command.block.place
             self.timeline.inch = command.modes.inch
             self._retrace_count(command)
             if 98 in command.m:
@@ -123,7 +124,7 @@ class Interpreter:
             end = yield from self._call(program, block.place)
             if end == TEXT_END:
                 raise program.last_place().error(
-                    "missing-return", f"subprogram O{program.number} ends without M99"
+                    "missing-return", f"subprogram O{program.number} ends without M99; it must return by M99"
                 )
             if end != "M99":
                 return end
@@ -133,7 +134,8 @@ class Interpreter:
         if self.level == DEEPEST:
             raise place.error(
                 "nesting",
-                f"O{program.number} would be level {DEEPEST + 1}; programs nest {DEEPEST} levels deep",
+                f"O{program.number} would be level {DEEPEST + 1}; subprograms and dress programs nest at most "
+                f"{DEEPEST} levels deep",
             )
         self.level += 1
         end = yield from self._program(program)
@@ -184,9 +186,7 @@ class Interpreter:
     def _linear(self, command: Command) -> Iterator[Event]:
         """G00 or G01; words of the reciprocating axis and E change its reciprocation (16-9, PD-7)."""
         timeline, table = self.timeline, self.timeline.reciprocation
-        command.allow_only(
-            "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis], f"this {command.action} block"
-        )
+        command.allow_only("XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis], f"this {command.action} block")
         if command.reciprocation_feed is not None and self.recorder is None:
             self.memory = replace(self.memory, feed=command.reciprocation_feed)
         if table is not None:
@@ -269,17 +269,19 @@ class Interpreter:
             timeline.acknowledge()
             yield from self.dress(number, "operator")
 
-    def _retrace(self, recorder: Recorder, place: Place) -> Iterator[Event]:
-        link = None
-        if self.modes.motion != "G00":
-            missing = place.error(
-                "no-feedrate", f"the way back under {self.modes.motion} has no F; program it before"
-            )
-            link = feed_rate(self.modes, self.control, missing)
-        for leg in recorder.way_back(self.timeline.position, link):
+    def _retrace(self, recorder: Recorder) -> Iterator[Event]:
+        """The way back, asked for by the M99 of the dress program."""
+        for leg in recorder.way_back(self.timeline.position, self._link_feed):
             path = Straight(self.timeline.position, leg.end)
             if path.length > 0.0:
-                yield from self.timeline.move(place, path, leg.feed, Source.RETRACE)
+                yield from self.timeline.move(self.place, path, leg.feed, Source.RETRACE)
+
+    def _link_feed(self) -> float | None:
+        """Feed of a straight move under the modes in force; None for a rapid."""
+        if self.modes.motion == "G00":
+            return None
+        missing = self.place.error("no-feedrate", f"the way back under {self.modes.motion} has no F; program it before")
+        return feed_rate(self.modes, self.control, missing)
 
     def _cancel(self, command: Command) -> Iterator[Event]:
         """G80: stop at the next reversal point (PD-1)."""

@@ -20,13 +20,13 @@ SWITCHES: dict[str, tuple[str, Any]] = {
 }
 """Modal codes outside the motion group: the field of `Modes` they set, and its value."""
 
-WITHOUT_EFFECT = frozenset({"G40", "G54"})
+WITHOUT_EFFECT = frozenset({"G07", "G39", "G40", "G54", "G97"})
 """Codes that name the state the control is always in for now."""
 
 LATER = frozenset({
-    "G07", "G08", "G09", "G10", "G20", "G28", "G29", "G30", "G33", "G34", "G39", "G39.1", "G41", "G42",
+    "G08", "G09", "G10", "G20", "G28", "G29", "G30", "G33", "G34", "G39.1", "G41", "G42",
     "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", "G76", "G77",
-    "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92", "G92.1", "G92.2", "G96", "G97",
+    "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92", "G92.1", "G92.2", "G96",
 })  # fmt: skip
 """Codes of the 9/Series control that this simulator does not support."""
 

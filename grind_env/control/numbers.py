@@ -32,7 +32,8 @@ def feed(block: Block, word: Word, inch: bool) -> float:
     """
     value = length(block, word, inch)
     if value <= 0.0:
-        raise block.error("out-of-range", f"{word} is no feedrate; it must be above 0", word)
+        least = "0.0001" if inch else "0.001"
+        raise block.error("out-of-range", f"{word} is no feedrate; it must be {least} or more", word)
     return value
 
 
@@ -55,12 +56,10 @@ def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
         ControlError: number-format when it has a fraction, out-of-range outside `lowest` to `highest`.
     """
     if word.decimals.strip("0"):
-        raise block.error("number-format", f"{word} is not an integer; {word.letter} counts", word)
+        raise block.error("number-format", f"{word} is not an integer; {word.letter} takes a whole number", word)
     value = int(f"{word.sign}{word.whole or '0'}")
     if not lowest <= value <= highest:
-        raise block.error(
-            "out-of-range", f"{word} is out of range; {word.letter} takes {lowest} to {highest}", word
-        )
+        raise block.error("out-of-range", f"{word} is out of range; {word.letter} takes {lowest} to {highest}", word)
     return value
 
 
@@ -79,7 +78,5 @@ def g_code(block: Block, word: Word) -> str:
 def _truncated(block: Block, word: Word, digits: tuple[int, int]) -> Decimal:
     whole, decimals = digits
     if len(word.whole) > whole:
-        raise block.error(
-            "number-format", f"{word} has {len(word.whole)} integer digits; {whole} are allowed", word
-        )
+        raise block.error("number-format", f"{word} has {len(word.whole)} integer digits; {whole} are allowed", word)
     return Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals[:decimals] or '0'}")

@@ -11,11 +11,19 @@ from grind_env.control.motions import Position
 AXES = "XYZ"
 INTEGRANDS = "IJK"
 
+COORDINATE_DECIMALS = 7
+"""Decimals of a coordinate in mm, more than the 0.00254 mm of the last inch decimal needs."""
+
 
 def coordinate(command: Command, letter: str, start: float) -> float:
     """An axis word: the mode at its own position decides whether it counts from `start` (PD-4)."""
     value = command.lengths[letter]
-    return start + value.mm if value.incremental else value.mm
+    return displaced(start, value.mm) if value.incremental else value.mm
+
+
+def displaced(start: float, way: float) -> float:
+    """Where `way` leads from `start`, mm, free of the binary residue: increments of 0.1, 0.1 and 0.1 end at 0.3."""
+    return round(start + way, COORDINATE_DECIMALS) + 0.0
 
 
 def target(command: Command, position: Position, without: int | None = None) -> Position:
@@ -70,7 +78,7 @@ def feed_rate(modes: Modes, control: Control, error: ControlError) -> float:
 def no_feed_rate(command: Command) -> ControlError:
     """The error of a motion without F, or under G95 without S."""
     needed = "F" if command.modes.feed is None else "S"
-    return command.error("no-feedrate", f"{command.action} is commanded without {needed}; program it before")
+    return command.error("no-feedrate", f"{command.action} is commanded without {needed}; program it here or before")
 
 
 def dwell_seconds(command: Command) -> float:

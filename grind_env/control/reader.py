@@ -18,7 +18,7 @@ LONGEST_COMMENT = 128
 LONGEST_NUMBER = 30
 HIGHEST_PROGRAM = 99_999
 
-_NUMBER = re.compile(r"([+-]?)([0-9]*)(\.?)([0-9]*)")
+_NUMBER = re.compile(r"[ \t]*([+-]?)([0-9]*)(\.?)([0-9]*)")
 _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 
@@ -103,14 +103,16 @@ class Programs:
         return iter(self._programs)
 
     def find(self, number: int) -> Program | None:
-        """The program O`number` of the file, or of the file ``O<number>.nc`` beside it."""
+        """The program O`number` of the file, or of the file ``O<number>.nc`` beside it.
+
+        A text without a name in that file is taken to be O`number`.
+        """
         if number not in self._numbered and self.folder is not None:
             path = self.folder / f"O{number}.nc"
             if path.is_file():
                 found = read(read_text(path), path.name)
-                program = found._numbered.get(number, found.main)
-                self._programs.append(program)
-                self._numbered[number] = program
+                self._programs += found
+                self._numbered = {number: found.main} | found._numbered | self._numbered
         return self._numbered.get(number)
 
 
@@ -131,8 +133,11 @@ def read_text(path: Path) -> str:
     except OSError as error:
         reason = error.strerror or "not readable"
         raise ControlError("file", f"{path} cannot be read ({reason}); name a text file") from None
-    except UnicodeDecodeError:
-        raise ControlError("file", f"{path} is not text in UTF-8; name a part program") from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise ControlError(
+            "file", f"line {line} of {path} is not text in UTF-8; save the part program in this encoding"
+        ) from None
 
 
 def read(text: str, name: str = "program", folder: Path | None = None) -> Programs:
@@ -202,9 +207,7 @@ def _program_number(source: Source) -> int:
     block = read_block(source)
     name, *others = block.words
     if others:
-        raise block.error(
-            "block-format", f"{others[0]} follows a program name; a name stands alone", others[0]
-        )
+        raise block.error("block-format", f"{others[0]} follows a program name; a name stands alone", others[0])
     number = int(name.whole or "0")
     if name.sign or name.point or not 1 <= number <= HIGHEST_PROGRAM:
         raise block.error("out-of-range", f"{name} is not a program name; O1 to O{HIGHEST_PROGRAM} are", name)
@@ -218,8 +221,8 @@ def read_block(source: Source) -> Block:
     Raises:
         ControlError: a comment, a word or a number is malformed, or a letter is unknown or repeated.
     """
-    place = source.place
-    text, position = source.text, 1 if source.deletable else 0
+    place, text = source.place, source.text
+    position = 1 if source.deletable else 0
     words: list[Word] = []
     seen: set[str] = set()
     while position < len(text):
@@ -228,9 +231,9 @@ def read_block(source: Source) -> Block:
         if character in " \t":
             position += 1
         elif character == "(":
-            position += _comment_length(text[position:], place, column)
+            position = _comment_end(text, position, place, column)
         elif character.isascii() and character.isalpha():
-            word, length = _word(text[position:], place, column)
+            word, position = _word(text, position, place, column)
             if word.letter in seen and word.letter not in REPEATABLE:
                 raise place.error(
                     "block-format",
@@ -238,7 +241,6 @@ def read_block(source: Source) -> Block:
                     column,
                 )
             seen.add(word.letter)
-            position += length
             if word.letter == "N":
                 place = _labelled(place, word)
             else:
@@ -250,49 +252,40 @@ def read_block(source: Source) -> Block:
 
 def _labelled(place: Place, word: Word) -> Place:
     if word.sign or word.point or len(word.whole) > 5:
-        raise place.error(
-            "number-format", f"{word} is not a block label; N takes up to five digits", word.column
-        )
+        raise place.error("number-format", f"{word} is not a block label; N takes up to five digits", word.column)
     return Place(place.file, place.line, place.column, int(word.whole))
 
 
-def _comment_length(text: str, place: Place, column: int) -> int:
-    end = text.find(")")
-    inside = text[1:end] if end > 0 else text[1:]
+def _comment_end(text: str, start: int, place: Place, column: int) -> int:
+    """The position after the comment that begins at `start`."""
+    end = text.find(")", start)
+    inside = text[start + 1 : end] if end > 0 else text[start + 1 :]
     if "(" in inside:
         raise place.error("block-format", "a comment holds '('; comments cannot be nested", column)
     if "%" in inside:
         raise place.error("block-format", "a comment holds '%'; it is kept for the end of the file", column)
     if end < 0:
         raise place.error("block-format", "a comment is not closed; ')' must come in the same block", column)
-    if end + 1 > LONGEST_COMMENT:
-        raise place.error(
-            "block-format", f"a comment has {end + 1} characters; {LONGEST_COMMENT} are allowed", column
-        )
+    length = end + 1 - start
+    if length > LONGEST_COMMENT:
+        raise place.error("block-format", f"a comment has {length} characters; {LONGEST_COMMENT} are allowed", column)
     return end + 1
 
 
-def _word(text: str, place: Place, column: int) -> tuple[Word, int]:
-    """The word that a text begins with, and the number of characters it takes."""
-    letter = text[0].upper()
+def _word(text: str, start: int, place: Place, column: int) -> tuple[Word, int]:
+    """The word that begins at `start`, and the position after it."""
+    letter = text[start].upper()
     if letter not in ADDRESSES:
         raise place.error("unknown-word", f"{letter} is not an address of this control", column)
-    gap = len(text[1:]) - len(text[1:].lstrip(" \t")) + 1
-    if text[gap : gap + 1] in ("[", "#"):
-        raise place.error(
-            "not-supported", f"{letter} has a paramacro value; only numbers are supported", column
-        )
-    match = _NUMBER.match(text, gap)
+    match = _NUMBER.match(text, start + 1)
     assert match is not None  # every part of the pattern may be empty
     sign, whole, point, decimals = match.groups()
     if len(whole) + len(decimals) > LONGEST_NUMBER:
-        raise place.error(
-            "number-format", f"{letter} has a number of more than {LONGEST_NUMBER} digits", column
-        )
+        raise place.error("number-format", f"{letter} has a number of more than {LONGEST_NUMBER} digits", column)
     if not whole and not decimals:
-        raise place.error(
-            "number-format", f"{letter}{sign}{point} has no digits; a number must follow", column
-        )
+        if text.startswith(("[", "#"), match.end()):
+            raise place.error("not-supported", f"{letter} has a paramacro value; only numbers are supported", column)
+        raise place.error("number-format", f"{letter}{sign}{point} has no digits; a number must follow", column)
     return Word(letter, sign, whole, bool(point), decimals, column), match.end()
 
 

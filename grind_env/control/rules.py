@@ -1,6 +1,7 @@
 """The cycle rules of the control as scalar functions.
 
-The interpreter calls them one stroke at a time, the batched kernel in SIMD lanes; each rule exists only here.
+Each rule exists only here. The interpreter calls them as they stand, one stroke at a time; `machine.rules` holds
+them compiled for the batched kernel. None calls another one, so that each can be compiled by itself.
 Lengths are mm, speeds mm/s, accelerations mm/s^2, times s. Depths count from the start of the plunge, positive
 towards the part. Sources are pages of manual 8520-GUM; PD-n is a project decision of `surface-cycles.md`.
 """
@@ -9,13 +10,10 @@ import math
 
 import numpy as np
 
-from grind_env.kernel import inlined
-
 DEPTH_TOLERANCE = 1e-9
 """mm; depths are sums of decimal picks, so that equality needs a tolerance far below the control's 0.1 um."""
 
 
-@inlined
 def motion_time(length: float, speed: float, acceleration: float) -> float:
     """Time of a motion from rest to rest, s: trapezoidal, or triangular when `speed` is never reached (PD-21)."""
     return (
@@ -25,20 +23,11 @@ def motion_time(length: float, speed: float, acceleration: float) -> float:
     )
 
 
-@inlined
-def is_primary(reversal: float) -> bool:
-    """Whether reversal number 1, 2, ... of a cycle is at the primary point; the first one is (16-16)."""
-    return bool(reversal - 2.0 * np.floor(0.5 * reversal) == 1.0)
-
-
-@inlined
-def depth_after_pick(
-    reversal: float, depth: float, total: float, primary_pick: float, secondary_pick: float
-) -> float:
+def depth_after_pick(reversal: float, depth: float, total: float, primary_pick: float, secondary_pick: float) -> float:
     """Depth after the plunge pick at a reversal, mm: J at the primary, Q at the secondary point (16-16).
 
-    The last pick is shortened so that it lands exactly on `total` (PD-12). A pick of 0 is legal at the
-    secondary point and leaves the depth as it is.
+    The first reversal of a cycle is at the primary point (16-16). The last pick is shortened so that it lands
+    exactly on `total` (PD-12). A pick of 0 is legal at the secondary point and leaves the depth as it is.
 
     Args:
         reversal: number of the reversal point since the cycle began, 1 being the first arrival at the primary.
@@ -47,11 +36,11 @@ def depth_after_pick(
         primary_pick: J, mm.
         secondary_pick: Q, mm.
     """
-    pick = primary_pick if is_primary(reversal) else secondary_pick
+    at_primary = reversal - 2.0 * np.floor(0.5 * reversal) == 1.0
+    pick = primary_pick if at_primary else secondary_pick
     return total if (pick > 0.0) & (total - depth <= pick + DEPTH_TOLERANCE) else depth + pick
 
 
-@inlined
 def dresses_due(depth: float, total: float, executions: float) -> float:
     """Auto-dress executions that must have run once `depth` of `total` is reached (16-13, PD-10).
 

@@ -4,6 +4,7 @@ At most one program motion, or the picks of one cycle one after another, move th
 each other on their own. Positions are computed at the moments that events show, and at no others.
 """
 
+import itertools
 from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
@@ -16,6 +17,10 @@ from grind_env.control.motions import Arc, Dwell, Event, Line, Message, Pick, Po
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
 from grind_env.control.rules import motion_time
+
+
+INSTANT = 1e-9
+"""s; sums of times that differ by less are the same moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +73,10 @@ class Timeline:
         self.held = False
         self.inch = False
         self._motion: Moving | None = None
-        self._picks: list[Moving] = []
+        self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
-    def move(
-        self, place: Place, path: Path, feed: float | None, source: Source, dwell: float = 0.0
-    ) -> Iterator[Event]:
+    def move(self, place: Place, path: Path, feed: float | None, source: Source, dwell: float = 0.0) -> Iterator[Event]:
         """Run along a path from now on, or dwell; the table reciprocates beside it.
 
         Args:
@@ -129,7 +132,8 @@ class Timeline:
         begin = stroke.begin + stroke.travel - ramp
         if self._picks:
             begin = max(begin, self._picks[-1].finish)
-            self._picks = [pick for pick in self._picks if pick.finish > stroke.begin]
+        while self._picks and self._picks[0].finish <= stroke.begin:
+            self._picks.popleft()
         path = Straight(self.position, _with(self.position, axis, target))
         seconds = motion_time(path.length, feed / 60.0, acceleration)
         self._picks.append(Moving(path, begin, begin + seconds, feed / 60.0, acceleration))
@@ -152,7 +156,7 @@ class Timeline:
         """Wait at the reversal point until every pick has ended."""
         if self._picks:
             self.time = max(self.time, self._picks[-1].finish)
-        self._picks = []
+        self._picks.clear()
         self._table().free_at = self.time
 
     def acknowledge(self) -> None:
@@ -168,18 +172,18 @@ class Timeline:
 
     def _true(self, time: float) -> Position:
         """Position of all axes at a time, picks being where they are."""
-        for pick in reversed(self._picks):
-            if pick.begin <= time:
-                return self._with_table(pick.at(time), time)
-        return self._with_table(self._picks[0].path.start, time) if self._picks else self._shown(time)
+        if not self._picks:
+            return self._shown(time)
+        position = self._picks[0].path.start
+        for pick in itertools.takewhile(lambda pick: pick.begin <= time, self._picks):
+            position = pick.at(time)
+        return self._with_table(position, time)
 
     def _with_table(self, position: Position, time: float) -> Position:
         table = self.reciprocation
         if table is None:
             return position
-        return _with(
-            position, table.axis, table.underway.coordinate(time) if table.underway else table.coordinate
-        )
+        return _with(position, table.axis, table.underway.coordinate(time) if table.underway else table.coordinate)
 
     def _reciprocate(self, until: float) -> Iterator[Event]:
         """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
@@ -187,12 +191,12 @@ class Timeline:
         while table is not None and not self.held:
             stroke = table.underway
             if stroke is None:
-                if table.free_at >= until:
+                if table.free_at >= until - INSTANT:
                     return
                 stroke = self._set_out(table)
             if stroke.middle is None and stroke.middle_time <= until:
                 stroke.middle = self._true(stroke.middle_time)
-            if stroke.finish > until:
+            if stroke.finish > until + INSTANT:
                 return
             yield self._arrive(table, stroke)
             yield from self._hold(table)

@@ -2,10 +2,10 @@
 
 from typing import Any
 
+from grind_env.control import numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.motions import Arc, Dwell, Event, Line, Motion, Pick, Position, Rapid, Stroke
 
-MILLIMETRES_PER_INCH = 25.4
 DECIMALS = 9
 """Decimals that hide the rounding of sums and unit conversions, far below the control's resolution."""
 
@@ -23,7 +23,7 @@ def record(event: Event) -> dict[str, Any] | None:
     """The record of a motion; None for an event that moves nothing."""
     if not isinstance(event, Motion):
         return None
-    unit = MILLIMETRES_PER_INCH if event.inch else 1.0
+    unit = float(numbers.MILLIMETRES_PER_INCH) if event.inch else 1.0
     fields: dict[str, Any] = {"kind": KINDS[type(event)], "end": _point(event.end, unit)}
     if isinstance(event, Arc):
         fields.update(center=_point(event.centre, unit), rotation=event.rotation, plane=event.plane)

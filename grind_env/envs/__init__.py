@@ -2,7 +2,7 @@
 
 import gymnasium as gym
 
-from grind_env.envs.tasks import environment_id, task_names
+from grind_env.envs.names import environment_id, task_names
 
 
 def register() -> None:

@@ -117,7 +117,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         outcome = Outcome(*outcomes[0].tolist())
         info: dict[str, Any] = {
             "reward_terms": {
-                name: -value / self.task.reference_cost for name, value in zip(REWARD_TERMS, outcome, strict=False)
+                name: 0.0 - value / self.task.reference_cost for name, value in zip(REWARD_TERMS, outcome, strict=False)
             },
             "cost": outcome.finished - outcome.good,
             "block_cost": outcome.cost,

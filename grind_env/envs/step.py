@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control.rules import motion_time
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.observations import Readings
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
@@ -13,6 +12,7 @@ from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.batch import longest_first
 from grind_env.machine.block import run_blocks
 from grind_env.machine.cycle import Cycle, CycleResult, PartState, dress_lead
+from grind_env.machine.rules import motion_time
 from grind_env.process.cost import Limits, Rates, handover_cost, running_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState

@@ -147,7 +147,7 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
             return {}
         terms: dict[str, Any] = {}
         for k, name in enumerate(REWARD_TERMS):
-            terms[name] = np.where(mask, -outcomes[:, k] / self.task.reference_cost, 0.0)
+            terms[name] = np.where(mask, 0.0 - outcomes[:, k] / self.task.reference_cost, 0.0)
             terms[f"_{name}"] = mask.copy()
         values = {
             "reward_terms": terms,

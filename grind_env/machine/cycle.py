@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
+from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
+from grind_env.machine.rules import depth_after_pick, dresses_due
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke

@@ -6,7 +6,8 @@ import pytest
 
 from grind_env.envs import tasks
 from grind_env.envs.episode import EpisodeGenerator
-from grind_env.envs.tasks import TaskError, environment_id, load_task, task_names
+from grind_env.envs.names import environment_id
+from grind_env.envs.tasks import TaskError, load_task, task_names
 
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
 

@@ -2,13 +2,12 @@
 
 import functools
 import math
-import re
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from pathlib import Path
 from typing import Any, TypeVar
 
+from grind_env.envs.names import FOLDER, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import Entry, load_catalogue, quantities
 from grind_env.process.cost import Limits, Rates
@@ -22,8 +21,6 @@ else:
     import tomli as tomllib
 
 EntryT = TypeVar("EntryT", bound=Entry)
-
-FOLDER = Path(__file__).parent
 
 DRESS_CLEARANCE = 10.0
 """mm that a dress traverse runs beyond the wheel width, both sides together."""
@@ -216,11 +213,6 @@ TABLES: Mapping[str, type[Any]] = {
 }
 
 
-def task_names() -> list[str]:
-    """Names of the tasks that have a file."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
-
-
 @functools.cache
 def load_task(name: str) -> Task:
     """The task of that name.
@@ -236,11 +228,6 @@ def load_task(name: str) -> Task:
         raise TaskError(f"{name}.toml: not valid TOML: {error}") from None
     except GrindError as error:
         raise TaskError(f"{name}.toml: {error}") from None
-
-
-def environment_id(name: str) -> str:
-    """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`."""
-    return f"grind/{''.join(word.capitalize() for word in re.split('_', name))}-v0"
 
 
 def _task(name: str, document: Mapping[str, Any]) -> Task:
