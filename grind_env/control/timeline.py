@@ -18,7 +18,6 @@ from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
 from grind_env.control.rules import motion_time
 
-
 INSTANT = 1e-9
 """s; sums of times that differ by less are the same moment."""
 

@@ -160,6 +160,8 @@ class _Run:
             self.delay += max(self.part.began + self.job.times.load - self._clock(time), 0.0)
 
     def _stop(self, event: ProgramStop) -> None:
+        if self.dress_motions is not None:  # the operator looks after the dresser and not after the part
+            return
         if event.code == "M00" and self.part.cutting:
             self.unloaded_at = self._clock(event.time)
         elif event.code == "M01":

@@ -52,11 +52,11 @@ def load_job(path: str | Path) -> Job:
     """
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         reason = error.strerror or "not readable"
         raise JobError(f"the job cannot be read ({reason}); name a TOML file", file=str(path)) from None
-    except ValueError as error:  # not TOML, or not UTF-8
+    except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, or nested too deeply
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
     try:
         return _job(document, path.parent)

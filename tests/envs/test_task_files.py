@@ -4,7 +4,7 @@ from pathlib import Path
 import gymnasium as gym
 import pytest
 
-from grind_env.envs import tasks
+from grind_env.envs import names, tasks
 from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import TaskError, load_task, task_names
@@ -61,6 +61,7 @@ def test_a_slip_in_a_task_file_is_named(
     assert TEXT["power_limited"].count(old) == 1
     (tmp_path / "mine.toml").write_text(TEXT["power_limited"].replace(old, new), encoding="utf-8")
     monkeypatch.setattr(tasks, "FOLDER", tmp_path)
+    monkeypatch.setattr(names, "FOLDER", tmp_path)
     with pytest.raises(TaskError) as caught:
         load_task("mine")
     message = str(caught.value)
