@@ -33,16 +33,16 @@ LAST_SEED = 398
 class Training:
     """Settings of PPO: many environments, large batches and few epochs, because the environment is fast."""
 
-    steps: int = 5_000_000
+    steps: int = 4_000_000
     envs: int = 256
     rollout: int = 60
     batch: int = 3840
-    epochs: int = 4
+    epochs: int = 6
     learning_rate: float = 1e-3
     discount: float = 0.97
     gae_lambda: float = 0.90
     entropy: float = 0.003
-    hidden: tuple[int, ...] = (64, 64)
+    hidden: tuple[int, ...] = (128, 128)
     worst_reward: float = -10.0
 
 
