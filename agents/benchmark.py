@@ -23,6 +23,8 @@ from grind_env.envs.tasks import Task
 
 EPISODES = 128
 RUNS = ROOT / "runs"
+KNOWLEDGE: tuple[Sees, ...] = ("measurements", "state", "future")
+"""From least to most, the order of the table."""
 HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
 WIDTH = 110
 """Columns of the printed table where the output is not a terminal."""
@@ -101,7 +103,7 @@ def benchmark(
         for policy in learned:
             status.update(f"{policy.name}: {episodes} episodes")
             results[policy.name] = evaluate(policy, task, seeds)
-    rows = table_rows([*policies, *learned], results)
+    rows = table_rows(sorted([*policies, *learned], key=lambda policy: KNOWLEDGE.index(policy.sees)), results)
     console.print(rich_table(rows, f"{task.title}: {episodes} paired episodes"))
     facts = provenance(seeds)
     write_whole(target / "benchmark.csv", csv_text(rows, facts))

@@ -26,7 +26,7 @@ NEW_LOT = TapeRow._fields.index("new_lot")
 
 
 class Decision(NamedTuple):
-    """E in mm/min and D of the coming block, each shape (N,), float64."""
+    """E in mm/min and D, float64: of the coming block, each shape (N,), or as a plan, each shape (N, blocks)."""
 
     speeds: Array
     executions: Array

@@ -4,7 +4,7 @@ SB3 resets within the step in which an episode ends, and wants a list of info di
 each finished episode; a Gymnasium VectorEnv in SAME_STEP mode holds the same in arrays.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -87,6 +87,3 @@ class SB3VecEnv(VecEnv):
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """No images: the vector environment does not render."""
         return [None] * self.num_envs
-
-    def _get_indices(self, indices: VecEnvIndices) -> Iterable[int]:
-        return super()._get_indices(indices)

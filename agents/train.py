@@ -4,7 +4,6 @@ import hashlib
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -115,8 +114,7 @@ class _ProgressBar(BaseCallback):
         return True
 
     def _on_rollout_end(self) -> None:
-        rewards: NDArray[Any] = self.model.rollout_buffer.rewards  # type: ignore[attr-defined]
-        text = f"reward {float(np.mean(rewards)) - 1.0:.3f} a step"
+        text = f"reward {float(np.mean(self.locals['rollout_buffer'].rewards)) - 1.0:.3f} a step"
         self.progress.update(self.bar, completed=self.num_timesteps, reward=text)
 
 

@@ -1,6 +1,5 @@
 """Tuned parameters of the scripted policies: one readable TOML file a task, `agents/configs/<task>.toml`."""
 
-import os
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.errors import GrindError
+from grind_env.machine.record import write_atomically
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -72,11 +72,16 @@ def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file whole or not at all, its folder included."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
+    """Write a file whole or not at all, its folder included.
+
+    Raises:
+        GrindError: if the folder cannot be made or written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"the folder {path.parent} cannot be made: {error.strerror}") from None
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
 def arguments(parameters: Parameters) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The `grind` command."""
 
+import io
 import json
 import sys
 from pathlib import Path
@@ -85,9 +86,7 @@ def run(
     job: Annotated[Path | None, typer.Option(help="Job file; PROGRAM with .toml if not given.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
-    record: Annotated[
-        Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")
-    ] = None,
+    record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
 ) -> None:
     """Grind with a program: time, size, roughness, power, temperature and cost of every part.
 
@@ -163,6 +162,9 @@ def _count(number: int, singular: str, plural: str = "") -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     """Console entry: bad input is one line on standard error and exit status 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # not every terminal has every letter
     try:
         app(args=arguments)
     except GrindError as error:

@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +21,7 @@ M99
 
 
 @pytest.fixture
-def grind(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore[no-untyped-def]
+def grind(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Writes a program, runs `grind COMMAND` on it, and returns exit status, output and errors."""
 
     def call(command: str, text: str | bytes | None, *options: str) -> tuple[int, str, str]:
@@ -35,7 +36,7 @@ def grind(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore[n
     return call
 
 
-def test_trace_prints_one_object_a_motion(grind) -> None:  # type: ignore[no-untyped-def]
+def test_trace_prints_one_object_a_motion(grind) -> None:
     status, out, _ = grind("trace", DRESSED, "--acceleration", "2000")
     records = [json.loads(line) for line in out.splitlines()]
     assert status == 0
@@ -70,20 +71,20 @@ def test_trace_prints_one_object_a_motion(grind) -> None:  # type: ignore[no-unt
     assert "feed" not in records[0] and "feed" not in records[3]
 
 
-def test_trace_uses_the_units_in_force(grind) -> None:  # type: ignore[no-untyped-def]
+def test_trace_uses_the_units_in_force(grind) -> None:
     _, out, _ = grind("trace", "G70 G01 X.1 F7.\nX.3\nG71 X25.4\n")
     records = [json.loads(line) for line in out.splitlines()]
     assert [record["end"][0] for record in records] == [0.1, 0.3, 25.4]
     assert [record["feed"] for record in records] == [7.0, 7.0, 177.8]
 
 
-def test_trace_options(grind) -> None:  # type: ignore[no-untyped-def]
+def test_trace_options(grind) -> None:
     text = "/ G00 X1\nG81 X9. I0 E600.\n"
     assert len(grind("trace", text)[1].splitlines()) == 11
     assert len(grind("trace", text, "--strokes", "3", "--block-delete")[1].splitlines()) == 3
 
 
-def test_trace_ends_with_an_error_line(grind) -> None:  # type: ignore[no-untyped-def]
+def test_trace_ends_with_an_error_line(grind) -> None:
     status, out, err = grind("trace", "G00 X1\nN30 X2 Y--1\nX3")
     first, last = (json.loads(line) for line in out.splitlines())
     assert (status, err) == (2, "")
@@ -99,7 +100,7 @@ def test_trace_ends_with_an_error_line(grind) -> None:  # type: ignore[no-untype
 
 
 @pytest.mark.parametrize("text", [None, b"\xff\xfe\x00G"])
-def test_files_that_cannot_be_read(grind, text) -> None:  # type: ignore[no-untyped-def]
+def test_files_that_cannot_be_read(grind, text) -> None:
     status, out, err = grind("trace", text)
     assert (status, err) == (2, "")
     record = json.loads(out)
@@ -109,7 +110,7 @@ def test_files_that_cannot_be_read(grind, text) -> None:  # type: ignore[no-unty
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -> None:
     (tmp_path / "O7.nc").write_text("G00 X-\nM99")
     _, out, _ = grind("trace", "M98 P7\nM30")
     record = json.loads(out)
@@ -117,21 +118,21 @@ def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -
     assert (record["line"], record["column"]) == (1, 5)
 
 
-def test_bad_options_are_bad_input(grind) -> None:  # type: ignore[no-untyped-def]
+def test_bad_options_are_bad_input(grind) -> None:
     status, out, _ = grind("trace", "M30", "--acceleration", "0")
     assert (status, json.loads(out)["error"]) == (2, "setting")
     assert grind("check", "M30", "--strokes", "0")[0] == 2
     assert grind("check", "M30", "--nonsense")[0] == 2
 
 
-def test_check_sums_up(grind) -> None:  # type: ignore[no-untyped-def]
+def test_check_sums_up(grind) -> None:
     status, out, err = grind("check", DRESSED)
     assert (status, err) == (0, "")
     assert out.splitlines()[0].startswith("2 programs, 8 blocks, 12 motions, ")
     assert out.splitlines()[1] == "line 3: G82.1, 4 strokes, 1 dress"
 
 
-def test_check_as_json(grind) -> None:  # type: ignore[no-untyped-def]
+def test_check_as_json(grind) -> None:
     status, out, _ = grind("check", DRESSED, "--json")
     report = json.loads(out)
     assert status == 0
@@ -139,13 +140,13 @@ def test_check_as_json(grind) -> None:  # type: ignore[no-untyped-def]
     assert (report["programs"], report["blocks"], report["errors"]) == (2, 8, [])
 
 
-def test_check_reads_blocks_that_are_never_executed(grind) -> None:  # type: ignore[no-untyped-def]
+def test_check_reads_blocks_that_are_never_executed(grind) -> None:
     status, out, err = grind("check", "G00 X1\nM30\nO5\nG05\nM99")
     assert (status, out) == (2, "")
     assert "part.nc:4:1: " in err and "[unknown-word]" in err
 
 
-def test_check_reports_reading_and_execution_once_each(grind) -> None:  # type: ignore[no-untyped-def]
+def test_check_reports_reading_and_execution_once_each(grind) -> None:
     _, _, err = grind("check", "G01 X1\nM30\nX-")
     assert [line.rsplit(" ", 1)[1] for line in err.splitlines()] == ["[number-format]", "[no-feedrate]"]
     status, out, err = grind("check", "X-", "--json")
@@ -160,14 +161,24 @@ def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -
     assert f"Example: grind {command} " in capsys.readouterr().out
 
 
-def test_check_imports_no_plotting_or_learning_library(tmp_path: Path) -> None:
+def test_check_imports_no_compiler_plotting_or_learning_library(tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text("M30")
     script = (
         "import sys\nfrom grind_env.cli import main\n"
         "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "heavy = ('grind_env.render', 'agents', 'torch', 'matplotlib', 'pandas')\n"
+        "heavy = ('grind_env.render', 'grind_env.process', 'agents', 'torch', 'matplotlib', 'pandas', 'numba')\n"
         "print([name for name in sys.modules if name.startswith(heavy)])"
     )
     command = [sys.executable, "-c", script, "check", str(tmp_path / "part.nc")]
     result = subprocess.run(command, capture_output=True, text=True, check=True)
     assert result.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_terminal_without_a_letter_shows_its_code(tmp_path: Path) -> None:
+    path = tmp_path / "grün.nc"
+    path.write_text("G00 X")
+    command = [sys.executable, "-c", "from grind_env.cli import main; main()", "check", str(path)]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    result = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+    assert r"gr\xfcn.nc:1:5" in result.stderr

@@ -153,10 +153,10 @@ class Timeline:
 
     def settle(self) -> None:
         """Wait at the reversal point until every pick has ended."""
-        if self._picks:
-            self.time = max(self.time, self._picks[-1].finish)
+        table = self._table()
+        self.time = max(self.time, table.free_at, *(pick.finish for pick in self._picks))
         self._picks.clear()
-        self._table().free_at = self.time
+        table.free_at = self.time
 
     def acknowledge(self) -> None:
         """Drop the operator's requests up to now; the table is no longer held."""

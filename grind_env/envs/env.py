@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import Block, cycle_block, part_program
+from grind_env.envs.program import CycleBlock, block_text, coming_block, part_program
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task, TaskError, load_task
@@ -78,7 +78,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.action_space = self.codec.space
         self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.episodes: Episodes | None = None
-        self.blocks: list[Block] = []
+        self.blocks: list[CycleBlock] = []
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -108,10 +108,10 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             ActionError: if the action is not in the action space.
         """
         episodes = self.episodes
-        if episodes is None or episodes.block[0] >= self.task.blocks:
+        if episodes is None or self.simulation.over(episodes)[0]:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         speeds, executions = self.codec.decode([action])
-        block = self._block(episodes, float(speeds[0]), int(executions[0]))
+        block = coming_block(self.task, episodes, 0, speeds[0], executions[0])
         self.blocks.append(block)
         outcomes, _ = self.simulation.step(episodes, speeds, executions)
         outcome = Outcome(*outcomes[0].tolist())
@@ -127,15 +127,9 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "D": float(block.executions),
         }
         if self.show_block:
-            info["block"] = cycle_block(self.task, block)
-        terminated = bool(episodes.block[0] >= self.task.blocks)
+            info["block"] = block_text(self.task, block)
+        terminated = bool(self.simulation.over(episodes)[0])
         return self.simulation.observe(episodes)[0], outcome.reward, terminated, False, info
-
-    def _block(self, episodes: Episodes, speed: float, executions: int) -> Block:
-        number, stock = episodes.tape[0, episodes.block[0], :2]
-        kind = self.task.kinds[int(number)]
-        surface = 0.0 if kind.starts_part else float(episodes.parts[0, 0])
-        return Block(kind, surface, float(stock), speed, executions)
 
 
 def refuse_render(render_mode: str | None) -> None:

@@ -52,6 +52,9 @@ class TapeRow(NamedTuple):
     """Noise of the roughness gauge, likewise."""
 
 
+FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
+"""The factors of a tape row, each on the stroke parameter of the same name."""
+
 write_row = column_writer(TapeRow)
 
 NORMALS = 9

@@ -11,6 +11,17 @@ from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Task
 
+POWER_NOISE = 0.03
+"""Relative standard deviation of a power reading (scenarios, section 3, like the noises below)."""
+POWER_NOISE_FLOOR = 20.0
+"""W; added to it."""
+SIZE_NOISE = 0.7
+"""um; standard deviation of the size gauge."""
+ROUGHNESS_NOISE = 0.06
+"""Relative standard deviation of the roughness gauge."""
+GAUGE_EVERY = 3
+"""Parts from one roughness gauging to the next."""
+
 
 class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units."""
@@ -85,8 +96,16 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     centre, half = (speeds[0] + speeds[1]) / 2.0, (speeds[1] - speeds[0]) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
-    noisy = task.spread.measurement > 0.0
-    power_noise, size_noise, ra_noise = ("3 % + 20 W", "0.7 um", "6 %, ") if noisy else ("exact", "exact", "")
+    factor = task.spread.measurement
+    power_noise, size_noise, ra_noise = (
+        (
+            f"{100.0 * POWER_NOISE * factor:g} % + {POWER_NOISE_FLOOR * factor:g} W",
+            f"{SIZE_NOISE * factor:g} um",
+            f"{100.0 * ROUGHNESS_NOISE * factor:g} %, ",
+        )
+        if factor > 0.0
+        else ("exact", "exact", "")
+    )
     table = [
         Reading("mean_power", "W", 0.0, power, 0.0, 5.0, power_noise,
                 "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if none"),

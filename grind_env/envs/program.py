@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.episode import TapeRow
+from grind_env.envs.episode import FACTORS, TapeRow
+from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
+from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
 from grind_env.machine.job import Job, Part, Setup, Times
 from grind_env.machine.part import PartConditions
@@ -21,15 +23,12 @@ from grind_env.process.catalogue import load_catalogue
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
-FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
-"""Stroke parameters that an episode draws factors for."""
-
 PICK_FEED = 60.0
 """mm/min; a pick is over long before the wheel is back at the middle of the part."""
 
 
-class Block(NamedTuple):
-    """A cycle block that was run."""
+class CycleBlock(NamedTuple):
+    """The cycle block of one step."""
 
     kind: Kind
     surface: float
@@ -48,8 +47,16 @@ def number(value: float) -> str:
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
 
 
-def cycle_block(task: Task, block: Block) -> str:
-    """The G82 block."""
+def coming_block(task: Task, episodes: Episodes, i: int, speed: float, executions: float) -> CycleBlock:
+    """The block that episode i runs next with E `speed` (mm/min) and D `executions`."""
+    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
+    kind = task.kinds[int(row.kind)]
+    surface = 0.0 if kind.starts_part else PartState(*episodes.parts[i].tolist()).Z
+    return CycleBlock(kind, surface, row.stock, float(speed), int(executions))
+
+
+def block_text(task: Task, block: CycleBlock) -> str:
+    """The G82 block as the control reads it."""
     overrun, kind = task.setup.overrun, block.kind
     words = (
         f"X{number(kind.length + overrun)}",
@@ -65,7 +72,7 @@ def cycle_block(task: Task, block: Block) -> str:
     return "G82 " + " ".join(words)
 
 
-def part_program(task: Task, blocks: Sequence[Block]) -> str:
+def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
     """A main program that runs the blocks, M00 before each further part, and the dress program."""
     lines = [
         "O0001 (" + task.title.upper() + ")",
@@ -79,7 +86,7 @@ def part_program(task: Task, blocks: Sequence[Block]) -> str:
         first = min(block.surface + block.kind.pick, block.surface + block.stock)
         lines += [
             f"G00 X{number(-task.setup.overrun)} Y{number(-first)}",
-            cycle_block(task, block),
+            block_text(task, block),
             "G80",
         ]
     return "\n".join([*lines, "M30", *dress_program(task), ""])
@@ -138,7 +145,7 @@ def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
     return [
         PartConditions(
             stock=row.stock,
-            factors={name: getattr(row, name) * task.factors.get(name, 1.0) for name in FACTORS},
+            factors={**task.factors, **{name: getattr(row, name) * task.factors.get(name, 1.0) for name in FACTORS}},
         )
         for row in starts
     ]

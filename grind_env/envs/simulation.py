@@ -47,7 +47,6 @@ class Simulation:
     Args:
         task: the task.
         full: whether observations show the hidden state.
-        threads: kernel threads; the numbers do not depend on them.
     """
 
     def __init__(self, task: Task, *, full: bool = False) -> None:

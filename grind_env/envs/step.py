@@ -4,8 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.episode import TapeRow
-from grind_env.envs.observations import Readings
+from grind_env.envs.episode import FACTORS, TapeRow
+from grind_env.envs.observations import (
+    GAUGE_EVERY,
+    POWER_NOISE,
+    POWER_NOISE_FLOOR,
+    ROUGHNESS_NOISE,
+    SIZE_NOISE,
+    Readings,
+)
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
@@ -17,15 +24,10 @@ from grind_env.process.cost import Limits, Rates, handover_cost, running_cost, s
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
-GAUGE_EVERY = 3
-"""Parts between two roughness gaugings."""
-
-
 WEAR = WheelState._fields.index("W")
 TARGET = Cycle._fields.index("target")
-GROWTH, PRESSURE = StrokeParameters._fields.index("kA"), StrokeParameters._fields.index("pm")
-CONVECTION, FRACTURE = StrokeParameters._fields.index("hf"), StrokeParameters._fields.index("fc")
-G_RATIO, ROUGHNESS = StrokeParameters._fields.index("Gref"), StrokeParameters._fields.index("ra_scale")
+FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
+PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CYCLE_FIELDS, STROKE_FIELDS, READINGS = len(Cycle._fields), len(Stroke._fields), len(Readings._fields)
 
 read_kind, read_row = column_reader(KindRow), column_reader(TapeRow)
@@ -75,8 +77,8 @@ def cycle_of(kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, s
 
 @inlined
 def measured(power: float, z: float) -> float:
-    """A power reading with 3 % and 20 W of noise, W."""
-    return max(power * (1.0 + 0.03 * z) + 20.0 * z, 0.0)
+    """A power reading, W; z is standard normal times the task's factor on the noise."""
+    return max(power * (1.0 + POWER_NOISE * z) + POWER_NOISE_FLOOR * z, 0.0)
 
 
 @entry
@@ -122,7 +124,8 @@ def step_blocks(
         cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop)
         write_cycle(cycles, i, cycle)
         parameters[i] = base[number]
-        _apply_factors(parameters, i, row)
+        for factor, parameter in zip(FACTOR_COLUMNS, PARAMETER_COLUMNS):  # noqa: B905  (numba has no strict zip)
+            parameters[i, parameter] *= tape[i, block[i], factor]
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         wheels[i, WEAR] = 0.0
         if kind.starts_part > 0.0:
@@ -173,7 +176,7 @@ def step_blocks(
         )
         write_outcome(outcomes, i, outcome)
         mean = result.last_power / result.last_count if result.last_count > 0.0 else 0.0
-        begin = result.first_power / result.first_count if result.first_count > 0.0 else 0.0
+        first = result.first_power / result.first_count if result.first_count > 0.0 else 0.0
         gauge_now = ends and int(old.parts) % GAUGE_EVERY == 0
         ratio = part.Rs / kind.roughness if kind.roughness > 0.0 else 0.0
         known = ends and old.gauged >= 0.0
@@ -186,11 +189,11 @@ def step_blocks(
                 kind.pick,
                 kind.width,
                 measured(mean, row.mean_noise) if result.last_count > 0.0 else 0.0,
-                measured(begin, row.first_noise) if result.first_count > 0.0 else 0.0,
+                measured(first, row.first_noise) if result.first_count > 0.0 else 0.0,
                 measured(result.peak_power, row.peak_noise),
-                size_error + 0.7 * row.size_noise if ends else old.size_error,
+                size_error + SIZE_NOISE * row.size_noise if ends else old.size_error,
                 old.gauged if known else old.roughness,
-                ratio * (1.0 + 0.06 * row.roughness_noise) if gauge_now else (-1.0 if ends else old.gauged),
+                ratio * (1.0 + ROUGHNESS_NOISE * row.roughness_noise) if gauge_now else (-1.0 if ends else old.gauged),
                 1.0 if known else old.since_gauged + (1.0 if ends else 0.0),
                 0.0 if result.dresses > 0.0 else old.blocks_since_dress + 1.0,
                 old.dresses + result.dresses,
@@ -199,16 +202,6 @@ def step_blocks(
             ),
         )
         block[i] += 1
-
-
-@inlined
-def _apply_factors(parameters: Any, i: int, row: TapeRow) -> None:
-    parameters[i, GROWTH] *= row.kA
-    parameters[i, PRESSURE] *= row.pm
-    parameters[i, CONVECTION] *= row.hf
-    parameters[i, FRACTURE] *= row.fc
-    parameters[i, G_RATIO] *= row.Gref
-    parameters[i, ROUGHNESS] *= row.ra_scale
 
 
 @entry

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec, action_array
 from grind_env.envs.env import REWARD_TERMS, refuse_render, wants_full
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import Block, cycle_block
+from grind_env.envs.program import block_text, coming_block
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError, load_task
@@ -131,14 +131,10 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
             self.simulation.restart(self.episodes, i, self.rngs[i])
 
     def _blocks(self, stepping: Array, speeds: Array, executions: Array) -> dict[int, str]:
-        texts = {}
-        for i in stepping:
-            number, stock = self.episodes.tape[i, self.episodes.block[i], :2]
-            kind = self.task.kinds[int(number)]
-            surface = 0.0 if kind.starts_part else float(self.episodes.parts[i, 0])
-            block = Block(kind, surface, float(stock), float(speeds[i]), int(executions[i]))
-            texts[int(i)] = cycle_block(self.task, block)
-        return texts
+        return {
+            i: block_text(self.task, coming_block(self.task, self.episodes, i, speeds[i], executions[i]))
+            for i in stepping.tolist()
+        }
 
     def _info(
         self, outcomes: Array, speeds: Array, executions: Array, blocks: dict[int, str], mask: Array

@@ -14,6 +14,7 @@ has the same bits on every machine, for every batch size, in compiled code and i
 
 import hashlib
 import sys
+import tempfile
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -34,14 +35,29 @@ def inlined(function: Function) -> Function:
 
 
 def entry(function: Function) -> Function:
-    """Compile a loop that Python calls, without the GIL and with a disk cache that cannot be stale."""
+    """Compile a loop that Python calls, without the GIL and with a disk cache that cannot be stale.
+
+    Where the cache folder cannot be written to there is no disk cache: numba's own choice, a folder beside the
+    source, would not notice an edit elsewhere.
+    """
     user_choice = numba.config.CACHE_DIR
     base = user_choice or platformdirs.user_cache_dir("grind_env")
-    numba.config.CACHE_DIR = str(Path(base) / f"kernels-{fingerprint(function)}")
+    folder = Path(base) / f"kernels-{fingerprint(function)}"
+    numba.config.CACHE_DIR = str(folder)
     try:
-        return cast(Function, numba.njit(error_model="numpy", nogil=True, cache=True)(function))
+        return cast(Function, numba.njit(error_model="numpy", nogil=True, cache=writable(folder))(function))
     finally:
         numba.config.CACHE_DIR = user_choice
+
+
+def writable(folder: Path) -> bool:
+    """Make a folder, and say whether files can be written into it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
 
 
 def fingerprint(function: Callable[..., Any]) -> str:

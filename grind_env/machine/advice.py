@@ -5,6 +5,12 @@ import math
 from grind_env.control import Control, Pick, Stroke
 from grind_env.control.profile import ramp_time
 
+TABLE_SPEEDS = (3000.0, 40_000.0)
+"""mm/min; table speeds for which the process model holds (model.md, kinematics)."""
+
+DEEPEST_CUT = 0.1
+"""mm; deeper is creep feed, for which it does not hold (model.md, section 13)."""
+
 
 def middle_time(stroke: Stroke, control: Control) -> float:
     """Time at which the table passes the middle of a stroke, s; its reversal dwell comes after the stroke."""
@@ -39,6 +45,21 @@ def feed_for(length: float, seconds: float, acceleration: float) -> float | None
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length
     return 60.0 * acceleration * length / (half + math.sqrt(rest)) if rest >= 0.0 else None
+
+
+def outside_model(feed: float, depth: float) -> str | None:
+    """What to say about a cut beyond the limits of validity of the process model; None within them.
+
+    Args:
+        feed: E, mm/min.
+        depth: real depth of cut, mm; 0 if the stroke does not cut.
+    """
+    low, high = TABLE_SPEEDS
+    if depth > 0.0 and not low <= feed <= high:
+        return f"a stroke cuts at E{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
+    if depth > DEEPEST_CUT:
+        return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
+    return None
 
 
 def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:

@@ -115,12 +115,18 @@ def grind_cycles(
         Results, shape (N,), dtype `RESULT`, and the log, shape (N, log_strokes), dtype `STROKE`.
 
     Raises:
-        ValueError: if the arrays do not have one record a machine.
+        ValueError: if the arrays do not have one record a machine, or a cycle would not end.
     """
     n = cycles.shape[0]
     for name, table in (("parameters", parameters), ("wheels", wheels), ("parts", parts)):
         if table.shape != (n,):
             raise ValueError(f"{name} has shape {table.shape}, but there are {n} cycles: give one record a machine")
+    picks = np.maximum(cycles["primary_pick"], cycles["secondary_pick"])
+    endless = np.flatnonzero(~((picks > 0.0) & (cycles["start"] <= cycles["target"])))
+    if endless.size > 0:
+        raise ValueError(
+            f"cycle {endless[0]} would not end: give it a pick above 0 and a target as deep as its start or deeper"
+        )
     results = np.zeros(n, RESULT)
     log = np.zeros((n, log_strokes), STROKE)
     order = np.empty(n, np.int64)

@@ -21,7 +21,7 @@ FINISHING_DEPTH = 0.05
 """mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
 
 POWER_WINDOW = 6.0
-"""Full plunges over which the mean power is taken at the begin and at the end of a cycle."""
+"""Full plunges over which power is averaged at the start and at the end of a cycle."""
 
 
 class Cycle(NamedTuple):
@@ -101,9 +101,11 @@ class CycleResult(NamedTuple):
     first_power: float
     """Sum of the power of the first full plunges (up to six), W."""
     first_count: float
+    """How many plunges that sum holds."""
     last_power: float
     """Sum of the power of the last full plunges (up to six) since the last dress, W."""
     last_count: float
+    """How many plunges that sum holds."""
     peak_power: float
     """Highest power of a stroke, W above idle."""
     plunge_rise: float
@@ -153,7 +155,7 @@ def advance(
 
     total = cycle.target - cycle.start
     plunge = Z > part.Z
-    full = Z - part.Z >= full_pick(cycle) - DEPTH_TOLERANCE
+    full = full_pick(cycle) - DEPTH_TOLERANCE <= Z - part.Z
     among_first = full & (result.first_count < POWER_WINDOW)
     among_last = full & (progress.full_left <= POWER_WINDOW)
     finishing = plunge & (cycle.target - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE)
@@ -197,7 +199,7 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 
 @inlined
 def dress(cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParameters) -> tuple[WheelState, CycleResult]:
-    """One dress execution within a cycle; the mean power of the last plunges begins anew."""
+    """One dress execution within a cycle; the sums for the mean power of the last plunges start again from 0."""
     lead = dress_lead(wheel, cycle.dress_feed, p)
     wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)
     result = CycleResult(

@@ -10,7 +10,17 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from grind_env.control import Control, Line, Motion, Position, Programs, Rapid, Source, dress_program_moves
+from grind_env.control import (
+    Control,
+    ControlError,
+    Line,
+    Motion,
+    Position,
+    Programs,
+    Rapid,
+    Source,
+    dress_program_moves,
+)
 from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.job import Job
@@ -59,10 +69,13 @@ def plan_dress(programs: Programs, number: int, job: Job, control: Control, posi
         axis: the reciprocating axis, which settles the roles of the others.
 
     Raises:
-        ControlError: the program does not exist or is faulty.
-        DressProgramError: it has no traverse or no infeed, or its traverses differ in feed.
+        DressProgramError: it does not exist or is faulty, has no traverse or no infeed, or its traverses differ
+            in feed.
     """
-    motions = dress_program_moves(programs, number, control, position)
+    try:
+        motions = dress_program_moves(programs, number, control, position)
+    except ControlError as error:
+        raise _error(number, f"by itself, without the modes of the main program, it fails: {error}") from None
     return measure_dress(motions, number, job, axis)
 
 

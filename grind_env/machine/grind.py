@@ -25,7 +25,7 @@ from grind_env.control import (
     execute,
 )
 from grind_env.errors import GrindError
-from grind_env.machine.advice import middle_time, short_stroke, slow_pick
+from grind_env.machine.advice import middle_time, outside_model, short_stroke, slow_pick
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
 from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
@@ -39,7 +39,7 @@ USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 
 
 class GrindingError(GrindError):
-    """A program that grinds nothing."""
+    """A program that grinds nothing, or grinds as no wheel can."""
 
 
 def grind(
@@ -64,7 +64,7 @@ def grind(
     Raises:
         ControlError: the program is faulty.
         DressProgramError: the dress program is no dress.
-        GrindingError: no stroke is made.
+        GrindingError: no stroke is made, or one so slow or deep that the wear of the wheel has no measure.
         JobError: there are more parts than conditions.
     """
     run = _Run(programs, job, control or job.control, conditions)
@@ -254,6 +254,11 @@ class _Run:
         ends = event.start[axis], event.end[axis]
         edge = event.middle[cross_axis(axis)]
         wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
+        if not 0.0 < wheel.A <= part.p.Amax:
+            raise GrindingError(
+                f"{self.programs.name}:{event.cycle.line}: a stroke {done.stroke.ae:.3g} mm deep at "
+                f"E{event.feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and E3000 to E30000"
+            )
         self.wheel = wheel
         self.strokes.append(
             (
@@ -271,6 +276,9 @@ class _Run:
             )
         )
         self._watch_stroke(event, Z)
+        outside = outside_model(event.feed, done.stroke.ae)
+        if outside is not None:
+            self._warn(event.cycle.line, "model", outside)
         self._watch_diameter()
         self.stroke = event
 

@@ -143,7 +143,7 @@ class GrindingRecord:
         pyarrow.parquet.write_table(pyarrow.table(columns), path)
 
 
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write(temporary path)` make a file beside `path`, and move it there.
 
     Raises:

@@ -3,11 +3,17 @@
 The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & Nee 1992).
 """
 
-import math
 from typing import NamedTuple
 
 from grind_env.kernel import inlined, logistic
-from grind_env.process.equations import dress_width, dressed_flat_area, overlap_ratio, sharpening_effort
+from grind_env.process.equations import (
+    dress_width,
+    dressed_flat_area,
+    dressed_volume,
+    overlap_ratio,
+    restoration,
+    sharpening_effort,
+)
 from grind_env.process.state import StrokeParameters, WheelState
 
 NO_LIMIT = 0.0
@@ -68,7 +74,7 @@ def survival(rise: float, power: float, roughness: float, size_error: float, lim
 @inlined
 def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float, rates: Rates) -> float:
     """Cost of one dress execution: its time, the wheel volume it takes off, the dresser, $."""
-    return running_cost(seconds, passes * depth * math.pi * ds * bs, 1.0, rates)
+    return running_cost(seconds, dressed_volume(passes, depth, ds, bs), 1.0, rates)
 
 
 @inlined
@@ -87,6 +93,6 @@ def handover_cost(
     of a dressed wheel.
     """
     Ud = overlap_ratio(dress_width(depth, p.rd, wheel.wd), lead)
-    per_dress = passes * depth / (p.dd * (1.0 + wheel.lam + wheel.A / 0.05))
+    per_dress = restoration(passes, depth, wheel.lam, wheel.A, p.dd)
     dresses = min(sharpening_effort(wheel.A, wheel.lam, dressed_flat_area(Ud, p.Ad0, p.kU)) / per_dress, 4.0)
     return dresses * dress_cost(passes, depth, seconds, wheel.ds, p.bs, rates)

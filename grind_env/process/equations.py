@@ -314,9 +314,21 @@ def overlap_ratio(bd: float, fd: float) -> float:
 
 
 @inlined
+def restoration(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
+    """Restoration exponent x of a dress: depth dressed off over the depth damaged, more on a dull wheel [C]."""
+    return passes * ad / (dd * (1.0 + lam + A / 0.05))
+
+
+@inlined
 def restored_fraction(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
     """Share of the damaged wheel surface that a dress of that many passes renews [C]."""
-    return 1.0 - exp(-passes * ad / (dd * (1.0 + lam + A / 0.05)))
+    return 1.0 - exp(-restoration(passes, ad, lam, A, dd))
+
+
+@inlined
+def dressed_volume(passes: float, ad: float, ds: float, bs: float) -> float:
+    """Wheel volume that a dress takes off, mm3: over the whole wheel width bs."""
+    return passes * ad * math.pi * ds * bs
 
 
 @inlined
@@ -339,5 +351,5 @@ def dressed_roughness(fd: float, ad: float, Ud: float, RaRef: float) -> float:
 
 @inlined
 def sharpening_effort(A: float, lam: float, Ad: float) -> float:
-    """Restoration exponents x (n of them) that bring a wheel back to within a tenth of its dressed state."""
+    """Restoration exponent, summed over dresses, that brings a wheel back to within a tenth of its dressed state."""
     return max(max(log(max((A - Ad) / (0.1 * Ad), 1e-12)), log(max(lam / 0.05, 1e-12))), 0.0)

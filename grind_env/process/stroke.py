@@ -105,7 +105,7 @@ def dress_wheel(
     phi = eq.restored_fraction(passes, depth, wheel.lam, wheel.A, p.dd)
     keep = 1.0 - phi
     Ad = eq.dressed_flat_area(Ud, p.Ad0, p.kU)
-    removed = passes * depth * math.pi * wheel.ds * p.bs
+    removed = eq.dressed_volume(passes, depth, wheel.ds, p.bs)
     after = WheelState(
         wheel.ds - 2.0 * passes * depth,
         Ad + keep * (wheel.A - Ad),

@@ -1,1 +1,1 @@
-"""To be written."""
+"""Tables and plots of what was ground; matplotlib is imported only when a plot is made."""

@@ -36,6 +36,12 @@ def test_a_damaged_file_is_an_error(tmp_path, text):
         read_tuned("job", tmp_path)
 
 
+def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match="cannot be made"):
+        write_tuned("job", {"a": TUNED}, tmp_path / "file" / "configs")
+
+
 def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
     assert -0.9 <= read_tuned("power_limited")["adaptive_rule"].parameters["gA"] <= -0.5
 

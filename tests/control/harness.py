@@ -70,11 +70,7 @@ def story(events: list[Event]) -> str:
 
 
 def dress_moves(events: list[Event]) -> list[Motion]:
-    return [
-        event
-        for event in events
-        if isinstance(event, Motion) and event.source in (Source.DRESS, Source.RETRACE)
-    ]
+    return [event for event in events if isinstance(event, Motion) and event.source in (Source.DRESS, Source.RETRACE)]
 
 
 def refusal(text: str, **settings: object) -> ControlError:

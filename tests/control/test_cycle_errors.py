@@ -114,9 +114,7 @@ def test_zero_depth_makes_the_strokes_without_picks_or_dresses() -> None:
 
 
 def test_q0_and_r0_skip_their_picks() -> None:
-    assert story(cycles("G82 X230. I-30. Y-.03 J-.02 Q0 F6. E12000.\nM30")) == (
-        "X230 y-0.02 X-30 X230 y-0.03 X-30"
-    )
+    assert story(cycles("G82 X230. I-30. Y-.03 J-.02 Q0 F6. E12000.\nM30")) == ("X230 y-0.02 X-30 X230 y-0.03 X-30")
     assert story(cycles("G83 X230. I-30. Y-.02 J-.02 Z20. K10. R0 F600. E12000.\nM30")) == (
         "X230 y-0.02 X-30 X230 z10 X-30 X230 z20 X-30"
     )
@@ -131,9 +129,7 @@ def test_without_coverage_the_spark_out_follows_at_once() -> None:
 
 
 def test_g83_without_a_crossover_plunges_at_every_reversal() -> None:
-    assert story(cycles("G83 X230. I-30. Y-.03 J-.02 Q-.01 Z0 K0 F6. E12000.\nM30")) == (
-        "X230 y-0.02 X-30 y-0.03 X230"
-    )
+    assert story(cycles("G83 X230. I-30. Y-.03 J-.02 Q-.01 Z0 K0 F6. E12000.\nM30")) == ("X230 y-0.02 X-30 y-0.03 X230")
 
 
 def test_memory_is_kept_per_role() -> None:
@@ -141,3 +137,28 @@ def test_memory_is_kept_per_role() -> None:
     second = plans(events)[1].plan
     assert (second.axis, second.primary, second.secondary) == (2, 230.0, -30.0)
     assert (second.plunge_axis, second.primary_pick, second.depth_target) == (0, 1.0, -29.0)
+
+
+@pytest.mark.parametrize(
+    ("block", "words"),
+    [
+        ("G82 X230. Y-.1 J.01 F6. E12000.", "J.01 points away from its target; it must be negative"),
+        ("G82 X230. Y-.1 J-.0005 F6. E12000.", "J-.0005 is no pick; it must be 0.001 or more"),
+        ("G70 G82 X9. Y-.1 J-.00005 F6. E500.", "J-.00005 is no pick; it must be 0.0001 or more"),
+        ("G70 G81 I9. X9. E500.", "both reversal points are X9.;"),
+        ("G70 G81 X9. E500.\nI9.", "both reversal points are X9;"),
+        ("G81 X230. E12000. D1", "D1 has no meaning in a G81 block"),
+        ("G18 G82 X230. Y-.1 J-.01 F6. E12000.", "X230. has no meaning in a G82 block in G18, where Y reciprocates"),
+        ("G82 X230. Y-.1 J-.01 F6. E12000. D1", "no dress program is known for D1; P is needed"),
+        ("G82 X230. Y-.1 J-.01 F6. E.0005", "E.0005 is no feedrate; it must be 0.001 or more"),
+    ],
+)
+def test_a_sentence_shows_the_word_and_the_remedy(block: str, words: str) -> None:
+    assert words in refusal(COMMON + block, start=PARKED).message
+
+
+def test_a_remembered_pick_is_named_in_the_units_in_force() -> None:
+    there = "G70 G83 X9. I-1. Y-.01 J-.01 Z2. K1. F60. E500.\n"
+    assert refusal(COMMON + there + "G83 Y-.02 Z0").message == (
+        "K1, from an earlier cycle, points away from its target; it must be negative"
+    )

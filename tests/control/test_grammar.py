@@ -1,6 +1,6 @@
 import pytest
 
-from grind_env.control import Control, ControlError, Dwell, Line, ProgramEnd, ProgramStop, execute, read
+from grind_env.control import Control, ControlError, Dwell, Line, Motion, ProgramEnd, ProgramStop, execute, read
 from grind_env.control.reader import read_block, read_file
 from tests.control.harness import ends, motions, plans, refusal, run
 
@@ -41,9 +41,7 @@ def test_b6_arcs_by_radius() -> None:
 def test_b7_subprograms_repeat_and_nest() -> None:
     assert ends("O1000; N1 M98 P2000 L2; N2 M30; O2000; N1 G91 X1; M99;") == [(1, 0, 0), (2, 0, 0)]
     assert ends("M98 P2 L0\nM30\nO2\nG00 X1\nM99") == []
-    chain = (
-        "O1000;M98 P2000;M30;O2000;M98 P3000;M99;O3000;M98 P4000;M99;O4000;M98 P5000;M99;O5000;G91 X1;{}M99"
-    )
+    chain = "O1000;M98 P2000;M30;O2000;M98 P3000;M99;O3000;M98 P4000;M99;O4000;M98 P5000;M99;O5000;G91 X1;{}M99"
     assert ends(chain.format("")) == [(1, 0, 0)]
     assert refusal(chain.format("M98 P6000;") + ";O6000;M99").name == "nesting"
 
@@ -84,6 +82,8 @@ def test_b9_the_integrand_of_g81_is_read_in_the_last_mode() -> None:
         ("G81.15 X1", "unknown-word", 1),
         ("X[1+2]", "not-supported", 1),
         ("X#1", "not-supported", 1),
+        ("X-#1", "not-supported", 1),
+        ("X[1]", "not-supported", 1),
         ("G41 X1", "not-supported", 1),
         ("G10 L2 P1 X1", "not-supported", 1),
         ("G84 X1", "not-supported", 1),
@@ -224,3 +224,33 @@ def test_settings_are_checked(settings: dict[str, object]) -> None:
 def test_a_block_is_read_once() -> None:
     source = read("G00 X1").main.blocks[0]
     assert read_block(source) is read_block(source)
+
+
+def test_increments_add_up_without_residue() -> None:
+    down = "G91 G01 Y-.1 F100.\nY-.1\nY-.1\nG90 Y-.3\n"
+    assert [end[1] for end in ends(down)] == [-0.1, -0.2, -0.3]
+    (start,) = plans(run(f"G19 {down}G82 X9. Y-.3 J-.01 E600.\nM30"))
+    assert start.plan.depth == 0.0
+    assert ends("G70 G91 G00 X.1\nX.1\nX.1\nG90 X.3")[-1][0] == 7.62
+
+
+def test_a_line_that_restores_every_default_is_legal() -> None:
+    assert ends("G00 G07 G18 G39 G40 G54 G71 G90 G94 G97 S1910 X1.") == [(1.0, 0.0, 0.0)]
+
+
+@pytest.mark.parametrize("code", ["G20", "G21"])
+def test_other_controls_codes_for_units_are_told_from_ours(code: str) -> None:
+    assert "G70 is inch and G71 metric" in refusal(f"{code} G00 X1.").message
+
+
+def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "part.nc").write_text("M98 P77\nM30\nO79\nG00 X9.\nM99")
+    (tmp_path / "O77.nc").write_text("O77\nM98 P78\nM98 P79\nM99\nO78\nG00 X8.\nM99\nO79\nX-\nM99")
+    moves = [event for event in execute(read_file(tmp_path / "part.nc")) if isinstance(event, Motion)]
+    assert [move.end[0] for move in moves] == [8.0, 9.0]
+
+
+def test_text_in_another_encoding_names_the_line(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "part.nc").write_bytes(b"G00 X1\n(R\xfcckzug)\nM30")
+    with pytest.raises(ControlError, match=r"line 2 of .*part\.nc is not text in UTF-8; save"):
+        read_file(tmp_path / "part.nc")

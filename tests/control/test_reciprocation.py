@@ -135,3 +135,15 @@ def test_m99_restarts_and_forgets_the_cycle_parameters() -> None:
     stream = execute(read("G81 X9. E600.\nG80\nG81 I-5.\nG80\nG00 X0\nM99"))
     starts = islice((event for event in stream if isinstance(event, CycleStart)), 4)
     assert [start.plan.secondary for start in starts] == [0.0, -5.0, 0.0, -5.0]
+
+
+def test_dwells_that_add_up_to_two_strokes_end_at_the_reversal_point() -> None:
+    assert story(cycles("G81 X230. I-30. E12000.\n" + "G04 P.1\n" * 28 + "G80\nM30")) == "X230 X-30"
+    assert story(cycles("G81 X230. I-30. E12000.\n" + "G04 P.7\n" * 4 + "M30")) == "X230 X-30"
+
+
+def test_slow_picks_queue() -> None:
+    # picks of 2 s begin at 1.3, 3.3 and 5.3 s; the fourth stroke, from 4.2 s on, is half-way at 4.9 s
+    events = cycles("G82 X230. I-30. Y-.06 J-.02 F.6 E12000.\nM30")
+    assert [pick.begin for pick in picks(events)] == pytest.approx([1.3, 3.3, 5.3], abs=1e-3)
+    assert strokes(events)[3].middle[1] == pytest.approx(-0.02 - 0.01 * (4.9 - 3.3), abs=1e-4)

@@ -103,9 +103,7 @@ def test_8_8_pre_dress_and_auto_dress_add_up() -> None:
 
 
 def test_8_9_e_falls_back_to_the_last_cycle_and_then_to_f() -> None:
-    events = cycles(
-        "G01 Y1. F300.\nG01 Y0.\nG81 X230. I-30.\nG82 Y-.02 J-.01 E15000. F6.\nG82 Y-.04 J-.01 F12.\nM30"
-    )
+    events = cycles("G01 Y1. F300.\nG01 Y0.\nG81 X230. I-30.\nG82 Y-.02 J-.01 E15000. F6.\nG82 Y-.04 J-.01 F12.\nM30")
     assert [(start.plan.feed, start.plan.pick_feed) for start in plans(events)] == [
         (300.0, 0.0),
         (15000.0, 6.0),

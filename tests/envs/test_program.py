@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import grind_env  # noqa: F401
 from grind_env.control import read
 from grind_env.envs.program import conditions, job, number
 from grind_env.machine.grind import grind

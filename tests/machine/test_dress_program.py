@@ -109,3 +109,8 @@ def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
     assert isinstance(caught.value, GrindError)
     assert "O9100" in str(caught.value)
     assert words in str(caught.value)
+
+
+def test_a_dress_that_needs_the_modes_of_the_main_program_is_refused() -> None:
+    with pytest.raises(DressProgramError, match=r"O9100: by itself, .* it fails: .*G01 is commanded without F"):
+        plan("G01 Y-.02\nZ30. F300.")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 import grind_env
 from grind_env.control import Control
 from grind_env.control.rules import motion_time
+from grind_env.kernel import entry
 from grind_env.machine import block
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, run_scalar
 from grind_env.machine.compiled import dress_lead, dressed_wheel
@@ -318,6 +320,7 @@ def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path:
 
 
 GRIND_ONE_STROKE = """
+import numba
 import numpy as np
 from grind_env.machine import compiled
 from grind_env.process.state import WheelState
@@ -362,3 +365,22 @@ def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_pat
     second, hits = grind_one_stroke()
     assert second > first * 1.05
     assert hits == 0
+
+
+def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    assert Path(entry(run_scalar.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file" / "cache"))
+    assert entry(run_scalar.py_func).stats.cache_path is None
+
+
+@pytest.mark.parametrize("changes", [{"primary_pick": 0.0, "secondary_pick": 0.0}, {"target": -0.1}, {"start": np.nan}])
+def test_a_cycle_that_would_not_end_is_refused(changes: dict[str, float]) -> None:
+    cycles, *rest = tables(MANY)
+    for name, value in changes.items():
+        cycles[name][1] = value
+    with pytest.raises(ValueError, match="cycle 1 would not end"):
+        grind_cycles(cycles, *rest)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.control import Control, ControlError, read_file
+from grind_env.control import Control, ControlError, read, read_file
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import JobError, WheelStart
@@ -17,7 +17,7 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord, RecordError
 from grind_env.process.equations import traverse_taper
-from tests.machine.harness import CATALOGUE, HEAD, job, run
+from tests.machine.harness import CATALOGUE, DRESS, HEAD, job, run
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
@@ -121,17 +121,18 @@ def test_a_slow_pick_warns_and_names_the_feed_that_would_do() -> None:
 
 def test_the_feed_that_is_named_is_the_least_one() -> None:
     text = HEAD + CYCLE.replace("J-.01", "J-.5").replace("Y-.05", "Y-2.") + "M30\n"
-    found = re.search(r"; F(\d+) would do", run(text.replace("F60.", "F1."), job()).warnings[0])
+    out_of_reach = job(surface=-10.0)
+    found = re.search(r"; F(\d+) would do", run(text.replace("F60.", "F1."), out_of_reach).warnings[0])
     assert found is not None
     enough = int(found[1])
-    assert run(text.replace("F60.", f"F{enough}."), job()).warnings == ()
-    assert run(text.replace("F60.", f"F{enough - 1}."), job()).warnings != ()
+    assert run(text.replace("F60.", f"F{enough}."), out_of_reach).warnings == ()
+    assert run(text.replace("F60.", f"F{enough - 1}."), out_of_reach).warnings != ()
 
 
 def test_a_pick_that_no_feed_finishes_in_time() -> None:
     control = Control(acceleration=10.0, reversal_dwell=0.0)
     text = HEAD + "G82 X30. I-30. Y-500. J-250. F6000. E60000. P9100\nM30\n"
-    warnings = run(text, job(length=20.0), control=control).warnings
+    warnings = run(text, job(length=20.0, surface=-600.0), control=control).warnings
     assert any("no F would do" in warning for warning in warnings)
 
 
@@ -427,3 +428,27 @@ def test_records_that_cannot_be_written(tmp_path: Path, name: str) -> None:
     record = run(HEAD + CYCLE + "M30\n", job())
     with pytest.raises(RecordError, match="strokes"):
         record.write(tmp_path / name)
+
+
+def test_a_stop_in_a_dress_program_is_no_new_part() -> None:
+    text = HEAD + CYCLE.replace("P9100", "P9400 D1") + "M30\n"
+    dress = DRESS.replace("O9100", "O9400")
+    stops = dress.replace("N9", "M01\nM00\nN9")
+    plain, stopped = (grind(read(text + body), job()) for body in (dress, stops))
+    assert len(stopped.parts) == 1
+    assert stopped.strokes.tolist() == plain.strokes.tolist()
+
+
+@pytest.mark.parametrize("feed", ["E1", "E15"])
+def test_a_stroke_that_destroys_the_wheel_is_refused(feed: str) -> None:
+    with pytest.raises(GrindingError, match=rf"test\.nc:3: a stroke .* at {feed} mm/min destroys the wheel"):
+        run(HEAD + CYCLE.replace("E12000", feed) + "M30\n", job())
+
+
+def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
+    record = run(HEAD + re.sub(r"E[0-9]+", "E2000", CYCLE) + "M30\n", job())
+    assert record.warnings == (
+        "test.nc:3: a stroke cuts at E2000 mm/min; the process model holds from 3000 to 40000 mm/min",
+    )
+    (warning,) = run(HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n", job()).warnings
+    assert re.fullmatch(r"test\.nc:3: a stroke cuts 0\.\d\d mm deep; the process model holds up to 0\.1 mm", warning)

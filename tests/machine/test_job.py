@@ -197,3 +197,14 @@ def test_a_job_made_in_python_is_checked_too() -> None:
         job(wheel_start=WheelStart(diameter=310.0))
     assert isinstance(dataclasses.replace(job(), times=Times(load=1)), Job)
     assert isinstance(job().setup, Setup)
+
+
+def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
+    path = tmp_path / "job.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + SHORTEST.encode())
+    assert load_job(path) == load_job(write(tmp_path, SHORTEST))
+
+
+def test_endless_nesting_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(JobError, match="not valid TOML"):
+        load_job(write(tmp_path, "a = " + "[" * 5000))
