@@ -125,10 +125,10 @@ def listed(names: str | None) -> list[str] | None:
 
 
 def main() -> None:
-    """Run the command; a user's mistake is one sentence and exit status 2."""
+    """Run the command; a user's mistake, or a file that cannot be written, is one sentence and exit status 2."""
     try:
         app(prog_name="python -m agents")
-    except GrindError as error:
+    except (GrindError, OSError) as error:
         print(f"agents: {error}", file=sys.stderr)
         sys.exit(BAD_INPUT)
 

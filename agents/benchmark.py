@@ -5,7 +5,9 @@ import hashlib
 import io
 import os
 import sys
+import zipfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 
@@ -128,8 +130,9 @@ def kept_evaluation(policy: Policy, task: Task, seeds: range, folder: Path, fres
     """The evaluation kept in `folder` if it is of the same code, parameters and seeds, else a new one, now kept."""
     path = folder / f"{policy.name}.npz"
     fingerprint = hashlib.sha256(f"{code_hash()} {task.name} {seeds} {policy!r}".encode()).hexdigest()
-    if path.exists() and not fresh:
-        with np.load(path) as kept:
+    if not fresh:
+        # a file that is missing, damaged or of something else is made anew
+        with suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as kept:
             if str(kept["fingerprint"]) == fingerprint:
                 return Evaluation(*(kept[each.name] for each in fields(Evaluation)))
     result = evaluate(policy, task, seeds)

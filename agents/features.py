@@ -12,9 +12,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from agents.estimator import SharpnessEstimator
-from agents.policy import Array, Decision, nearest_speed, speed_bounds
+from agents.estimator import MEMORY, LotMemory, SharpnessEstimator
+from agents.policy import Array, Decision, speed_grid
 from agents.sb3_adapter import SB3VecEnv
+from agents.scripted import REFERENCE_AREA
 from grind_env.envs.observations import bounds, readings
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -27,17 +28,15 @@ ESTIMATES = 4
 
 FEATURE_BOUND = 30.0
 
+BLOCKS_KNOWN = LotMemory._fields.index("blocks")
+
 
 class LearnerView:
     """Features and action grid of N episodes of a task."""
 
     def __init__(self, task: Task) -> None:
         self.estimator = SharpnessEstimator(task)
-        low, high = speed_bounds(task)
-        levels = task.action.speed_levels
-        self.speeds: Array = nearest_speed(
-            task, np.geomspace(low, high, SPEEDS) if levels is None else 1000.0 * np.array(levels)
-        )
+        self.speeds: Array = speed_grid(task, SPEEDS)
         self.action_space = spaces.MultiDiscrete([len(self.speeds), task.action.executions + 1])
         entries = len(bounds(readings(task, full=False))[0])
         self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (entries + ESTIMATES,), np.float32)
@@ -55,9 +54,9 @@ class LearnerView:
         estimate = self.estimator.update(observation)
         extra = np.stack(
             [
-                np.log(estimate.wear_flat / 0.015),
+                np.log(estimate.wear_flat / REFERENCE_AREA),
                 estimate.severity,
-                np.minimum(self.estimator.memory[:, 1], 4.0) / 4.0,
+                np.minimum(self.estimator.memory[:, BLOCKS_KNOWN], MEMORY) / MEMORY,
                 np.log1p(estimate.volume / 50.0),
             ],
             axis=1,

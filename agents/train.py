@@ -2,6 +2,7 @@
 
 import hashlib
 import tempfile
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -114,7 +115,7 @@ class _ProgressBar(BaseCallback):
         return True
 
     def _on_rollout_end(self) -> None:
-        text = f"reward {float(np.mean(self.locals['rollout_buffer'].rewards)) - 1.0:.3f} a step"
+        text = f"training reward {float(np.mean(self.locals['rollout_buffer'].rewards)):+.3f} a step"
         self.progress.update(self.bar, completed=self.num_timesteps, reward=text)
 
 
@@ -126,7 +127,7 @@ class LearnedPolicy:
         name: name in tables.
 
     Raises:
-        GrindError: if there is no such file.
+        GrindError: if the file is not there or holds no such agent.
     """
 
     sees: Sees = "measurements"
@@ -134,13 +135,19 @@ class LearnedPolicy:
     def __init__(self, path: Path, name: str = "PPO") -> None:
         if not path.is_file():
             raise GrindError(f"there is no trained agent at {path}: run `python -m agents train` first")
-        self.name = name
-        self.model = PPO.load(path, device="cpu")
+        self.name, self.path = name, path
+        try:
+            self.model = PPO.load(path, device="cpu")
+        except (ValueError, KeyError, RuntimeError, OSError, zipfile.BadZipFile) as error:
+            raise GrindError(f"{path} holds no agent that `python -m agents train` saved: train one anew") from error
         self.view: LearnerView | None = None
 
     def begin(self, task: Task, episodes: int) -> None:
-        """That many episodes of the task begin."""
+        """That many episodes of the task begin; a `GrindError` if the agent was trained on a task of other spaces."""
         self.view = LearnerView(task)
+        spaces = (self.view.observation_space, self.view.action_space)
+        if (self.model.observation_space, self.model.action_space) != spaces:
+            raise GrindError(f"{self.path} was not trained for {task.name}: its observations or actions differ")
         self.view.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

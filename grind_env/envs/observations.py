@@ -62,6 +62,7 @@ class Readings(NamedTuple):
     wear: float
     convection: float
     roughness_scale: float
+    wheel_volume: float
 
 
 class Reading(NamedTuple):
@@ -122,7 +123,7 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
                 "Ra of the last gauged part over its limit"),
         Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
         Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
-                "specific volume removed since the last dress"),
+                "programmed depth times length since the last dress, by book-keeping"),
         Reading("blocks_since_dress", "", 0.0, 10.0, 0.0, 20.0, "exact", "blocks since the last dress"),
         Reading("dresses", "", 0.0, 50.0, 0.0, 10.0, "exact", "dress executions so far"),
         Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, "exact", "wheel diameter (offset 33)"),
@@ -150,6 +151,8 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("wear", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the G-ratio"),
         Reading("convection", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the convection, coming block"),
         Reading("roughness_scale", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the roughness"),
+        Reading("wheel_volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "hidden",
+                "specific volume since the last dress as the wheel feels it: a dress leaves a part of it"),
     ]  # fmt: skip
     assert tuple(reading.name for reading in table) == Readings._fields
     kinds = [

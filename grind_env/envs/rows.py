@@ -57,6 +57,8 @@ class Memory(NamedTuple):
     gauged: float
     """Roughness gauged on the last gauged part, not yet known; negative if none."""
     since_gauged: float
+    volume: float
+    """Programmed depth times length ground since the last dress, mm3/mm."""
     blocks_since_dress: float
     dresses: float
     parts: float

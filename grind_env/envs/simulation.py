@@ -82,7 +82,9 @@ class Simulation:
         episodes.wheels[i] = self._generator.wheel(diamond_flat)
         episodes.block[i] = 0
         episodes.parts[i] = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-        episodes.memory[i] = Memory(*[0.0] * len(Memory._fields))._replace(gauged=-1.0, survival=1.0)
+        episodes.memory[i] = Memory(*[0.0] * len(Memory._fields))._replace(
+            gauged=-1.0, volume=self.task.start.volume, survival=1.0
+        )
 
     def step(
         self, episodes: Episodes, speeds: Table, executions: Table, active: NDArray[np.int64] | None = None

@@ -195,6 +195,8 @@ def step_blocks(
                 old.gauged if known else old.roughness,
                 ratio * (1.0 + ROUGHNESS_NOISE * row.roughness_noise) if gauge_now else (-1.0 if ends else old.gauged),
                 1.0 if known else old.since_gauged + (1.0 if ends else 0.0),
+                # the executions stand evenly in the depth: an equal share of it is ground after the last one
+                row.stock * kind.length / (result.dresses + 1.0) + (0.0 if result.dresses > 0.0 else old.volume),
                 0.0 if result.dresses > 0.0 else old.blocks_since_dress + 1.0,
                 old.dresses + result.dresses,
                 old.parts + (1.0 if ends else 0.0),
@@ -253,7 +255,7 @@ def observe_blocks(
             size_error=seen.size_error,
             roughness=seen.roughness,
             parts_since_gauged=seen.since_gauged,
-            volume=wheel.V,
+            volume=seen.volume,
             blocks_since_dress=seen.blocks_since_dress,
             dresses=seen.dresses,
             diameter=wheel.ds,
@@ -279,6 +281,7 @@ def observe_blocks(
             wear=row.Gref,
             convection=row.hf,
             roughness_scale=row.ra_scale,
+            wheel_volume=wheel.V,
         )
         write_readings(values, 0, reading)
         for k in range(plain):

@@ -71,8 +71,10 @@ def test_a_benchmark_takes_up_finished_policies_and_runs_learned_ones(tmp_path, 
     monkeypatch.setattr(benchmark, "evaluate", counted)
     rows = compare(tmp_path, learned=[Fixed(6.0, 1, name="PPO")])
     assert evaluated == ["PPO"]
-    assert rows[:-1] == first
-    assert (rows[-1].policy, rows[-1].cost) == ("PPO", rows[2].cost)
+    (learned,) = [row for row in rows if row.policy == "PPO"]
+    assert [row for row in rows if row is not learned] == first
+    assert learned.cost == rows[2].cost
+    assert [row.sees for row in rows] == sorted((row.sees for row in rows), key=benchmark.KNOWLEDGE.index)
     evaluated.clear()
     compare(tmp_path, fresh=True)
     assert evaluated == NAMES
@@ -123,3 +125,11 @@ def test_a_users_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentenc
     message = capsys.readouterr().err
     assert sentence in message
     assert message.count("\n") == 1
+
+
+def test_a_damaged_file_is_made_anew(tmp_path):
+    first = kept_evaluation(Random(seed=1), ORACLE, range(2), tmp_path, fresh=False)
+    (path,) = tmp_path.glob("*.npz")
+    path.write_bytes(path.read_bytes()[:100])
+    again = kept_evaluation(Random(seed=1), ORACLE, range(2), tmp_path, fresh=False)
+    assert np.array_equal(first.cost, again.cost)

@@ -118,6 +118,20 @@ def test_no_agent_no_policy(tmp_path: Path):
         LearnedPolicy(tmp_path / "none.zip")
 
 
+def test_a_file_that_is_no_agent_is_refused(tmp_path: Path):
+    path = tmp_path / "bad.zip"
+    path.write_bytes(b"no agent")
+    with pytest.raises(GrindError, match=r"bad\.zip holds no agent"):
+        LearnedPolicy(path)
+
+
+def test_an_agent_of_another_task_is_refused(tmp_path: Path):
+    path = tmp_path / "agent.zip"
+    train_ppo(load_task("oracle6"), 0, path, TINY)
+    with pytest.raises(GrindError, match="was not trained for power_limited"):
+        evaluate(LearnedPolicy(path), TASK, episode_seeds("validation", 2))
+
+
 def test_the_train_command_keeps_an_agent_of_the_same_settings(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     arguments = ["train", "--steps", "20", "--runs", str(tmp_path)]
     app(arguments, standalone_mode=False)

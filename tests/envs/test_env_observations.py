@@ -120,9 +120,11 @@ def test_book_keeping_is_exact(name: str) -> None:
     np.testing.assert_allclose(r.read["last_executions"][1:], r.executions, **exact)
     np.testing.assert_allclose(r.read["dresses"][1:], np.cumsum(r.executions, axis=0), **exact)
     np.testing.assert_allclose(r.read["diameter"], r.wheels.ds, **exact)
-    np.testing.assert_allclose(r.read["volume"], np.minimum(r.wheels.V, 6000.0), **exact)
-    since = np.zeros(N)
+    lengths = [r.task.kinds[r.task.kind_of_block(k)].length for k in range(r.task.blocks)]
+    since, volume = np.zeros(N), np.full(N, r.task.start.volume)
     for k, executions in enumerate(r.executions):
+        volume = np.where(executions > 0.0, 0.0, volume) + r.tape.stock[:, k] * lengths[k] / (executions + 1.0)
+        np.testing.assert_allclose(r.read["volume"][k + 1], np.minimum(volume, 6000.0), **exact)
         since = np.where(executions > 0.0, 0.0, since + 1.0)
         np.testing.assert_allclose(r.read["blocks_since_dress"][k + 1], since, **exact)
     left = (r.task.blocks - np.arange(r.task.blocks + 1)) / r.task.blocks
