@@ -58,7 +58,10 @@ def train_ppo(task: Task, seed: int, path: Path, training: Training | None = Non
     training = Training() if training is None else training
     # more threads are slower at this size, and on a busy machine by an order of magnitude
     torch.set_num_threads(1)
-    env = LearnerVecEnv(GrindVectorEnv(training.envs, task=task.name, autoreset_mode="SameStep"), training.worst_reward)
+    env = LearnerVecEnv(
+        GrindVectorEnv(training.envs, task=task.name, observation="measured", autoreset_mode="SameStep"),
+        training.worst_reward,
+    )
     model = PPO(
         "MlpPolicy",
         env,

@@ -55,7 +55,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     Args:
         task: name of the task, for example `"power_limited"`.
-        observation: `"measured"` or `"full"`.
+        observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
         render_mode: none yet.
     """
@@ -65,13 +65,13 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def __init__(
         self,
         task: str = "power_limited",
-        observation: str = "measured",
+        observation: str | None = None,
         show_block: bool = True,
         render_mode: str | None = None,
     ) -> None:
         self.task: Task = load_task(task)
         refuse_render(render_mode)
-        self.simulation = Simulation(self.task, full=wants_full(observation))
+        self.simulation = Simulation(self.task, full=wants_full(self.task, observation))
         self.codec = ActionCodec(self.task)
         self.render_mode = render_mode
         self.show_block = show_block
@@ -142,12 +142,13 @@ def refuse_render(render_mode: str | None) -> None:
         raise TaskError(f"render_mode is {render_mode!r}, but the environment has none: leave it out")
 
 
-def wants_full(observation: str) -> bool:
-    """Whether the hidden state is asked for.
+def wants_full(task: Task, observation: str | None) -> bool:
+    """Whether the hidden state is asked for; None leaves it to the task.
 
     Raises:
         TaskError: if `observation` is neither `"measured"` nor `"full"`.
     """
+    observation = task.observation if observation is None else observation
     if observation not in OBSERVATIONS:
         raise TaskError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
     return observation == "full"

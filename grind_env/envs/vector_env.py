@@ -33,7 +33,7 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
     Args:
         num_envs: number of sub-environments.
         task: name of the task.
-        observation: `"measured"` or `"full"`.
+        observation: `"measured"` or `"full"`; by default what the task says.
         show_block: put the text of the blocks that were run into `info["block"]`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: none yet.
@@ -43,7 +43,7 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         self,
         num_envs: int = 1,
         task: str = "power_limited",
-        observation: str = "measured",
+        observation: str | None = None,
         show_block: bool = False,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
@@ -57,7 +57,7 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.show_block = show_block
         self.task = load_task(task)
-        self.simulation = Simulation(self.task, full=wants_full(observation))
+        self.simulation = Simulation(self.task, full=wants_full(self.task, observation))
         self.codec = ActionCodec(self.task)
         self.single_action_space = self.codec.space
         self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)

@@ -113,7 +113,7 @@ class CycleResult(NamedTuple):
     finish_rise: float
     """Highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K."""
     burn_ratio: float
-    """Highest burn ratio of a stroke."""
+    """Highest burn ratio of a plunge stroke; a spark-out cuts too little for the threshold to mean anything."""
     worn: float
     """Wheel volume worn, mm3."""
     dressed_off: float
@@ -170,7 +170,7 @@ def advance(
         max(result.peak_power, stroke.power),
         max(result.plunge_rise, stroke.T if plunge else 0.0),
         max(result.finish_rise, stroke.T if finishing else 0.0),
-        max(result.burn_ratio, stroke.Br),
+        max(result.burn_ratio, stroke.Br if plunge else 0.0),
         result.worn + stroke.worn,
         result.dressed_off,
     )

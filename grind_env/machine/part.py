@@ -120,8 +120,8 @@ class PartRun:
         self.deepest = max(self.deepest, Z)
         if plunged:
             self._plunges.append((Z, stroke.T))
+            self._burn_ratio = max(self._burn_ratio, stroke.Br)
         self._peak_power = max(self._peak_power, stroke.power)
-        self._burn_ratio = max(self._burn_ratio, stroke.Br)
         self._worn += stroke.worn
         return wheel, Pass(stroke, b, Lw)
 

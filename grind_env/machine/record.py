@@ -62,7 +62,7 @@ PART_ROW = np.dtype(
         ("Ra", np.float64),  # mean over the width, um
         ("peak_power", np.float64),  # above idle, W
         ("rise", np.float64),  # highest temperature rise that counts, K
-        ("burn_ratio", np.float64),  # highest
+        ("burn_ratio", np.float64),  # highest of the plunges
         ("worn", np.float64),  # wheel volume, mm3
         ("dressed_off", np.float64),  # wheel volume, mm3
         *dtype_of(Verdict).descr,

@@ -135,6 +135,7 @@ class Task:
     setup: Setup
     dress: Dress
     kinds: tuple[Kind, ...]
+    observation: str = "measured"
     spread: Spread = field(default_factory=Spread)
     start: Start = field(default_factory=Start)
     factors: Mapping[str, float] = field(default_factory=dict)
