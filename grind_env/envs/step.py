@@ -180,6 +180,7 @@ def step_blocks(
         gauge_now = ends and int(old.parts) % GAUGE_EVERY == 0
         ratio = part.Rs / kind.roughness if kind.roughness > 0.0 else 0.0
         known = ends and old.gauged >= 0.0
+        # by position: numba compiles no call with so many keywords and conditions
         write_memory(
             memory,
             i,
