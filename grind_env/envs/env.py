@@ -60,8 +60,6 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         render_mode: none yet.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (an instance variable of gym.Env)
-
     def __init__(
         self,
         task: str = "power_limited",

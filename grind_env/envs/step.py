@@ -124,8 +124,8 @@ def step_blocks(
         cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop)
         write_cycle(cycles, i, cycle)
         parameters[i] = base[number]
-        for factor, parameter in zip(FACTOR_COLUMNS, PARAMETER_COLUMNS):  # noqa: B905  (numba has no strict zip)
-            parameters[i, parameter] *= tape[i, block[i], factor]
+        for k in range(len(FACTOR_COLUMNS)):
+            parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block[i], FACTOR_COLUMNS[k]]
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         wheels[i, WEAR] = 0.0
         if kind.starts_part > 0.0:

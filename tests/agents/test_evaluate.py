@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-import grind_env  # noqa: F401
+import grind_env
 from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate, roll_out, start_episodes
 from agents.policy import GAUGED, NEW_LOT, NOISE, STOCK, Decision
 from agents.scripted import Fixed, handbook
@@ -13,6 +13,8 @@ from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+
+gym.register_envs(grind_env)
 
 TASK = load_task("power_limited")
 LOT = [TapeRow._fields.index(name) for name in ("kA", "pm", "hf", "fc", "Gref", "ra_scale")]

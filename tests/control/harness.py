@@ -24,7 +24,7 @@ PARKED = (-30.0, 0.0, 0.0)
 
 
 def run(text: str, **settings: object) -> list[Event]:
-    return list(execute(read(text), Control(**settings)))  # type: ignore[arg-type]
+    return list(execute(read(text), Control(**settings)))
 
 
 def cycles(text: str, **settings: object) -> list[Event]:

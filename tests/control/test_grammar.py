@@ -28,7 +28,7 @@ def test_b5_a_change_of_feed_mode_needs_an_f() -> None:
 def test_b6_arcs_by_radius() -> None:
     def centre(radius: str) -> tuple[float, float]:
         arc = motions(f"F100 G00 Z10.; G02 X20 Z10 {radius}")[-1]
-        return arc.centre[0], arc.centre[2]  # type: ignore[attr-defined,no-any-return]
+        return arc.centre[0], arc.centre[2]
 
     assert centre("R-10") == pytest.approx((10.0, 10.0))
     assert centre("R10") == pytest.approx((10.0, 10.0))
@@ -159,7 +159,7 @@ def test_the_line_and_column_of_a_later_block() -> None:
 
 def test_motions_before_a_faulty_block_are_made() -> None:
     stream = execute(read("G00 X1\nX2 X3"))
-    assert next(stream).end == (1, 0, 0)  # type: ignore[union-attr]
+    assert next(stream).end == (1, 0, 0)
     with pytest.raises(ControlError):
         next(stream)
 
@@ -173,11 +173,11 @@ def test_the_main_program_needs_no_name() -> None:
     assert [program.number for program in read("G00 X1\nO20\nM99")] == [None, 20]
 
 
-def test_programs_are_found_beside_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_programs_are_found_beside_the_file(tmp_path) -> None:
     (tmp_path / "part.nc").write_text("M98 P77\nM30")
     (tmp_path / "O77.nc").write_text("G00 X7.\nM99")
     events = list(execute(read_file(tmp_path / "part.nc")))
-    assert events[0].end == (7, 0, 0)  # type: ignore[union-attr]
+    assert events[0].end == (7, 0, 0)
 
 
 def test_dwell_in_seconds_and_revolutions() -> None:
@@ -190,7 +190,7 @@ def test_stops_and_ends_are_told() -> None:
     stop, end = run("N4 M00\nM30")
     assert isinstance(stop, ProgramStop) and (stop.code, stop.block) == ("M00", 4)
     assert isinstance(end, ProgramEnd) and end.cause == "M30"
-    assert run("M03 T5 S1000 M08 G40 G54")[-1].cause == "text end"  # type: ignore[union-attr]
+    assert run("M03 T5 S1000 M08 G40 G54")[-1].cause == "text end"
 
 
 def test_an_endless_program_is_stopped() -> None:
@@ -218,7 +218,7 @@ def test_feeds_are_clamped() -> None:
 )
 def test_settings_are_checked(settings: dict[str, object]) -> None:
     with pytest.raises(ControlError):
-        Control(**settings)  # type: ignore[arg-type]
+        Control(**settings)
 
 
 def test_a_block_is_read_once() -> None:
@@ -243,14 +243,14 @@ def test_other_controls_codes_for_units_are_told_from_ours(code: str) -> None:
     assert "G70 is inch and G71 metric" in refusal(f"{code} G00 X1.").message
 
 
-def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:
     (tmp_path / "part.nc").write_text("M98 P77\nM30\nO79\nG00 X9.\nM99")
     (tmp_path / "O77.nc").write_text("O77\nM98 P78\nM98 P79\nM99\nO78\nG00 X8.\nM99\nO79\nX-\nM99")
     moves = [event for event in execute(read_file(tmp_path / "part.nc")) if isinstance(event, Motion)]
     assert [move.end[0] for move in moves] == [8.0, 9.0]
 
 
-def test_text_in_another_encoding_names_the_line(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_text_in_another_encoding_names_the_line(tmp_path) -> None:
     (tmp_path / "part.nc").write_bytes(b"G00 X1\n(R\xfcckzug)\nM30")
     with pytest.raises(ControlError, match=r"line 2 of .*part\.nc is not text in UTF-8; save"):
         read_file(tmp_path / "part.nc")

@@ -7,8 +7,10 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
-import grind_env  # noqa: F401
+import grind_env
 from grind_env.envs.simulation import Episodes, Outcome, Simulation
+
+gym.register_envs(grind_env)
 
 IDS = sorted(name for name in gym.registry if name.startswith("grind/"))
 MODES = list(AutoresetMode)
