@@ -11,7 +11,7 @@ import typer
 from grind_env.errors import GrindError
 
 if TYPE_CHECKING:
-    from grind_env.control import Report
+    from grind_env.control import Control, Report
 
 SCRAP = 1
 BAD_INPUT = 2
@@ -28,6 +28,11 @@ ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part progr
 Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
 Acceleration = Annotated[float, typer.Option(help="Acceleration of every axis, mm/s2.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
+Radius = Annotated[
+    list[str] | None,
+    typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
+]
+GrooveRetract = Annotated[float, typer.Option(help="Retract amount e of G76 and G77, mm.")]
 
 
 @app.callback()
@@ -41,12 +46,14 @@ def check(
     strokes: Strokes = 10,
     acceleration: Acceleration = 1000.0,
     block_delete: BlockDelete = False,
+    radius: Radius = None,
+    groove_retract: GrooveRetract = 0.5,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
     """Read every block of a program, execute it, and report errors or a summary."""
     from grind_env import control
 
-    settings = control.Control(strokes=strokes, acceleration=acceleration, block_delete=block_delete)
+    settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
     programs = control.read_file(program)
     report = control.check(programs, settings)
     if as_json:
@@ -65,12 +72,14 @@ def trace(
     strokes: Strokes = 10,
     acceleration: Acceleration = 1000.0,
     block_delete: BlockDelete = False,
+    radius: Radius = None,
+    groove_retract: GrooveRetract = 0.5,
 ) -> None:
     """Print the motions of a program, one JSON object a line."""
     from grind_env import control
 
     try:
-        settings = control.Control(strokes=strokes, acceleration=acceleration, block_delete=block_delete)
+        settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
         for event in control.execute(control.read_file(program), settings):
             record = control.record(event)
             if record is not None:
@@ -118,6 +127,33 @@ def run(
         print_record(result, settings, program.name, Console())
     if result.parts["survival"].min() < 0.5:
         raise typer.Exit(SCRAP)
+
+
+def _control(
+    strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float
+) -> "Control":
+    """The settings that the options of `check` and `trace` ask for."""
+    from grind_env.control import Control, ControlError
+
+    every, radii = 0.0, {}
+    for option in radius or ():
+        entry, _, size = option.rpartition("=")
+        try:
+            if entry:
+                radii[int(entry)] = float(size)
+            else:
+                every = float(size)
+        except ValueError:
+            message = f"--radius {option} is no radius; write R or T=R, such as 2.5 or 1=2.5"
+            raise ControlError("setting", message) from None
+    return Control(
+        strokes=strokes,
+        acceleration=acceleration,
+        block_delete=block_delete,
+        radius=every,
+        radii=radii,
+        groove_retract=groove_retract,
+    )
 
 
 def _check_record(report: "Report", file: str) -> dict[str, Any]:

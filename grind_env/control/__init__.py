@@ -3,7 +3,7 @@
 from grind_env.control.check import Report, check
 from grind_env.control.control import Control
 from grind_env.control.errors import ControlError
-from grind_env.control.execution import dress_program_moves, execute
+from grind_env.control.execution import Execution, dress_program_moves, execute
 from grind_env.control.motions import (
     Arc,
     CycleEnd,
@@ -13,6 +13,10 @@ from grind_env.control.motions import (
     DressStart,
     Dwell,
     Event,
+    Hold,
+    Infeed,
+    InterruptEnd,
+    InterruptStart,
     Line,
     Message,
     Motion,
@@ -22,8 +26,11 @@ from grind_env.control.motions import (
     ProgramStop,
     Rapid,
     Source,
+    Spindle,
     Stroke,
 )
+from grind_env.control.numbers import NumberFormat
+from grind_env.control.operator import Interrupt
 from grind_env.control.reader import Programs, read, read_file
 from grind_env.control.trace import error_record, record
 
@@ -38,9 +45,16 @@ __all__ = [
     "DressStart",
     "Dwell",
     "Event",
+    "Execution",
+    "Hold",
+    "Infeed",
+    "Interrupt",
+    "InterruptEnd",
+    "InterruptStart",
     "Line",
     "Message",
     "Motion",
+    "NumberFormat",
     "Pick",
     "Position",
     "ProgramEnd",
@@ -49,6 +63,7 @@ __all__ = [
     "Rapid",
     "Report",
     "Source",
+    "Spindle",
     "Stroke",
     "check",
     "dress_program_moves",

@@ -6,6 +6,7 @@ from grind_env.control.control import Control
 from grind_env.control.decode import recognise
 from grind_env.control.errors import ControlError
 from grind_env.control.execution import execute
+from grind_env.control.expressions import evaluated
 from grind_env.control.motions import CycleEnd, Message, Motion
 from grind_env.control.reader import Programs, read_block
 
@@ -40,18 +41,18 @@ def check(programs: Programs, control: Control | None = None) -> Report:
     for program in programs:
         report.programs += 1
         report.blocks += len(program.blocks)
-    read = _reading_error(programs)
+    read = _reading_error(programs, control or Control())
     report.errors = [error for error in (read, executed) if error is not None]
     if read is not None and executed is not None and str(read) == str(executed):
         report.errors.pop()
     return report
 
 
-def _reading_error(programs: Programs) -> ControlError | None:
+def _reading_error(programs: Programs, control: Control) -> ControlError | None:
     try:
         for program in programs:
             for source in program.blocks:
-                recognise(read_block(source))
+                recognise(evaluated(read_block(source), control.variables), control.number_format)
     except ControlError as error:
         return error
     return None

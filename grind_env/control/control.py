@@ -1,15 +1,25 @@
-"""Settings of the control and its machine that a part program cannot give."""
+"""The settings of the control that a part program cannot give, and its operator panel."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.motions import Position
+from grind_env.control.numbers import STANDARD, NumberFormat
+from grind_env.control.operator import Interrupt, Panel, override_factor
+
+ORIGIN: Position = (0.0, 0.0, 0.0)
+WHEEL_RADIUS = 33
+"""Entry of the radius table that the in-process dresser keeps up to date (15-11)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """Machine parameters (AMP) and switches.
+    """Machine parameters (AMP), tables and switches; its methods are the operator panel.
+
+    A method acts on the program that the control executes, from the next motion on. The tables are those at the
+    start: what G10 or the dresser change in them lives as long as the execution.
 
     Attributes:
         acceleration: of every axis, mm/s^2; linear ramps (PD-21).
@@ -21,10 +31,28 @@ class Control:
         block_delete: whether blocks that begin with ``/`` are skipped.
         start: position of the axes X, Y, Z at the start, mm.
         operator_dress_at: times at which the operator asks for a dress, s, ascending.
+        interrupts: program interrupts requested at given times, ascending.
         block_budget: blocks and strokes after which a program is taken to be endless.
+        number_format: digits of lengths and feeds, and how missing zeros are read.
+        variables: values of the ``#`` variables that a program may read.
+        compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
+        radius: of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
+        radii: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5).
+        lengths: length offsets by the last two digits of T, mm, added to the work origin.
+        entire_wheel: the scheme in which the radius takes the place of the X length offset (15-11).
+        non_motion_blocks: successive blocks without motion in the plane that compensation survives (15-20).
+        minimum_generated_block: generated blocks below it on both axes are dropped, mm (mill manual 21-42).
+        minimum_feed_reduction: least share of F on inside arcs (12-55).
+        strict_entry_both_axes: whether an entry move must move both axes of the plane (15-12).
+        work_offsets: origins of G54 to G59.3 by their code, mm.
+        external_offset: shift of all of them (11-10), mm.
+        reference_points: of G28 or G30 P1, and of G30 P2 to P4, mm.
+        groove_retract: retract amount e of G76 and G77, mm.
+        dress_amount: what one dress takes off the wheel radius of entry 33, mm.
+        minimum_radius: of the wheel, below which the operator is warned, mm.
 
     Raises:
-        ControlError: a value outside its range.
+        ControlError: setting, a value outside its range.
     """
 
     acceleration: float = 1000.0
@@ -34,26 +62,94 @@ class Control:
     strokes: int = 10
     coverage_pass: bool = True
     block_delete: bool = False
-    start: Position = (0.0, 0.0, 0.0)
+    start: Position = ORIGIN
     operator_dress_at: tuple[float, ...] = ()
+    interrupts: tuple[Interrupt, ...] = ()
     block_budget: int = 1_000_000
+    number_format: NumberFormat = STANDARD
+    variables: Mapping[int, float] = field(default_factory=dict)
+    compensation_type: str = "A"
+    radius: float = 0.0
+    radii: Mapping[int, float] = field(default_factory=dict)
+    lengths: Mapping[int, Position] = field(default_factory=dict)
+    entire_wheel: bool = False
+    non_motion_blocks: int = 2
+    minimum_generated_block: float = 0.0
+    minimum_feed_reduction: float = 0.1
+    strict_entry_both_axes: bool = False
+    work_offsets: Mapping[str, Position] = field(default_factory=dict)
+    external_offset: Position = ORIGIN
+    reference_points: tuple[Position, Position, Position, Position] = (ORIGIN, ORIGIN, ORIGIN, ORIGIN)
+    groove_retract: float = 0.5
+    dress_amount: float = 0.0
+    minimum_radius: float = 0.0
+    panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse values that no machine has."""
-        for name in ("acceleration", "rapid_feed", "maximum_feed"):
+        for name in ("acceleration", "rapid_feed", "maximum_feed", "groove_retract"):
             value = getattr(self, name)
             if not 0.0 < value < math.inf:
                 raise ControlError("setting", f"{name} is {value}; it must be a finite number above 0")
-        if not 0.0 <= self.reversal_dwell < math.inf:
-            raise ControlError("setting", f"reversal_dwell is {self.reversal_dwell}; it must be 0 s or more")
-        for name in ("strokes", "block_budget"):
-            if getattr(self, name) < 1:
-                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 1 or more")
-        if len(self.start) != 3 or not all(math.isfinite(coordinate) for coordinate in self.start):
-            raise ControlError("setting", f"start is {self.start}; it must be three finite coordinates in mm")
+        for name in ("reversal_dwell", "minimum_generated_block", "minimum_radius", "dress_amount"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 0 or more")
+        for name, least in (("strokes", 1), ("block_budget", 1), ("non_motion_blocks", 0)):
+            if getattr(self, name) < least:
+                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be {least} or more")
+        if not 0.0 < self.minimum_feed_reduction <= 1.0:
+            share = self.minimum_feed_reduction
+            raise ControlError("setting", f"minimum_feed_reduction is {share}; it must be above 0 and at most 1")
+        if self.compensation_type not in ("A", "B"):
+            raise ControlError("setting", f'compensation_type is {self.compensation_type!r}; it must be "A" or "B"')
+        for number, radius in ((None, self.radius), *self.radii.items()):
+            if not math.isfinite(radius):
+                entry = "radius" if number is None else f"radius {number}"
+                raise ControlError("setting", f"{entry} is {radius}; it must be a finite number in mm")
+        points = {"start": self.start, "external_offset": self.external_offset}
+        points |= {f"the origin of {code}": point for code, point in self.work_offsets.items()}
+        points |= {f"length offset {number}": point for number, point in self.lengths.items()}
+        points |= {f"reference point {number}": point for number, point in enumerate(self.reference_points, 1)}
+        for name, point in points.items():
+            if len(point) != 3 or not all(math.isfinite(coordinate) for coordinate in point):
+                raise ControlError("setting", f"{name} is {point}; it must be three finite coordinates in mm")
         times = self.operator_dress_at
         if not all(math.isfinite(time) and time >= 0.0 for time in times) or list(times) != sorted(times):
             raise ControlError("setting", f"operator_dress_at is {times}; it must be ascending times in s")
+        if list(self.interrupts) != sorted(self.interrupts, key=lambda interrupt: interrupt.at):
+            raise ControlError("setting", "the times of interrupts do not ascend; sort them")
+
+    def request_dress(self) -> None:
+        """Ask for a dress at the next reversal point; several requests before it make one dress (22-11)."""
+        self.panel.dress_requested = True
+
+    def override(self, percent: float) -> None:
+        """Set the feedrate override of F and E, 0 to 200 %; 0 holds the axes (PD-16).
+
+        Raises:
+            ControlError: setting, outside the range.
+        """
+        self.panel.override = override_factor(percent)
+
+    def feedhold(self) -> None:
+        """Hold the axes before the next motion until `resume` (PD-16)."""
+        self.panel.held = True
+
+    def resume(self) -> None:
+        """End a feedhold: the cycle start button."""
+        self.panel.held = False
+
+    def single_block(self, on: bool = True) -> None:
+        """Stop after every block, every leg of a dress and every groove; pulling the next event goes on."""
+        self.panel.single_block = on
+
+    def interrupt(self, program: int, kind: int = 2) -> None:
+        """Request a program interrupt at the end of the motion that was last made.
+
+        Raises:
+            ControlError: setting, no such type of interrupt.
+        """
+        self.panel.interrupts.append(Interrupt(program, kind, immediate=False))
 
 
 class Budget:

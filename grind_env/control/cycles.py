@@ -17,7 +17,10 @@ MOST = 999
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What later cycle blocks may omit, per role and not per letter (ruling 5); picks are signed, mm."""
+    """What later cycle blocks may omit, per role and not per letter (ruling 5), in coordinates of the program.
+
+    Picks are signed; all lengths are mm.
+    """
 
     axis: int | None = None
     primary: float | None = None
@@ -35,7 +38,7 @@ class Situation:
     """What the meaning of a cycle block depends on besides its words.
 
     Attributes:
-        position: of the axes when the block is read, mm.
+        position: of the axes when the block is read, in coordinates of the program, mm.
         reciprocating: the axis that reciprocates; None if none does.
         secondary: its secondary reversal point in force, mm.
         maximum_feed: mm/min.
@@ -55,7 +58,7 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
     """Fill in the parameters of a G81, G82 or G83 block.
 
     Returns:
-        the plan, and the memory for later blocks.
+        the plan in coordinates of the program, and the memory for later blocks.
 
     Raises:
         ControlError: every row of the error table that the block alone decides.
@@ -95,8 +98,15 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
     return plan, memory
 
 
-def redirect(command: Command, memory: Memory, table: Reciprocation, maximum_feed: float) -> Memory:
+def redirect(command: Command, memory: Memory, table: Reciprocation, origin: float, maximum_feed: float) -> Memory:
     """Let the words of a block without a cycle change reversal points and speed (16-9, PD-7, PD-8).
+
+    Args:
+        command: the block.
+        memory: what later cycles may omit, in coordinates of the program.
+        table: the reciprocation under way, in coordinates of the machine.
+        origin: of the work system along its axis, mm.
+        maximum_feed: mm/min.
 
     Returns:
         the memory with the new values.
@@ -105,15 +115,15 @@ def redirect(command: Command, memory: Memory, table: Reciprocation, maximum_fee
         ControlError: zero-stroke.
     """
     axis, end = AXES[table.axis], INTEGRANDS[table.axis]
-    start = table.secondary
+    start = displaced(table.secondary, -origin)
     if axis in command.lengths:
-        table.primary = coordinate(command, axis, start)
-        memory = replace(memory, primary=table.primary)
+        memory = replace(memory, primary=coordinate(command, axis, start))
+        table.primary = displaced(origin, _given(memory.primary))
     if end in command.lengths:
-        table.secondary = integrand(command, end, start)
-        memory = replace(memory, secondary=table.secondary)
+        memory = replace(memory, secondary=integrand(command, end, start))
+        table.secondary = displaced(origin, _given(memory.secondary))
     if table.primary == table.secondary:
-        raise _zero_stroke(command, table.axis, table.primary)
+        raise _zero_stroke(command, table.axis, displaced(table.primary, -origin))
     if command.reciprocation_feed is not None:
         table.feed = min(command.reciprocation_feed, maximum_feed)
     return memory

@@ -5,18 +5,19 @@ from dataclasses import dataclass, replace
 
 from grind_env.control import numbers
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import CYCLES, LATER, MOTIONS, SWITCHES, WITHOUT_EFFECT, Modes
+from grind_env.control.modes import CYCLES, LATER, MOTIONS, ONE_SHOT, SWITCHES, Modes
+from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
-ACTIONS = frozenset((*MOTIONS, *CYCLES, "G04", "G80"))
+ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})
 """M words that end or call a program; a block holds one of them at most."""
 
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A length word: its value in mm, and whether G91 was in force where it stands."""
+    """A length word: its value in mm, for X a radius, and whether G91 was in force where it stands."""
 
     mm: float
     incremental: bool
@@ -30,12 +31,14 @@ class Command:
     Attributes:
         block: the block.
         modes: in force at its end.
-        code: its own motion, cycle, G04 or G80 code; None if it has none.
+        code: its own motion, cycle, one-shot or G80 code; None if it has none.
         code_word: the word of that code.
         lengths: the X Y Z I J K Q R words.
         words: every word but G and M words, by letter.
         m: the M numbers.
         reciprocation_feed: E, mm/min; None without an E word.
+        tool: entries of the radius and the length table that a T word selects; None without one.
+        number_format: how the numbers of the block are read.
     """
 
     block: Block
@@ -46,6 +49,8 @@ class Command:
     words: Mapping[str, Word]
     m: tuple[int, ...]
     reciprocation_feed: float | None
+    tool: tuple[int, int] | None
+    number_format: NumberFormat
 
     @property
     def action(self) -> str:
@@ -68,7 +73,7 @@ class Command:
                 raise self.block.error("block-format", f"{word} has no meaning in {action}", word)
 
 
-def decode(block: Block, modes: Modes) -> Command:
+def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
     """Apply the words of a block from left to right; a mode acts on the values to its right only.
 
     Raises:
@@ -81,11 +86,12 @@ def decode(block: Block, modes: Modes) -> Command:
     words: dict[str, Word] = {}
     m: list[int] = []
     reciprocation_feed: float | None = None
+    tool: tuple[int, int] | None = None
     feed_missing: Word | None = None
     for word in block.words:
         letter = word.letter
         if letter == "G":
-            g = numbers.g_code(block, word)
+            g = numbers.g_code(block, word, form)
             if g in SWITCHES:
                 field, value = SWITCHES[g]
                 if field == "per_revolution" and value != modes.per_revolution:
@@ -95,23 +101,25 @@ def decode(block: Block, modes: Modes) -> Command:
                 if code is not None:
                     raise block.error("block-format", f"{word} follows {code}; a block holds one motion code", word)
                 code, code_word = g, word
-            elif g not in WITHOUT_EFFECT:
+            else:
                 raise _refused(block, word, g)
         elif letter == "M":
             m.append(numbers.integer(block, word, 0, 999))
         else:
             words[letter] = word
             if letter in LENGTHS:
-                lengths[letter] = Value(numbers.length(block, word, modes.inch), modes.incremental, word)
+                mm = numbers.length(block, word, modes.inch, form)
+                halved = letter == "X" and modes.diameter
+                lengths[letter] = Value(0.5 * mm if halved else mm, modes.incremental, word)
             elif letter == "F":
-                modes = replace(modes, feed=numbers.feed(block, word, modes.inch))
+                modes = replace(modes, feed=numbers.feed(block, word, modes.inch, form))
                 feed_missing = None
             elif letter == "E":
-                reciprocation_feed = numbers.feed(block, word, modes.inch)
+                reciprocation_feed = numbers.feed(block, word, modes.inch, form)
             elif letter == "S":
-                modes = replace(modes, spindle=numbers.plain(block, word))
+                modes = replace(modes, spindle=numbers.spindle(block, word, modes.surface_speed and modes.inch, form))
             elif letter == "T":
-                numbers.integer(block, word, 0, 99_999)
+                tool = numbers.tool_numbers(block, word)
     if feed_missing is not None:
         raise block.error(
             "no-feedrate",
@@ -122,10 +130,10 @@ def decode(block: Block, modes: Modes) -> Command:
         modes = replace(modes, motion=code)
     if sum(number in PROGRAM_FLOW for number in m) > 1:
         raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99")
-    return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed)
+    return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed, tool, form)
 
 
-def recognise(block: Block) -> None:
+def recognise(block: Block, form: NumberFormat) -> None:
     """Check what a block means without the modes that it will be executed in: its codes and M numbers.
 
     Raises:
@@ -135,8 +143,8 @@ def recognise(block: Block) -> None:
         if word.letter == "M":
             numbers.integer(block, word, 0, 999)
         elif word.letter == "G":
-            code = numbers.g_code(block, word)
-            if not (code in SWITCHES or code in ACTIONS or code in WITHOUT_EFFECT):
+            code = numbers.g_code(block, word, form)
+            if not (code in SWITCHES or code in ACTIONS):
                 raise _refused(block, word, code)
 
 

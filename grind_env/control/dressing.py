@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from grind_env.control.geometry import Circular, Path
 from grind_env.control.motions import Position
 
 REMEMBERED = 4
@@ -25,21 +26,22 @@ class Recorder:
         start: the point where the program was interrupted.
         limit: how many moves are remembered.
         legs: the moves remembered.
+        stopped: whether a circular move has ended the memory.
+        moved: whether any axis has moved.
     """
 
     start: Position
     limit: int
     legs: list[Leg] = field(default_factory=list)
     stopped: bool = False
+    moved: bool = False
 
-    def linear(self, end: Position, feed: float | None) -> None:
-        """Note a linear move."""
+    def note(self, path: Path, feed: float | None) -> None:
+        """Note a move; nothing from the first circular one on is remembered."""
+        self.moved = True
+        self.stopped |= isinstance(path, Circular)
         if not self.stopped and len(self.legs) < self.limit:
-            self.legs.append(Leg(end, feed))
-
-    def circular(self) -> None:
-        """Note a circular move: nothing after it is remembered."""
-        self.stopped = True
+            self.legs.append(Leg(path.end, feed))
 
     def way_back(self, position: Position, link: Callable[[], float | None]) -> list[Leg]:
         """The moves from `position` back to the start.

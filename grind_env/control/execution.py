@@ -1,28 +1,59 @@
 """Entry points: the events of a part program, and the motions of a dress program by itself."""
 
+import math
 from collections.abc import Iterator
 
-from grind_env.control.control import Control
+from grind_env.control.control import WHEEL_RADIUS, Control
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
+from grind_env.control.modes import Modes
 from grind_env.control.motions import Event, Motion, Position
 from grind_env.control.reader import Programs
 
 
-def execute(programs: Programs, control: Control | None = None) -> Iterator[Event]:
+class Execution(Iterator[Event]):
+    """The events of a part program under execution; between two of them the caller may act on the control."""
+
+    def __init__(self, programs: Programs, control: Control) -> None:
+        self._interpreter = Interpreter(programs, control)
+        self._events = self._interpreter.run()
+
+    def __next__(self) -> Event:
+        """Execute on to the end of the next event.
+
+        Raises:
+            ControlError: execution has reached a faulty block.
+        """
+        return next(self._events)
+
+    @property
+    def modes(self) -> Modes:
+        """The modes in force; after the end of the program those of power-up (10-23)."""
+        return self._interpreter.modes
+
+    def set_wheel_radius(self, radius: float) -> None:
+        """Write the present radius of the wheel, mm, into entry 33 of the radius table (15-11).
+
+        Raises:
+            ControlError: setting, not a finite number above 0.
+        """
+        if not 0.0 < radius < math.inf:
+            raise ControlError("setting", f"a wheel radius of {radius} is impossible; it must be above 0 mm")
+        self._interpreter.mover.tooling.radii[WHEEL_RADIUS] = radius
+
+
+def execute(programs: Programs, control: Control | None = None) -> Execution:
     """Execute the main program of a file.
 
     Args:
         programs: what `read` or `read_file` returned.
-        control: settings; the defaults if None.
+        control: settings and operator panel; the defaults if None.
 
-    Yields:
-        events in the order in which they end.
-
-    Raises:
-        ControlError: when execution reaches a faulty block; what came before has been yielded.
+    Returns:
+        the events in the order in which they end; taking one raises a `ControlError` when execution reaches a
+        faulty block, what came before having been returned.
     """
-    return Interpreter(programs, control or Control()).run()
+    return Execution(programs, control or Control())
 
 
 def dress_program_moves(

@@ -97,6 +97,15 @@ class Circular:
 Path: TypeAlias = Straight | Circular
 
 
+def split(path: Path, fraction: float) -> tuple[Path, Path]:
+    """The parts of a path before and after a fraction of its length."""
+    middle = path.point(fraction)
+    if isinstance(path, Straight):
+        return Straight(path.start, middle), Straight(middle, path.end)
+    first = Circular(path.start, middle, path.centre, path.rotation, path.plane)
+    return first, Circular(middle, path.end, path.centre, path.rotation, path.plane)
+
+
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
     """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5).
 

@@ -77,7 +77,7 @@ def _dresses_between(plan: CyclePlan, before: float, after: float) -> int:
 def _plunge(plan: CyclePlan, timeline: Timeline, stroke: Underway, depth: float, deeper: float) -> Iterator[Event]:
     if deeper > depth:
         assert plan.plunge_axis is not None
-        target = _coordinate(plan.plunge_start, plan.depth_target, deeper, plan.depth)
+        target = _coordinate(plan.plunge_start, plan.depth_target, deeper, plan.depth) + timeline.infeed_shift
         yield from timeline.pick(stroke, "plunge", plan.plunge_axis, target, plan.pick_feed)
 
 

@@ -9,25 +9,30 @@ PLANES = {"G17": (0, 1), "G18": (2, 0), "G19": (1, 2)}
 MOTIONS = ("G00", "G01", "G02", "G03")
 CYCLES = ("G81", "G81.1", "G82", "G82.1", "G83", "G83.1")
 
+WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+
 SWITCHES: dict[str, tuple[str, Any]] = {
     **{plane: ("plane", plane) for plane in PLANES},
+    **{system: ("work_system", system) for system in WORK_SYSTEMS},
+    **{code: ("compensation", code) for code in ("G40", "G41", "G42")},
+    **{code: ("corner", code) for code in ("G39", "G39.1")},
+    "G07": ("diameter", False),
+    "G08": ("diameter", True),
     "G70": ("inch", True),
     "G71": ("inch", False),
     "G90": ("incremental", False),
     "G91": ("incremental", True),
     "G94": ("per_revolution", False),
     "G95": ("per_revolution", True),
+    "G96": ("surface_speed", True),
+    "G97": ("surface_speed", False),
 }
 """Modal codes outside the motion group: the field of `Modes` they set, and its value."""
 
-WITHOUT_EFFECT = frozenset({"G07", "G39", "G40", "G54", "G97"})
-"""Codes that name the state the control is always in for now."""
+ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G76", "G77", "G92", "G92.1")
+"""Codes that act in their own block only."""
 
-LATER = frozenset({
-    "G08", "G09", "G10", "G20", "G28", "G29", "G30", "G33", "G34", "G39.1", "G41", "G42",
-    "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", "G76", "G77",
-    "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92", "G92.1", "G92.2", "G96",
-})  # fmt: skip
+LATER = frozenset({"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"})
 """Codes of the 9/Series control that this simulator does not support."""
 
 
@@ -41,8 +46,13 @@ class Modes:
         incremental: G91 rather than G90.
         per_revolution: G95 rather than G94.
         inch: G70 rather than G71.
+        diameter: G08 rather than G07: X words are diameters.
+        compensation: G40, G41 or G42.
+        corner: G39 or G39.1.
+        work_system: G54 to G59.3.
+        surface_speed: G96 rather than G97.
         feed: F, mm per minute or mm per revolution; None before the first F.
-        spindle: S; revolutions per minute; None before the first S.
+        spindle: S, revolutions per minute, under G96 metres (G70: feet) per minute; None before the first S.
     """
 
     motion: str = "G00"
@@ -50,5 +60,10 @@ class Modes:
     incremental: bool = False
     per_revolution: bool = False
     inch: bool = False
+    diameter: bool = False
+    compensation: str = "G40"
+    corner: str = "G39"
+    work_system: str = "G54"
+    surface_speed: bool = False
     feed: float | None = None
     spindle: float | None = None

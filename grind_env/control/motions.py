@@ -21,6 +21,8 @@ class Source(str, Enum):
     CYCLE = "cycle"
     DRESS = "dress"
     RETRACE = "retrace"
+    COMPENSATION = "compensation"
+    INTERRUPT = "interrupt"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,6 +170,15 @@ class Pick(Motion):
     kind: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Infeed(Motion):
+    """An infeed of a grooving cycle G76 or G77 along `axis` at `feed`, mm/min; `groove` counts from 1."""
+
+    axis: int
+    feed: float
+    groove: int
+
+
 @dataclass(frozen=True, slots=True)
 class CycleStart:
     """A cycle takes over, before its pre-dress."""
@@ -205,6 +216,24 @@ class DressEnd:
 
 
 @dataclass(frozen=True, slots=True)
+class InterruptStart:
+    """A program interrupt of type 1 or 2 begins."""
+
+    time: float
+    program: int
+    kind: int
+
+
+@dataclass(frozen=True, slots=True)
+class InterruptEnd:
+    """A program interrupt has come to its M99 and, if of type 2, back to where it began."""
+
+    time: float
+    program: int
+    kind: int
+
+
+@dataclass(frozen=True, slots=True)
 class ProgramStop:
     """M00 or M01 after the motion of its block."""
 
@@ -223,6 +252,22 @@ class ProgramEnd:
 
 
 @dataclass(frozen=True, slots=True)
+class Spindle:
+    """The wheel spindle changes its speed to `speed`, revolutions per minute."""
+
+    time: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """All axes wait for the operator; `cause` is "single block", "feedhold" or "override"."""
+
+    time: float
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
 class Message:
     """Something the control tells the operator."""
 
@@ -230,4 +275,17 @@ class Message:
     text: str
 
 
-Event: TypeAlias = Motion | CycleStart | CycleEnd | DressStart | DressEnd | ProgramStop | ProgramEnd | Message
+Event: TypeAlias = (
+    Motion
+    | CycleStart
+    | CycleEnd
+    | DressStart
+    | DressEnd
+    | InterruptStart
+    | InterruptEnd
+    | ProgramStop
+    | ProgramEnd
+    | Spindle
+    | Hold
+    | Message
+)

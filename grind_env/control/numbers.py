@@ -1,60 +1,122 @@
-"""Numbers of words by the formats of their addresses (lathe manual 10-17, setting "neither").
+"""Numbers of words by the formats of their addresses (10-7; lathe manual 10-17).
 
-Decimal arithmetic on the text keeps 0.3 what it is until the value is complete; decimals in excess of the
-format are cut off, and without a decimal point a number means whole units.
+A number stays text until its point is placed and its decimals are cut, so 0.3 remains what it is and only the
+complete value becomes a float.
 """
 
-from decimal import Decimal
+from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 
+from grind_env.control.errors import ControlError
 from grind_env.control.reader import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
+METRES_PER_FOOT = 0.3048
 METRIC_DIGITS = (5, 3)
 """Integer digits and decimals of a metric length or feed."""
 INCH_DIGITS = (4, 4)
+ZERO_SUPPRESSIONS = ("neither", "leading", "trailing")
+EXCESS_DECIMALS = ("truncate", "round")
+G_CODE_DIGITS = 2
+"""Digits of a G code to the left of its point under trailing zero suppression."""
+LONGEST_T_WORD = 4
 
 
-def length(block: Block, word: Word, inch: bool) -> float:
+@dataclass(frozen=True, slots=True)
+class NumberFormat:
+    """How the numbers of a part program are read (AMP).
+
+    Zero suppression concerns numbers written without a point: "neither" takes them for whole units, "leading" puts
+    their last digit at the last decimal, "trailing" their first digit at the first integer digit. It holds for
+    lengths, feeds, S and dwells, and for G words in its own way; D, L, M, N, O, P and T words are integers that no
+    setting touches (D). An evaluated expression counts as written with a point (D).
+
+    Attributes:
+        zero_suppression: "neither", "leading" (LZS) or "trailing" (TZS).
+        metric: integer digits and decimals of a length or feed under G71, and of S and dwells.
+        inch: the same of a length or feed under G70.
+        excess_decimals: "truncate" as in the manual's table, or "round" half away from zero (D).
+
+    Raises:
+        ControlError: setting, a value that is not one of these.
+    """
+
+    zero_suppression: str = "neither"
+    metric: tuple[int, int] = METRIC_DIGITS
+    inch: tuple[int, int] = INCH_DIGITS
+    excess_decimals: str = "truncate"
+
+    def __post_init__(self) -> None:
+        """Refuse formats that no address has."""
+        for name, choices in (("zero_suppression", ZERO_SUPPRESSIONS), ("excess_decimals", EXCESS_DECIMALS)):
+            choice = getattr(self, name)
+            if choice not in choices:
+                raise ControlError("setting", f"{name} is {choice!r}; it must be one of {', '.join(choices)}")
+        for name, digits in (("metric", self.metric), ("inch", self.inch)):
+            if len(digits) != 2 or not all(type(count) is int for count in digits):
+                raise ControlError("setting", f"{name} is {digits}; it must be two whole numbers such as 5 and 3")
+            if not (1 <= digits[0] <= 9 and 0 <= digits[1] <= 9):
+                raise ControlError(
+                    "setting", f"{name} is {digits}; it must be 1 to 9 integer digits and 0 to 9 decimals"
+                )
+
+
+STANDARD = NumberFormat()
+
+
+def length(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
     """A coordinate or pick in mm, or a feed in mm per minute or revolution.
 
     Raises:
         ControlError: number-format, more integer digits than the format has.
     """
-    value = _truncated(block, word, INCH_DIGITS if inch else METRIC_DIGITS)
-    return float(value * MILLIMETRES_PER_INCH if inch else value) + 0.0
+    if inch:
+        return float(Decimal(_formatted(block, word, form.inch, form)) * MILLIMETRES_PER_INCH) + 0.0
+    return float(_formatted(block, word, form.metric, form)) + 0.0
 
 
-def feed(block: Block, word: Word, inch: bool) -> float:
+def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
     """The feed of an F or E word, mm per minute or revolution.
 
     Raises:
-        ControlError: number-format, or out-of-range when the value is not positive after truncation.
+        ControlError: number-format, or out-of-range when the value is not positive once it has its format.
     """
-    value = length(block, word, inch)
+    value = length(block, word, inch, form)
     if value <= 0.0:
-        least = "0.0001" if inch else "0.001"
-        raise block.error("out-of-range", f"{word} is no feedrate; it must be {least} or more", word)
+        least = Decimal(1).scaleb(-(form.inch if inch else form.metric)[1])
+        raise block.error("out-of-range", f"{word} is no feedrate; it must be {least:f} or more", word)
     return value
 
 
-def plain(block: Block, word: Word) -> float:
-    """A number without unit of length: a spindle speed or a dwell.
+def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
+    """A number without unit of length, in the metric format (D): a spindle speed or a dwell.
 
     Raises:
         ControlError: number-format, or out-of-range when negative.
     """
-    value = float(_truncated(block, word, METRIC_DIGITS)) + 0.0
+    value = float(_formatted(block, word, form.metric, form)) + 0.0
     if value < 0.0:
         raise block.error("out-of-range", f"{word} is negative; it must be 0 or more", word)
     return value
 
 
+def spindle(block: Block, word: Word, feet: bool, form: NumberFormat = STANDARD) -> float:
+    """S: revolutions per minute, or a surface speed in m/min, which `feet` says is written in feet (12-41).
+
+    Raises:
+        ControlError: as `plain`.
+    """
+    value = plain(block, word, form)
+    return value * METRES_PER_FOOT if feet else value
+
+
 def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
-    """A whole number such as that of D, L, P or M.
+    """A whole number such as that of D, L, P or M; zero suppression does not concern it (D).
 
     Raises:
         ControlError: number-format when it has a fraction, out-of-range outside `lowest` to `highest`.
     """
+    _refuse_unevaluated(block, word)
     if word.decimals.strip("0"):
         raise block.error("number-format", f"{word} is not an integer; {word.letter} takes a whole number", word)
     value = int(f"{word.sign}{word.whole or '0'}")
@@ -63,20 +125,93 @@ def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
     return value
 
 
-def g_code(block: Block, word: Word) -> str:
+def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
+    """The entries of the radius and of the length table that a T word selects (15-12).
+
+    One or two digits select the same entry of both tables; of four, the first two are the radius entry and the last
+    two the length entry; three are four without the leading zero (D).
+
+    Raises:
+        ControlError: number-format, a fraction or more than four digits; out-of-range, negative.
+    """
+    if len(word.whole) > LONGEST_T_WORD:
+        digits = len(word.whole)
+        raise block.error("number-format", f"{word} has {digits} digits; T takes up to {LONGEST_T_WORD}", word)
+    number = integer(block, word, 0, 9999)
+    if len(word.whole) <= 2:
+        return number, number
+    return divmod(number, 100)
+
+
+def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
     """The code of a G word in the form ``G01`` or ``G81.1``.
+
+    Without a point the number ends at its point, except under trailing zero suppression, which takes it for two
+    digits and decimals: G2 is G20, and G920 is G92, there being no macros (lathe manual 10-17).
 
     Raises:
         ControlError: unknown-word when it is negative or has more than one decimal digit.
     """
-    decimals = word.decimals.rstrip("0")
-    if word.sign == "-" or len(decimals) > 1 or len(word.whole) > 4:
+    _refuse_unevaluated(block, word)
+    whole, decimals = word.whole, word.decimals
+    if form.zero_suppression == "trailing" and not word.point:
+        whole, decimals = _left_aligned(whole, G_CODE_DIGITS)
+    decimals = decimals.rstrip("0")
+    if word.sign == "-" or len(decimals) > 1 or len(whole) > 4:
         raise block.error("unknown-word", f"{word} is not a G code of this control", word)
-    return f"G{int(word.whole or '0'):02d}{'.' if decimals else ''}{decimals}"
+    return f"G{int(whole or '0'):02d}{'.' if decimals else ''}{decimals}"
 
 
-def _truncated(block: Block, word: Word, digits: tuple[int, int]) -> Decimal:
-    whole, decimals = digits
-    if len(word.whole) > whole:
-        raise block.error("number-format", f"{word} has {len(word.whole)} integer digits; {whole} are allowed", word)
-    return Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals[:decimals] or '0'}")
+def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFormat) -> str:
+    """The number with its point, as many integer digits as the format has or fewer, and no decimals in excess."""
+    whole_digits, decimal_digits = digits
+    whole, decimals = word.whole, word.decimals
+    _refuse_unevaluated(block, word)
+    if word.point or form.zero_suppression == "neither":
+        if len(whole) > whole_digits:
+            raise block.error(
+                "number-format", f"{word} has {len(whole)} integer digits; {whole_digits} are allowed", word
+            )
+    elif len(whole) > whole_digits + decimal_digits:
+        raise block.error(
+            "number-format", f"{word} has {len(whole)} digits; {whole_digits + decimal_digits} are allowed", word
+        )
+    elif form.zero_suppression == "leading":
+        whole, decimals = _right_aligned(whole, decimal_digits)
+    else:
+        whole, decimals = _left_aligned(whole, whole_digits)
+    if len(decimals) > decimal_digits:
+        if form.excess_decimals == "round":
+            return _rounded(block, word, digits)
+        decimals = decimals[:decimal_digits]
+    return f"{word.sign}{whole or '0'}.{decimals}"
+
+
+def _right_aligned(digits: str, decimal_digits: int) -> tuple[str, str]:
+    """Integer digits and decimals of a number whose last digit is its last decimal."""
+    split = max(len(digits) - decimal_digits, 0)
+    return digits[:split], digits[split:].rjust(decimal_digits, "0")
+
+
+def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:
+    """Integer digits and decimals of a number whose first digit is its first integer digit."""
+    return digits[:whole_digits].ljust(whole_digits, "0"), digits[whole_digits:]
+
+
+def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
+    whole_digits, decimal_digits = digits
+    exact = Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")
+    value = exact.quantize(Decimal(1).scaleb(-decimal_digits), ROUND_HALF_UP)
+    if abs(value) >= 10**whole_digits:
+        raise block.error(
+            "number-format",
+            f"{word} is rounded to {whole_digits + 1} integer digits; {whole_digits} are allowed",
+            word,
+        )
+    return f"{value:f}"
+
+
+def _refuse_unevaluated(block: Block, word: Word) -> None:
+    """Keep a word whose expression nobody evaluated from passing for 0."""
+    if not word.whole and not word.decimals:
+        raise block.error("not-supported", f"{word} has a paramacro value; a plain number must stand here", word)

@@ -15,10 +15,10 @@ COORDINATE_DECIMALS = 7
 """Decimals of a coordinate in mm, more than the 0.00254 mm of the last inch decimal needs."""
 
 
-def coordinate(command: Command, letter: str, start: float) -> float:
-    """An axis word: the mode at its own position decides whether it counts from `start` (PD-4)."""
+def coordinate(command: Command, letter: str, start: float, origin: float = 0.0) -> float:
+    """An axis word: the mode at its own position decides whether it counts from `start` or `origin` (PD-4)."""
     value = command.lengths[letter]
-    return displaced(start, value.mm) if value.incremental else value.mm
+    return displaced(start if value.incremental else origin, value.mm)
 
 
 def displaced(start: float, way: float) -> float:
@@ -26,16 +26,25 @@ def displaced(start: float, way: float) -> float:
     return round(start + way, COORDINATE_DECIMALS) + 0.0
 
 
-def target(command: Command, position: Position, without: int | None = None) -> Position:
-    """Where the axis words lead from a position; the axis `without` stays, because it reciprocates (PD-7)."""
+def target(command: Command, position: Position, origin: Position, without: int | None = None) -> Position:
+    """Where the axis words lead; the axis `without` stays, because it reciprocates (PD-7).
+
+    Args:
+        command: the block.
+        position: where it begins, machine coordinates, mm.
+        origin: of the work system in force, machine coordinates, mm.
+        without: a reciprocating axis.
+    """
     x, y, z = (
-        coordinate(command, letter, start) if letter in command.lengths and axis != without else start
-        for axis, (letter, start) in enumerate(zip(AXES, position, strict=True))
+        coordinate(command, letter, position[axis], origin[axis])
+        if letter in command.lengths and axis != without
+        else position[axis]
+        for axis, letter in enumerate(AXES)
     )
     return x, y, z
 
 
-def arc_path(command: Command, position: Position) -> Circular | None:
+def arc_path(command: Command, position: Position, origin: Position) -> Circular | None:
     """The arc of a G02 or G03 block; None if it holds no word of an arc.
 
     Raises:
@@ -53,7 +62,7 @@ def arc_path(command: Command, position: Position) -> Circular | None:
         name, found = ("block-format", "both") if by_centre else ("missing-parameter", "neither")
         needed = f"R or a centre by {' and '.join(centre_letters)}"
         raise command.error(name, f"{action} takes either {needed} in {plane}; it has {found}", "R")
-    end = target(command, position)
+    end = target(command, position, origin)
     rotation = 1 if action == "G03" else -1
     try:
         if by_radius:
@@ -64,15 +73,21 @@ def arc_path(command: Command, position: Position) -> Circular | None:
         raise command.error("arc-geometry", f"{action} describes no arc: {reason}", "R") from None
 
 
-def feed_rate(modes: Modes, control: Control, error: ControlError) -> float:
+def feed_rate(modes: Modes, speed: float | None, control: Control, error: ControlError) -> float:
     """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed makes it so (12-56).
 
+    Args:
+        modes: in force.
+        speed: of the spindle, revolutions per minute; None while it has none.
+        control: settings.
+        error: what to raise without F or the spindle speed that it needs.
+
     Raises:
-        ControlError: `error`, when F or the spindle speed it needs is missing.
+        ControlError: `error`.
     """
-    if modes.feed is None or (modes.per_revolution and not modes.spindle):
+    if modes.feed is None or (modes.per_revolution and not speed):
         raise error
-    return min(modes.feed * (modes.spindle or 0.0 if modes.per_revolution else 1.0), control.maximum_feed)
+    return min(modes.feed * (speed or 0.0 if modes.per_revolution else 1.0), control.maximum_feed)
 
 
 def no_feed_rate(command: Command) -> ControlError:
@@ -81,8 +96,8 @@ def no_feed_rate(command: Command) -> ControlError:
     return command.error("no-feedrate", f"{command.action} is commanded without {needed}; program it here or before")
 
 
-def dwell_seconds(command: Command) -> float:
-    """Time of a G04: P or X in seconds, under G95 in revolutions.
+def dwell_seconds(command: Command, speed: float | None) -> float:
+    """Time of a G04: P or X in seconds, under G95 in revolutions at a spindle speed in revolutions per minute.
 
     Raises:
         ControlError: missing-parameter, block-format, out-of-range or no-feedrate.
@@ -93,9 +108,9 @@ def dwell_seconds(command: Command) -> float:
         raise command.error(
             "block-format" if words else "missing-parameter", "G04 takes the time in either P or X", "P"
         )
-    amount = numbers.plain(command.block, words[0])
+    amount = numbers.plain(command.block, words[0], command.number_format)
     if not command.modes.per_revolution:
         return amount
-    if not command.modes.spindle:
+    if not speed:
         raise command.error("no-feedrate", "G04 counts revolutions under G95; S is needed before")
-    return 60.0 * amount / command.modes.spindle
+    return 60.0 * amount / speed

@@ -1,7 +1,8 @@
 """Text of a part program -> programs of blocks, and a block -> its words (10-6, 10-7, 10-23).
 
 The text is only split at first; the words of a block are read when it is executed, so that a faulty block
-stops the control where it stands and not before (ruling 12).
+stops the control where it stands and not before (ruling 12). Reading finds the programs of a text and where they
+begin; their blocks are cut from the text again whenever they are needed.
 """
 
 import functools
@@ -9,42 +10,52 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from grind_env.control.errors import ControlError, Place
+from grind_env.control.source import Mark, Scanner, Source, Text, changed, text_in, text_of
+
+__all__ = [
+    "HIGHEST_PROGRAM",
+    "Block",
+    "Blocks",
+    "Program",
+    "Programs",
+    "Source",
+    "Word",
+    "read",
+    "read_block",
+    "read_file",
+]
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
 REPEATABLE = frozenset("GM")
 LONGEST_COMMENT = 128
 LONGEST_NUMBER = 30
+LONGEST_LABEL = 5
 HIGHEST_PROGRAM = 99_999
 
-_NUMBER = re.compile(r"[ \t]*([+-]?)([0-9]*)(\.?)([0-9]*)")
 _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
+_WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?)([0-9]*)(\.?)([0-9]*)[ \t]*([0-9.]?)")
+"""A word without blanks in its number; its last group begins what a blank, or a second point, has cut off."""
+_SPACED_NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
+_VARIABLE = re.compile(r"#[0-9 \t]*")
+_BRACKET = re.compile(r"[\[\]]")
+_PARAMACRO = re.compile(r"(IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
-    """The text of one block as it stands in the file; line and column count from 1."""
+class Word(NamedTuple):
+    """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out.
 
-    file: str
-    line: int
-    column: int
-    text: str
-
-    @property
-    def deletable(self) -> bool:
-        """Whether the block begins with ``/``."""
-        return self.text.startswith("/")
-
-    @property
-    def place(self) -> Place:
-        """The place as far as it is known before the N word is read."""
-        return Place(self.file, self.line, self.column, self.line)
-
-
-@dataclass(frozen=True, slots=True)
-class Word:
-    """An address letter and its number as written, cut into sign, integer digits and decimals."""
+    Attributes:
+        letter: the address, a capital.
+        sign: "+", "-" or nothing.
+        whole: the integer digits.
+        point: whether the number has a decimal point.
+        decimals: the digits after it.
+        column: of the letter in its line, from 1.
+        expression: what follows the letter when that is no number; there are no digits until it is evaluated.
+    """
 
     letter: str
     sign: str
@@ -52,14 +63,16 @@ class Word:
     point: bool
     decimals: str
     column: int
+    expression: str = ""
 
     def __str__(self) -> str:
         """The word as written."""
+        if self.expression:
+            return f"{self.letter}{self.expression.strip()}"
         return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(NamedTuple):
     """A block that has been read: its words in textual order, without the N word."""
 
     source: Source
@@ -72,16 +85,60 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
+class Blocks:
+    """The blocks of a program, cut from its text anew by every iteration.
+
+    Attributes:
+        text: where they stand.
+        start: where the first of them begins.
+        count: how many they are.
+        last: the last of them; None if there are none.
+    """
+
+    text: Text
+    start: Mark
+    count: int
+    last: Source | None
+
+    def __len__(self) -> int:
+        """The number of blocks."""
+        return self.count
+
+    def __iter__(self) -> Iterator[Source]:
+        """Read them from the first one on; the text is closed with the iterator.
+
+        Raises:
+            ControlError: file, the text has changed.
+        """
+        left = self.count
+        if not left:
+            return
+        with self.text.open() as handle:
+            for source in Scanner(handle, self.text, self.start):
+                yield source
+                left -= 1
+                if not left:
+                    return
+        raise changed(self.text.title)
+
+
+@dataclass(frozen=True, slots=True)
 class Program:
     """The blocks between one program name and the next; `number` is None for a text without a name."""
 
     number: int | None
     place: Place
-    blocks: tuple[Source, ...]
+    blocks: Blocks
 
     def last_place(self) -> Place:
         """The last block, or the name of an empty program."""
-        return read_block(self.blocks[-1]).place if self.blocks else self.place
+        last = self.blocks.last
+        if last is None:
+            return self.place
+        try:
+            return read_block(last).place
+        except ControlError:  # it may have been deleted by its slash, unread
+            return last.place
 
 
 class Programs:
@@ -110,7 +167,7 @@ class Programs:
         if number not in self._numbered and self.folder is not None:
             path = self.folder / f"O{number}.nc"
             if path.is_file():
-                found = read(read_text(path), path.name)
+                found = _split(text_in(path), None)
                 self._programs += found
                 self._numbered = {number: found.main} | found._numbered | self._numbered
         return self._numbered.get(number)
@@ -123,21 +180,7 @@ def read_file(path: str | Path) -> Programs:
         ControlError: the file cannot be read as text, or its program names are faulty.
     """
     path = Path(path)
-    return read(read_text(path), path.name, path.parent)
-
-
-def read_text(path: Path) -> str:
-    """The text of a file; a `ControlError` says why it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        reason = error.strerror or "not readable"
-        raise ControlError("file", f"{path} cannot be read ({reason}); name a text file") from None
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise ControlError(
-            "file", f"line {line} of {path} is not text in UTF-8; save the part program in this encoding"
-        ) from None
+    return _split(text_in(path), path.parent)
 
 
 def read(text: str, name: str = "program", folder: Path | None = None) -> Programs:
@@ -146,23 +189,32 @@ def read(text: str, name: str = "program", folder: Path | None = None) -> Progra
     Raises:
         ControlError: a program name is faulty or occurs twice.
     """
+    return _split(text_of(text, name), folder)
+
+
+def _split(text: Text, folder: Path | None) -> Programs:
+    """Find the programs of a text in one pass."""
     number: int | None = None
-    place = Place(name, 1, 1, 1)
-    blocks: list[Source] = []
+    place = Place(text.name, 1, 1, 1)
+    start, count, last, begun = Mark(), 0, None, False
     programs: list[Program] = []
     taken: set[int] = set()
-    for source in _blocks(text, name):
-        if not _NAME.match(source.text):
-            blocks.append(source)
-            continue
-        if number is not None or any(_has_words(block) for block in blocks):
-            programs.append(Program(number, place, tuple(blocks)))
-        number, place, blocks = _program_number(source), source.place, []
-        if number in taken:
-            raise place.error("block-format", f"O{number} is named twice; every program needs its own number")
-        taken.add(number)
-    programs.append(Program(number, place, tuple(blocks)))
-    return Programs(name, programs, folder)
+    with text.open() as handle:
+        scanner = Scanner(handle, text, start)
+        for source in scanner:
+            if not _NAME.match(source.text):
+                count, last = count + 1, source
+                begun = begun or _has_words(source)
+                continue
+            if begun:
+                programs.append(Program(number, place, Blocks(text, start, count, last)))
+            number, place, begun = _program_number(source), source.place, True
+            start, count, last = scanner.mark, 0, None
+            if number in taken:
+                raise place.error("block-format", f"O{number} is named twice; every program needs its own number")
+            taken.add(number)
+    programs.append(Program(number, place, Blocks(text, start, count, last)))
+    return Programs(text.name, programs, folder)
 
 
 def _has_words(source: Source) -> bool:
@@ -171,36 +223,6 @@ def _has_words(source: Source) -> bool:
         return bool(read_block(source).words)
     except ControlError:
         return True
-
-
-def _blocks(text: str, file: str) -> Iterator[Source]:
-    """Cut a text into blocks, from a leading ``%`` up to the next one; blank blocks are left out."""
-    begun = False
-    for line, content in enumerate(re.split(r"\r\n|\r|\n", text), 1):
-        start = 0
-        for end, mark in _block_ends(content):
-            block = content[start:end]
-            if block.strip():
-                yield Source(file, line, start + len(block) - len(block.lstrip()) + 1, block.strip())
-            elif mark == "%" and not begun:
-                mark = ""
-                begun = True
-            begun = begun or bool(block.strip())
-            if mark == "%":
-                return
-            start = end + 1
-
-
-def _block_ends(line: str) -> Iterator[tuple[int, str]]:
-    """Where blocks end in a line: at ``;``, at ``%`` outside a comment, at the end of the line."""
-    commented = False
-    for index, character in enumerate(line):
-        if character == ";" or (character == "%" and not commented):
-            yield index, character
-            commented = False
-        elif character in "()":
-            commented = character == "("
-    yield len(line), ""
 
 
 def _program_number(source: Source) -> int:
@@ -221,43 +243,53 @@ def read_block(source: Source) -> Block:
     Raises:
         ControlError: a comment, a word or a number is malformed, or a letter is unknown or repeated.
     """
-    place, text = source.place, source.text
+    text, column = source.text, source.column
+    place, size = source.place, len(text)
     position = 1 if source.deletable else 0
     words: list[Word] = []
     seen: set[str] = set()
-    while position < len(text):
-        column = source.column + position
-        character = text[position]
-        if character in " \t":
-            position += 1
-        elif character == "(":
-            position = _comment_end(text, position, place, column)
-        elif character.isascii() and character.isalpha():
-            word, position = _word(text, position, place, column)
-            if word.letter in seen and word.letter not in REPEATABLE:
-                raise place.error(
-                    "block-format",
-                    f"{word} repeats the letter {word.letter}; only G and M may repeat",
-                    column,
-                )
-            seen.add(word.letter)
-            if word.letter == "N":
-                place = _labelled(place, word)
-            else:
-                words.append(word)
+    while position < size:
+        match = _WORD.match(text, position)
+        if match is None:
+            position = _after_blank_or_comment(text, position, place, column + position)
+            continue
+        written, sign, whole, point, decimals, more = match.groups()
+        letter, end = written.upper(), match.end()
+        if more or not (whole or decimals) or letter not in ADDRESSES or end - position > LONGEST_NUMBER:
+            word, end = _unusual_word(text, position, place, column + position)
         else:
-            raise place.error("block-format", _stray(character), column)
+            word = Word(letter, sign, whole, bool(point), decimals, column + position)
+        if letter in seen and letter not in REPEATABLE:
+            raise place.error(
+                "block-format", f"{word} repeats the letter {letter}; only G and M may repeat", column + position
+            )
+        seen.add(letter)
+        if letter == "N":
+            place = _labelled(place, word)
+        else:
+            words.append(word)
+        position = end
     return Block(source, place, tuple(words))
 
 
 def _labelled(place: Place, word: Word) -> Place:
-    if word.sign or word.point or len(word.whole) > 5:
-        raise place.error("number-format", f"{word} is not a block label; N takes up to five digits", word.column)
+    if word.expression or word.sign or word.point or len(word.whole) > LONGEST_LABEL:
+        raise place.error(
+            "number-format",
+            f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits",
+            word.column,
+        )
     return Place(place.file, place.line, place.column, int(word.whole))
 
 
-def _comment_end(text: str, start: int, place: Place, column: int) -> int:
-    """The position after the comment that begins at `start`."""
+def _after_blank_or_comment(text: str, start: int, place: Place, column: int) -> int:
+    """The position after what stands at `start`, where no word does."""
+    character = text[start]
+    if character in " \t":
+        return start + 1
+    if character != "(":
+        name = "not-supported" if character == "#" else "block-format"
+        raise place.error(name, _stray(character), column)
     end = text.find(")", start)
     inside = text[start + 1 : end] if end > 0 else text[start + 1 :]
     if "(" in inside:
@@ -272,21 +304,42 @@ def _comment_end(text: str, start: int, place: Place, column: int) -> int:
     return end + 1
 
 
-def _word(text: str, start: int, place: Place, column: int) -> tuple[Word, int]:
-    """The word that begins at `start`, and the position after it."""
+def _unusual_word(text: str, start: int, place: Place, column: int) -> tuple[Word, int]:
+    """The word that begins at `start`, and the position after it; its number may have blanks or be an expression."""
     letter = text[start].upper()
+    paramacro = _PARAMACRO.match(text, start)
+    if paramacro:
+        raise place.error(
+            "not-supported", f"{paramacro[1].upper()} is a paramacro command; expressions alone are supported", column
+        )
     if letter not in ADDRESSES:
         raise place.error("unknown-word", f"{letter} is not an address of this control", column)
-    match = _NUMBER.match(text, start + 1)
+    match = _SPACED_NUMBER.match(text, start + 1)
     assert match is not None  # every part of the pattern may be empty
-    sign, whole, point, decimals = match.groups()
+    sign, point, end = match[1], match[3], match.end()
+    whole, decimals = ("".join(match[group].split()) for group in (2, 4))
     if len(whole) + len(decimals) > LONGEST_NUMBER:
         raise place.error("number-format", f"{letter} has a number of more than {LONGEST_NUMBER} digits", column)
-    if not whole and not decimals:
-        if text.startswith(("[", "#"), match.end()):
-            raise place.error("not-supported", f"{letter} has a paramacro value; only numbers are supported", column)
+    if whole or decimals:
+        return Word(letter, sign, whole, bool(point), decimals, column), end
+    if point or not text.startswith(("[", "#"), end):
         raise place.error("number-format", f"{letter}{sign}{point} has no digits; a number must follow", column)
-    return Word(letter, sign, whole, bool(point), decimals, column), match.end()
+    end = _expression_end(text, end, place, column - start)
+    return Word(letter, "", "", False, "", column, text[start + 1 : end]), end
+
+
+def _expression_end(text: str, start: int, place: Place, first_column: int) -> int:
+    """The position after the bracket or the variable that begins at `start`."""
+    variable = _VARIABLE.match(text, start)
+    begin = variable.end() if variable else start
+    if not text.startswith("[", begin):
+        return begin
+    depth = 0
+    for bracket in _BRACKET.finditer(text, begin):
+        depth += 1 if bracket[0] == "[" else -1
+        if depth == 0:
+            return bracket.end()
+    raise place.error("expression", "'[' is not closed; a ']' is missing", first_column + begin)
 
 
 def _stray(character: str) -> str:
@@ -294,4 +347,6 @@ def _stray(character: str) -> str:
         return "'/' stands inside a block; block delete is its first character"
     if character == ")":
         return "')' closes no comment"
+    if character == "#":
+        return "'#' begins an assignment; variables can only be read, they get their values outside the program"
     return f"{character!r} cannot begin a word; words are a letter and a number"

@@ -105,14 +105,12 @@ class Reciprocation:
         self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
         self.at, self.count, self.dresses = Reversal.SECONDARY, 0, 0
 
-    def begin(self, position: Position, acceleration: float, dwell: float) -> Underway:
-        """Set out to the other reversal point, from the start point to the primary one."""
+    def begin(self, position: Position, feed: float, acceleration: float, dwell: float) -> Underway:
+        """Set out at `feed` (mm/min) to the other reversal point, from the start point to the primary one."""
         target = self.secondary if self.at is Reversal.PRIMARY else self.primary
-        travel = motion_time(abs(target - self.coordinate), self.feed / 60.0, acceleration)
+        travel = motion_time(abs(target - self.coordinate), feed / 60.0, acceleration)
         finish = self.free_at + travel + dwell
-        self.underway = Underway(
-            position, self.coordinate, target, self.free_at, travel, finish, self.feed, acceleration
-        )
+        self.underway = Underway(position, self.coordinate, target, self.free_at, travel, finish, feed, acceleration)
         return self.underway
 
     def arrive(self) -> None:

@@ -11,9 +11,22 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 from grind_env.control.control import Budget, Control
-from grind_env.control.errors import Place
+from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
-from grind_env.control.motions import Arc, Dwell, Event, Line, Message, Pick, Position, Rapid, Source, Stroke
+from grind_env.control.motions import (
+    Arc,
+    Dwell,
+    Event,
+    Hold,
+    Infeed,
+    Line,
+    Message,
+    Pick,
+    Position,
+    Rapid,
+    Source,
+    Stroke,
+)
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
 from grind_env.control.rules import motion_time
@@ -62,6 +75,7 @@ class Timeline:
         reciprocation: the reciprocating axis; None while none is, and during a dress.
         held: an operator's request keeps the table at its reversal point until all axes stand.
         inch: units in force, for output.
+        infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
     """
 
     def __init__(self, control: Control, budget: Budget) -> None:
@@ -71,11 +85,34 @@ class Timeline:
         self.reciprocation: Reciprocation | None = None
         self.held = False
         self.inch = False
+        self.infeed_shift = 0.0
         self._motion: Moving | None = None
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
-    def move(self, place: Place, path: Path, feed: float | None, source: Source, dwell: float = 0.0) -> Iterator[Event]:
+    def duration(self, path: Path, feed: float | None) -> float:
+        """Time that a motion along a path would take from now on, s."""
+        return (
+            motion_time(path.length, self._rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
+        )
+
+    def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
+        """Fraction of a path at which the axes stand if they brake after `elapsed` s of the motion along it."""
+        length, speed, acceleration = path.length, self._rate(feed) / 60.0, self.control.acceleration
+        done = travelled(elapsed, length, speed, acceleration)
+        pace = min(speed, acceleration * elapsed)
+        return min((done + 0.5 * pace * pace / acceleration) / length, 1.0)
+
+    def move(
+        self,
+        place: Place,
+        path: Path,
+        feed: float | None,
+        source: Source,
+        *,
+        dwell: float = 0.0,
+        groove: tuple[int, int] | None = None,
+    ) -> Iterator[Event]:
         """Run along a path from now on, or dwell; the table reciprocates beside it.
 
         Args:
@@ -84,12 +121,13 @@ class Timeline:
             feed: mm/min along the path; None for a rapid.
             source: what commanded it.
             dwell: s.
+            groove: axis and number, for the infeed of a groove.
         """
-        acceleration = self.control.acceleration
-        speed = (self.control.rapid_feed if feed is None else feed) / 60.0
-        seconds = motion_time(path.length, speed, acceleration) if path.length > 0.0 else dwell
+        yield from self._wait()
+        rate = self._rate(feed)
+        seconds = self.duration(path, feed) if path.length > 0.0 else dwell
         begin, finish = self.time, self.time + seconds
-        self._motion = Moving(path, begin, finish, speed, acceleration)
+        self._motion = Moving(path, begin, finish, rate / 60.0, self.control.acceleration)
         start = self._shown(begin)
         yield from self._reciprocate(finish)
         end = self._shown(finish)
@@ -106,18 +144,21 @@ class Timeline:
             source=source,
             inch=self.inch,
         )
-        if isinstance(path, Circular) and feed is not None:
-            yield Arc(**frame, feed=feed, centre=path.centre, rotation=path.rotation, plane=path.plane)
-        elif path.length == 0.0:
+        if path.length == 0.0:
             yield Dwell(**frame)
         elif feed is None:
             yield Rapid(**frame)
+        elif isinstance(path, Circular):
+            yield Arc(**frame, feed=rate, centre=path.centre, rotation=path.rotation, plane=path.plane)
+        elif groove is not None:
+            yield Infeed(**frame, feed=rate, axis=groove[0], groove=groove[1])
         else:
-            yield Line(**frame, feed=feed)
+            yield Line(**frame, feed=rate)
 
     def finish_stroke(self) -> Generator[Event, None, Underway]:
         """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
         table = self._table()
+        yield from self._wait()
         stroke = table.underway or self._set_out(table)
         yield from self._reciprocate(stroke.finish)
         self.time = stroke.finish
@@ -125,8 +166,10 @@ class Timeline:
 
     def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
         """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
+        yield from self._wait()
         table = self._table()
         acceleration = self.control.acceleration
+        rate = self._rate(feed)
         ramp = ramp_time(stroke.length, stroke.feed / 60.0, acceleration)
         begin = stroke.begin + stroke.travel - ramp
         if self._picks:
@@ -134,8 +177,8 @@ class Timeline:
         while self._picks and self._picks[0].finish <= stroke.begin:
             self._picks.popleft()
         path = Straight(self.position, _with(self.position, axis, target))
-        seconds = motion_time(path.length, feed / 60.0, acceleration)
-        self._picks.append(Moving(path, begin, begin + seconds, feed / 60.0, acceleration))
+        seconds = motion_time(path.length, rate / 60.0, acceleration)
+        self._picks.append(Moving(path, begin, begin + seconds, rate / 60.0, acceleration))
         self.position = path.end
         yield Pick(
             start=path.start,
@@ -147,7 +190,7 @@ class Timeline:
             source=Source.CYCLE,
             inch=self.inch,
             axis=axis,
-            feed=feed,
+            feed=rate,
             kind=kind,
         )
 
@@ -162,7 +205,23 @@ class Timeline:
         """Drop the operator's requests up to now; the table is no longer held."""
         while self._requests and self._requests[0] <= self.time:
             self._requests.popleft()
+        self.control.panel.dress_requested = False
         self.held = False
+
+    def _rate(self, feed: float | None) -> float:
+        """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
+        control = self.control
+        return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
+
+    def _wait(self) -> Iterator[Event]:
+        """Hold before a motion as long as the operator wants (PD-16)."""
+        cause = self.control.panel.holding
+        if cause is not None:
+            yield Hold(self.time, cause)
+            if self.control.panel.holding is not None:
+                raise ControlError(
+                    "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
+                )
 
     def _shown(self, time: float) -> Position:
         """Position of all axes at a time, picks taken as complete."""
@@ -192,6 +251,7 @@ class Timeline:
             if stroke is None:
                 if table.free_at >= until - INSTANT:
                     return
+                yield from self._wait()
                 stroke = self._set_out(table)
             if stroke.middle is None and stroke.middle_time <= until:
                 stroke.middle = self._true(stroke.middle_time)
@@ -202,7 +262,8 @@ class Timeline:
 
     def _set_out(self, table: Reciprocation) -> Underway:
         self.budget.spend(table.place)
-        return table.begin(self._shown(table.free_at), self.control.acceleration, self.control.reversal_dwell)
+        rate = self._rate(table.feed)
+        return table.begin(self._shown(table.free_at), rate, self.control.acceleration, self.control.reversal_dwell)
 
     def _arrive(self, table: Reciprocation, stroke: Underway) -> Stroke:
         end = self._shown(stroke.finish)
@@ -227,12 +288,16 @@ class Timeline:
 
     def _hold(self, table: Reciprocation) -> Iterator[Event]:
         """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11)."""
-        while self._requests and self._requests[0] <= table.free_at and not self.held:
-            if table.plan.program is None:
-                self._requests.popleft()
-                yield Message(table.free_at, "no dress program")
-            else:
+        panel = self.control.panel
+        while (panel.dress_requested or (self._requests and self._requests[0] <= table.free_at)) and not self.held:
+            if table.plan.program is not None:
                 self.held = True
+            else:
+                if panel.dress_requested:
+                    panel.dress_requested = False
+                else:
+                    self._requests.popleft()
+                yield Message(table.free_at, "no dress program")
 
     def _settle_axis(self, table: Reciprocation) -> None:
         """Write the last reversal point of the table into the commanded position."""

@@ -4,7 +4,7 @@ from typing import Any
 
 from grind_env.control import numbers
 from grind_env.control.errors import ControlError
-from grind_env.control.motions import Arc, Dwell, Event, Line, Motion, Pick, Position, Rapid, Stroke
+from grind_env.control.motions import Arc, Dwell, Event, Infeed, Line, Motion, Pick, Position, Rapid, Stroke
 
 DECIMALS = 9
 """Decimals that hide the rounding of sums and unit conversions, far below the control's resolution."""
@@ -16,6 +16,7 @@ KINDS: dict[type[Motion], str] = {
     Dwell: "dwell",
     Stroke: "line",
     Pick: "line",
+    Infeed: "line",
 }
 
 
@@ -27,7 +28,7 @@ def record(event: Event) -> dict[str, Any] | None:
     fields: dict[str, Any] = {"kind": KINDS[type(event)], "end": _point(event.end, unit)}
     if isinstance(event, Arc):
         fields.update(center=_point(event.centre, unit), rotation=event.rotation, plane=event.plane)
-    if isinstance(event, Line | Arc | Stroke | Pick):
+    if isinstance(event, Line | Arc | Stroke | Pick | Infeed):
         fields["feed"] = _number(event.feed / unit)
     fields.update(seconds=_number(event.seconds), block=event.block, source=event.source.value)
     return fields

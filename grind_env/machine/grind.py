@@ -1,4 +1,4 @@
-"""A part program run on the machine: every stroke and dress that the control commands, with its physics.
+"""A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics.
 
 Nothing is decided or computed here that the control or the process model knows: this module only brings their
 events and relations together, and keeps the clock of the job.
@@ -15,6 +15,7 @@ from grind_env.control import (
     DressEnd,
     DressStart,
     Event,
+    Infeed,
     Message,
     Motion,
     Pick,
@@ -25,12 +26,13 @@ from grind_env.control import (
     execute,
 )
 from grind_env.errors import GrindError
+from grind_env.machine import grooving
 from grind_env.machine.advice import middle_time, outside_model, short_stroke, slow_pick
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
 from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
 from grind_env.machine.job import Job, JobError
-from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.part import PartConditions, PartRun, Pass
 from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, WHEEL_FIELDS, GrindingRecord
 from grind_env.process.state import WheelState
 
@@ -64,12 +66,16 @@ def grind(
     Raises:
         ControlError: the program is faulty.
         DressProgramError: the dress program is no dress.
-        GrindingError: no stroke is made, or one so slow or deep that the wear of the wheel has no measure.
+        GrindingError: neither stroke nor groove is made, or one so slow or deep that the wear of the wheel has no
+            measure.
         JobError: there are more parts than conditions.
     """
     run = _Run(programs, job, control or job.control, conditions)
-    for event in execute(programs, run.control):
+    execution = execute(programs, run.control)
+    execution.set_wheel_radius(run.wheel_radius)
+    for event in execution:
         run.take(event)
+        execution.set_wheel_radius(run.wheel_radius)
     return run.record()
 
 
@@ -95,6 +101,12 @@ class _Run:
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
 
+    @property
+    def wheel_radius(self) -> float:
+        """Of the wheel as it is now, before the first cycle as the job mounts it, mm."""
+        start = self.job.setup.wheel.diameter if self.job.wheel.diameter is None else self.job.wheel.diameter
+        return 0.5 * (start if self.wheel is None else self.wheel.ds)
+
     def record(self) -> GrindingRecord:
         """The record of all events taken."""
         return GrindingRecord(
@@ -115,6 +127,8 @@ class _Run:
                 self._dress(event)
             case Stroke():
                 self._stroke(event)
+            case Infeed() if self.dress_motions is None:
+                self._infeed(event)
             case Pick():
                 self._pick(event)
             case ProgramStop():
@@ -153,7 +167,7 @@ class _Run:
     def _begin_cutting(self, time: float) -> None:
         """End the loading of the part; a part that is not cut after M00 is none."""
         if self.unloaded_at is not None:
-            self.parts.append(self.part.row(self.unloaded_at - self.part.began))
+            self._finish(self.unloaded_at)
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
             self.part.cutting = True
@@ -169,8 +183,17 @@ class _Run:
 
     def _end(self, event: ProgramEnd) -> None:
         if not self.strokes:
-            raise GrindingError(f"{self.programs.name} makes no stroke; a cycle G81, G82 or G83 sets the table going")
-        self.parts.append(self.part.row(self._clock(event.time) - self.part.began))
+            raise GrindingError(
+                f"{self.programs.name} makes no stroke and no groove; G81, G82 or G83 sets the table going, "
+                "G76 or G77 cuts grooves"
+            )
+        self._finish(self._clock(event.time))
+
+    def _finish(self, time: float) -> None:
+        """Take the part off the machine at a time of the job, s."""
+        self.parts.append(self.part.row(time - self.part.began))
+        if self.part.missed:
+            self._warn(0, "missed", grooving.missed_surface(self.job.part.surface))
 
     # --------------------------------------------------------------------------------------- wheel and dress
 
@@ -260,14 +283,46 @@ class _Run:
                 f"E{event.feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and E3000 to E30000"
             )
         self.wheel = wheel
+        self._write(event, event.cycle.line, event.number or 0, 0, event.feed, Z, done, wheel)
+        self._watch_stroke(event, Z)
+        outside = outside_model(event.feed, done.stroke.ae)
+        if outside is not None:
+            self._warn(event.cycle.line, "model", outside)
+        self._watch_diameter()
+        self.stroke = event
+
+    def _infeed(self, event: Infeed) -> None:
+        """An infeed of a groove; only the wheel of a job with a grooving wheel is the worse for it."""
+        self._begin_cutting(event.begin)
+        before = self._mount(None) if self.wheel is None else self.wheel
+        wheel, done = self.part.infeed(before, event)
+        if not 0.0 < wheel.A <= self.part.p.Amax:
+            raise GrindingError(
+                f"{self.programs.name}:{event.line}: an infeed {done.stroke.ae:.3g} mm deep at F{event.feed:g} mm/min "
+                "destroys the wheel; take smaller steps or a higher F"
+            )
+        Z = grooving.infeed_depth(event, self.job.part.surface)
+        self._write(event, event.line, 0, event.groove, event.feed, Z, done, wheel)
+        if self.job.setup.grooving_wheel:
+            self.wheel = wheel
+            outside = grooving.outside_model(done.stroke)
+            if outside is not None:
+                self._warn(event.line, "model", outside)
+            self._watch_diameter()
+
+    def _write(
+        self, event: Motion, line: int, number: int, groove: int, feed: float, Z: float, done: Pass, wheel: WheelState
+    ) -> None:
+        """Add the row of a stroke or an infeed (`record.STROKE_ROW`)."""
         self.strokes.append(
             (
-                part.number,
-                event.cycle.line,
-                event.number or 0,
+                self.part.number,
+                line,
+                number,
+                groove,
                 self._clock(event.begin),
                 event.seconds,
-                event.feed,
+                feed,
                 Z,
                 done.b,
                 done.Lw,
@@ -275,12 +330,6 @@ class _Run:
                 *(getattr(wheel, name) for name in WHEEL_FIELDS),
             )
         )
-        self._watch_stroke(event, Z)
-        outside = outside_model(event.feed, done.stroke.ae)
-        if outside is not None:
-            self._warn(event.cycle.line, "model", outside)
-        self._watch_diameter()
-        self.stroke = event
 
     # ---------------------------------------------------------------------------------------------- warnings
 

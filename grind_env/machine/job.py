@@ -41,12 +41,14 @@ class Part:
 
     Attributes:
         material: work material.
-        length: along the reciprocating axis.
+        length: along the reciprocating axis; of a part with grooves the length that every infeed grinds, the
+            circumference if it turns.
         width: across.
-        stock: to grind off.
+        stock: to grind off; of a program without strokes the depth of its grooves.
         start: coordinate of its near (minus) end along the reciprocating axis.
         across: coordinate of its near edge along the cross axis.
-        surface: plunge coordinate at which the wheel touches it.
+        surface: plunge coordinate at which the wheel touches it; for grooves on the axis of their infeeds, X
+            being a radius.
         roughness_limit: highest Ra; 0 for none.
         tolerance: on the size error; 0 for none.
         scrap_cost: price of a spoilt part.
@@ -82,6 +84,8 @@ class Setup:
         machine: machine tool.
         wheel_speed: surface speed of the new wheel.
         constant_surface_speed: whether the control holds `wheel_speed` as the wheel shrinks (12-41).
+        grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
+            else a turning tool does, of which only the time counts.
     """
 
     wheel: Wheel
@@ -90,12 +94,15 @@ class Setup:
     machine: Machine
     wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
     constant_surface_speed: bool = False
+    grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
         """Check every value; a `JobError` names the one out of range."""
         _check_numbers(self, "setup")
-        if not isinstance(self.constant_surface_speed, bool):
-            raise wrong("setup.constant_surface_speed", self.constant_surface_speed, "true or false")
+        for key in ("constant_surface_speed", "grooving_wheel"):
+            value = getattr(self, key)
+            if not isinstance(value, bool):
+                raise wrong(f"setup.{key}", value, "true or false")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,11 +13,17 @@
     [setup]                 # optional: names of the catalogue, and changes to single values of an entry
     wheel = "a60j"
     machine_overrides = { stiffness = 50_000 }
+    grooving_wheel = true   # the wheel makes the infeeds of G76 and G77; false if left out
 
     [catalogue]             # optional: the user's own catalogue, beside the job file
     files = ["shop.toml"]
 
 Tables `[times]` and `[wheel]` are optional too.
+
+For grooves, `length` is what each infeed grinds (the circumference of a turning part) and `surface` the coordinate
+at which the tool touches the part. Without `grooving_wheel` a turning tool cuts them: they take their time and leave
+the wheel and the stock as they are. A program of grooves alone is judged by them: `stock` is then their depth,
+`tolerance` and `roughness_limit` are those of their bottom.
 """
 
 import dataclasses
@@ -39,7 +45,7 @@ DEFAULTS = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "ma
 """The entry of each kind for a set-up that names none."""
 
 KINDS = ("material", *DEFAULTS)
-VALUES = ("wheel_speed", "constant_surface_speed")
+VALUES = ("wheel_speed", "constant_surface_speed", "grooving_wheel")
 
 Table = Mapping[str, Any]
 

@@ -2,15 +2,17 @@
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.compiled import grind_strips, judge
+from grind_env.machine.compiled import Strips, grind_strips, judge
 from grind_env.machine.cycle import FINISHING_DEPTH
+from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
@@ -58,7 +60,7 @@ class PartConditions:
 
 
 class Pass(NamedTuple):
-    """What a stroke of the table amounts to on the part."""
+    """What a stroke of the table or an infeed amounts to on the part."""
 
     stroke: Stroke
     b: float
@@ -85,11 +87,12 @@ class PartRun:
         self.p = conditions.parameters(job.parameters)
         self.cutting = False
         self.deepest = 0.0
-        self.strokes = self.dresses = 0
+        self.strokes = self.infeeds = self.dresses = 0
         self._S = np.zeros(strips)
         self._Rs = np.full(strips, INITIAL_ROUGHNESS)
         self._reached = np.zeros(strips)
         self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
+        self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
         self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
 
@@ -120,10 +123,32 @@ class PartRun:
         self.deepest = max(self.deepest, Z)
         if plunged:
             self._plunges.append((Z, stroke.T))
+        self._count(stroke, plunged)
+        return wheel, Pass(stroke, b, Lw)
+
+    def infeed(self, wheel: WheelState, event: Infeed) -> tuple[WheelState, Pass]:
+        """Infeed into a groove, with the wheel if the job says that it does the grooving.
+
+        Args:
+            wheel: state before the infeed.
+            event: the infeed.
+
+        Returns:
+            The wheel after it, and the cut: an idle one of a turning tool, above the surface or in the air.
+        """
+        self.infeeds += 1
+        cut = self._grooves.grind(wheel, event, self.p) if self.job.setup.grooving_wheel else None
+        if cut is None:
+            return wheel, Pass(IDLE, 0.0, 0.0)
+        wheel, stroke, b = cut
+        self._count(stroke, plunged=True)
+        return wheel, Pass(stroke, b, self._grooves.length)
+
+    def _count(self, stroke: Stroke, plunged: bool) -> None:
+        if plunged:
             self._burn_ratio = max(self._burn_ratio, stroke.Br)
         self._peak_power = max(self._peak_power, stroke.power)
         self._worn += stroke.worn
-        return wheel, Pass(stroke, b, Lw)
 
     def dress(self, removed: float) -> None:
         """Count a dress execution that took `removed` mm3 off the wheel."""
@@ -131,15 +156,28 @@ class PartRun:
         self._dressed_off += removed
 
     @property
+    def missed(self) -> bool:
+        """Whether a grooving wheel has made infeeds, none of which has reached the part."""
+        return self.infeeds > 0 and self.job.setup.grooving_wheel and not tuple(self._grooves)
+
+    @property
     def rise(self) -> float:
         """Highest temperature rise that counts, K: of plunges whose heat is not ground off again."""
-        counts_from = self.deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
-        every_plunge = self.job.part.rise_allowance > 0.0
-        return max((T for Z, T in self._plunges if every_plunge or counts_from <= Z), default=0.0)
+        every = self.job.part.rise_allowance > 0.0
+        grooves = (_rise(groove.plunges, groove.reached[0], every) for groove in self._grooves)
+        return max((_rise(self._plunges, self.deepest, every), *grooves))
+
+    def _ground(self) -> tuple[Strips, Strips]:
+        """Depth in mm and roughness in um of what is judged: the strips, or the grooves if there was no stroke."""
+        grooves = () if self.strokes else tuple(self._grooves)
+        if not grooves:
+            return self._S, self._Rs
+        return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, S, Ra = self.job, float(self._S.mean()), float(self._Rs.mean())
+        job, (depths, roughness) = self.job, self._ground()
+        S, Ra = float(depths.mean()), float(roughness.mean())
         error = 1000.0 * (self.stock - S)
         verdict = judge(
             seconds,
@@ -157,11 +195,12 @@ class PartRun:
             self.number,
             seconds,
             self.strokes,
+            self.infeeds,
             self.dresses,
             self.stock,
             S,
             error,
-            1000.0 * float(np.ptp(self._S)),
+            1000.0 * float(np.ptp(depths)),
             Ra,
             self._peak_power,
             self.rise,
@@ -170,3 +209,9 @@ class PartRun:
             self._dressed_off,
             *verdict,
         )
+
+
+def _rise(plunges: Iterable[tuple[float, float]], deepest: float, every: bool) -> float:
+    """Highest temperature rise of the plunges (depth mm, rise K) near the deepest one, or of every one, K."""
+    counts_from = deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
+    return max((T for Z, T in plunges if every or counts_from <= Z), default=0.0)

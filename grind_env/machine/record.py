@@ -1,4 +1,4 @@
-"""What a run leaves behind: one row per stroke, per dress and per part."""
+"""What a run leaves behind: one row per stroke or infeed, per dress and per part."""
 
 import csv
 import tempfile
@@ -18,17 +18,18 @@ from grind_env.process.state import Stroke
 Table = NDArray[Any]
 
 WHEEL_FIELDS = ("A", "lam", "V", "ds", "alw", "W")
-"""Fields of `WheelState` that a stroke row shows, as the stroke leaves them."""
+"""Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
 
 STROKE_ROW = np.dtype(
     [
         ("part", np.int64),  # 1, 2, ...
         ("line", np.int64),  # of the cycle block
         ("number", np.int64),  # within the cycle; 0 outside a G82 or G83
+        ("groove", np.int64),  # of the G76 or G77 block, from 1; 0 for a stroke
         ("time", np.float64),  # at its start, s
         ("seconds", np.float64),
-        ("E", np.float64),  # mm/min
-        ("Z", np.float64),  # programmed depth below the surface at the middle of the stroke, mm
+        ("E", np.float64),  # mm/min; F of an infeed
+        ("Z", np.float64),  # programmed depth below the surface at the middle of the stroke, end of the infeed, mm
         ("b", np.float64),  # engaged width, mm
         ("Lw", np.float64),  # ground length, mm
         *dtype_of(Stroke).descr,
@@ -39,7 +40,7 @@ STROKE_ROW = np.dtype(
 DRESS_ROW = np.dtype(
     [
         ("part", np.int64),
-        ("after", np.int64),  # strokes of the run made before it
+        ("after", np.int64),  # strokes and infeeds of the run made before it
         ("time", np.float64),  # at its start, s
         ("cause", "U8"),  # pre, auto or operator
         ("program", np.int64),
@@ -54,12 +55,13 @@ PART_ROW = np.dtype(
         ("part", np.int64),
         ("seconds", np.float64),
         ("strokes", np.int64),
+        ("infeeds", np.int64),  # of grooves
         ("dresses", np.int64),
         ("stock", np.float64),  # to be ground off, mm
-        ("S", np.float64),  # ground off, mean over the width, mm
+        ("S", np.float64),  # ground off, mean over the width or, without strokes, over the grooves, mm
         ("size_error", np.float64),  # stock left, um
-        ("taper", np.float64),  # range of S over the width, um
-        ("Ra", np.float64),  # mean over the width, um
+        ("taper", np.float64),  # range of S, um
+        ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
         ("rise", np.float64),  # highest temperature rise that counts, K
         ("burn_ratio", np.float64),  # highest of the plunges
@@ -79,7 +81,7 @@ class GrindingRecord:
     """The result of `machine.grind`.
 
     Attributes:
-        strokes: dtype `STROKE_ROW`, in the order in which they were made.
+        strokes: dtype `STROKE_ROW`, strokes and infeeds in the order in which they were made.
         dresses: dtype `DRESS_ROW`.
         parts: dtype `PART_ROW`.
         warnings: sentences on what the program does not do as it should.

@@ -45,9 +45,11 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         )
     console.print(table)
     cost, good = record.parts["total_cost"].sum(), record.parts["survival"].sum()
+    infeeds = record.parts["infeeds"].sum()
     console.print(
         f"{len(record.parts)} {'part' if len(record.parts) == 1 else 'parts'}, {good:.2f} of them good; "
-        f"{record.seconds:.1f} s, {cost:.2f} $, {record.cost_per_good_part:.2f} $ per good part",
+        f"{record.seconds:.1f} s, {cost:.2f} $, {record.cost_per_good_part:.2f} $ per good part"
+        + (f"; {infeeds} infeeds of grooves" if infeeds else ""),
         highlight=False,
     )
     for warning in record.warnings:

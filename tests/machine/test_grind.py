@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.control import Control, ControlError, read, read_file
+from grind_env.control import Control, ControlError, Event, Execution, Programs, Spindle, read, read_file
+from grind_env.machine import grind as grind_module
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import JobError, WheelStart
@@ -452,3 +453,26 @@ def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
     )
     (warning,) = run(HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n", job()).warnings
     assert re.fullmatch(r"test\.nc:3: a stroke cuts 0\.\d\d mm deep; the process model holds up to 0\.1 mm", warning)
+
+
+def test_the_control_knows_the_wheel_radius_at_any_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under G96 the speed of the spindle tells which radius entry 33 holds (12-41, 15-11)."""
+    speeds = []
+
+    def listening(programs: Programs, control: Control) -> Execution:
+        class Listening(Execution):
+            def __next__(self) -> Event:
+                event = super().__next__()
+                if isinstance(event, Spindle):
+                    speeds.append(event.speed)
+                return event
+
+        return Listening(programs, control)
+
+    monkeypatch.setattr(grind_module, "execute", listening)
+    record = run(HEAD + "G96 S1800\n" + CYCLE + CYCLE.replace("Y-.05", "Y-.1 D2") + "M30", job(stock=0.2))
+    radii = [1800.0 * 1000.0 / (2.0 * math.pi * speed) for speed in speeds]
+    assert radii[0] == pytest.approx(0.5 * job().setup.wheel.diameter)
+    after_dress = [0.5 * row["ds"] for row in record.dresses]
+    assert len(after_dress) == 2 and after_dress[1] < after_dress[0]
+    assert all(any(math.isclose(radius, found) for found in radii) for radius in after_dress)

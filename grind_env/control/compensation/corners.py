@@ -1,0 +1,283 @@
+"""How the offset paths of two successive motions are joined, and what one of them becomes (`radius-compensation.md` 2).
+
+`out` is the angle, rad, by which the path turns away from the compensated side: above 0 the centre runs round the
+outside of the corner, below 0 it is inside (1.2). Tangents stand for arcs.
+"""
+
+import math
+from dataclasses import dataclass
+
+from grind_env.control.compensation.crossings import Circle, Curve, Line, crossings
+from grind_env.control.compensation.plane import (
+    NEGLIGIBLE_ANGLE,
+    NEGLIGIBLE_LENGTH,
+    Bow,
+    Element,
+    Offset,
+    Point,
+    Segment,
+    between,
+    dot,
+    moved,
+    polyline,
+    rotated,
+    turn,
+)
+
+TANGENTIAL = 1e-6
+"""rad; a smaller turn is none, as the perpendicular point then errs by less than 1e-6 of the radius."""
+
+
+class CompensationFault(ValueError):
+    """A path that cannot be compensated; the text is a sentence with the remedy.
+
+    Attributes:
+        name: circular-departure-too-small, backwards-motion or interference (1.11).
+        element: the programmed element at fault; the second one where two do not meet.
+    """
+
+    def __init__(self, name: str, message: str, element: Element) -> None:
+        self.name, self.element = name, element
+        super().__init__(message)
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """The way from one compensated element to the next one.
+
+    Attributes:
+        end: where the first one ends.
+        generated: what follows it; the second one starts where this ends.
+    """
+
+    end: Point
+    generated: tuple[Element, ...]
+
+
+def corner(first: Element, second: Element, offset: Offset, circular: bool, minimum: float) -> Junction:
+    """The junction of two elements compensated on the same side (2.2, 2.3).
+
+    Args:
+        first: programmed.
+        second: programmed; starts where the first ends.
+        offset: of both.
+        circular: G39.1, an arc round a sharp outside corner, instead of G39, straight blocks.
+        minimum: a generated straight block with both components below it is dropped (mill 21-42); 0 drops none.
+
+    Raises:
+        CompensationFault: circular-departure-too-small; interference, if the offset paths do not meet inside.
+    """
+    if offset.radius == 0.0:
+        return Junction(first.end, ())
+    out = outward(first, second, offset)
+    if abs(out) < TANGENTIAL:
+        return Junction(offset.beside_end(first), ())
+    if out < 0.5 * math.pi + TANGENTIAL:
+        if isinstance(first, Segment) and isinstance(second, Segment):
+            return Junction(_mitre(first, out, offset), ())
+        meeting = _meeting(first, second, offset, out)
+        if meeting is not None:
+            return Junction(meeting, ())
+        if out < 0.0:
+            raise CompensationFault(
+                "interference",
+                f"the paths offset by {offset.radius:.4f} do not meet inside this corner; use a smaller radius "
+                "or a larger arc",
+                second,
+            )
+    if circular:
+        start = offset.beside_end(first)
+        return Junction(start, (Bow(start, offset.beside_start(second), first.end, -offset.side),))
+    return _linear(first, second, offset, out, minimum)
+
+
+def side_change(first: Element, second: Element, before: Offset, after: Offset) -> Junction:
+    """The junction where the side changes (1.9): the crossing of the actual offset paths if an arc takes part.
+
+    Two lines, and paths that do not cross, are joined by a straight block between the perpendicular points.
+
+    Raises:
+        CompensationFault: circular-departure-too-small.
+    """
+    end, start = before.beside_end(first), after.beside_start(second)
+    if isinstance(first, Bow) or isinstance(second, Bow):
+        common = [
+            point
+            for point in crossings(_curve_at_end(first, before), _curve_at_start(second, after))
+            if _reached(first, point) and _reached(second, point)
+        ]
+        if common:
+            return Junction(min(common, key=lambda point: math.dist(point, first.end)), ())
+    return Junction(end, polyline(end, start))
+
+
+def compensated(element: Element, start: Point, end: Point, offset: Offset, detect: bool = True) -> tuple[Element, ...]:
+    """The path of the centre along a programmed element, from one junction to the next.
+
+    It is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full
+    circle that its corners lengthen beyond one turn is two arcs. With `detect` off (M800) a path between crossed
+    junctions runs backwards.
+
+    Args:
+        element: programmed.
+        start: where the junction before it ends; of another offset after a change of radius.
+        end: where the junction behind it begins.
+        offset: in force.
+        detect: whether backwards motion and interference are faults.
+
+    Raises:
+        CompensationFault: circular-departure-too-small; backwards-motion; interference.
+    """
+    if isinstance(element, Segment):
+        if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:
+            raise CompensationFault(
+                "backwards-motion",
+                f"the line of {element.length:.4f} is too short for a radius of {offset.radius:.4f} in its corners; "
+                "use a smaller radius or a longer line",
+                element,
+            )
+        return (Segment(start, end),)
+    radius = centre_radius(element, offset)
+    centre, rotation = element.centre, element.rotation
+    trimmed = turn(between(centre, element.start), between(centre, start))
+    trimmed += turn(between(centre, end), between(centre, element.end))
+    angle = element.angle - rotation * trimmed
+    if abs(angle) < NEGLIGIBLE_ANGLE or abs(angle) * radius < NEGLIGIBLE_LENGTH:
+        return (Segment(start, end),)
+    if angle < 0.0:
+        if detect:
+            raise CompensationFault(
+                "interference",
+                f"the arc of radius {element.radius:.4f} is too short for a radius of {offset.radius:.4f} in its "
+                "corners; use a smaller radius or a longer arc",
+                element,
+            )
+        return (Bow(start, end, centre, -rotation),)
+    if angle > math.tau + NEGLIGIBLE_ANGLE:
+        middle = rotated(start, centre, 0.5 * rotation * angle)
+        return Bow(start, middle, centre, rotation), Bow(middle, end, centre, rotation)
+    return (Bow(start, end, centre, rotation),)
+
+
+def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> float:
+    """The part of F that the centre feed on an element is: less than 1 on inside arcs, never below the minimum (1.7).
+
+    Raises:
+        CompensationFault: circular-departure-too-small.
+    """
+    if isinstance(element, Segment):
+        return 1.0
+    share = centre_radius(element, offset) / element.radius
+    return min(1.0, max(share, minimum_reduction))
+
+
+def centre_radius(arc: Bow, offset: Offset) -> float:
+    """Radius of the path of the centre along an arc: smaller if the centre of the arc is on the compensated side.
+
+    Raises:
+        CompensationFault: circular-departure-too-small.
+    """
+    return _concentric(arc, min(arc.radius, math.dist(arc.end, arc.centre)), offset)
+
+
+def outward(first: Element, second: Element, offset: Offset) -> float:
+    """The angle `out` between two elements, rad, above -pi and up to pi.
+
+    A reversal is outside unless the second element bends away from the compensated side more than the first one run
+    backwards: then the centre is between the two.
+    """
+    turned = -offset.side * turn(first.direction_at_end, second.direction_at_start)
+    if math.pi - abs(turned) > TANGENTIAL:
+        return turned
+    bend = offset.side * (_curvature(first) + _curvature(second))
+    return -math.pi if bend < -NEGLIGIBLE_ANGLE else math.pi
+
+
+def around(point: Point, before: Point, after: Point, offset: Offset, out: float) -> tuple[Point, Point, Point, Point]:
+    """The points of the straight way round an outside corner (2.2, 2.5).
+
+    Args:
+        point: the corner.
+        before: direction of the path up to it.
+        after: direction of the path from it on.
+        offset: of both.
+        out: the angle between the directions, above 0.
+
+    Returns:
+        The perpendicular point of the first path, the ends of the extensions of both by at most one radius, which
+        are one point up to 90 degrees, and the perpendicular point of the second path.
+    """
+    extension = offset.radius * min(1.0, math.tan(0.5 * out))
+    start, end = offset.beside(point, before), offset.beside(point, after)
+    return start, moved(start, before, extension), moved(end, after, -extension), end
+
+
+def _linear(first: Element, second: Element, offset: Offset, out: float, minimum: float) -> Junction:
+    """G39: lines are extended themselves, in place of arcs their tangents are; the extensions are joined."""
+    start, ahead, back, end = around(first.end, first.direction_at_end, second.direction_at_start, offset, out)
+    points = [ahead, back]
+    if isinstance(first, Bow):
+        points.insert(0, start)
+    if isinstance(second, Bow):
+        points.append(end)
+    lines = polyline(*points)
+    # Mill 21-42: of two blocks the first is dropped, of three the second; a single one for the intersection (AMP 23-5).
+    dropped = 1 if len(lines) == 3 else 0
+    if lines and all(abs(component) < minimum for component in between(lines[dropped].start, lines[dropped].end)):
+        if len(lines) > 1:
+            merged = Segment(lines[dropped].start, lines[dropped + 1].end)
+            lines = (*lines[:dropped], merged, *lines[dropped + 2 :])
+        elif len(points) == 2 and out < math.pi - TANGENTIAL:
+            return Junction(_mitre(first, out, offset), ())
+    return Junction(points[0], lines)
+
+
+def _mitre(first: Element, out: float, offset: Offset) -> Point:
+    """The point on the offset of `first` where that of another line after the angle `out` begins."""
+    return moved(offset.beside_end(first), first.direction_at_end, offset.radius * math.tan(0.5 * out))
+
+
+def _meeting(first: Element, second: Element, offset: Offset, out: float) -> Point | None:
+    """The intersection of the offset paths, of two the one nearest to the corner."""
+    point, direction = first.end, first.direction_at_end
+    common = crossings(_curve_at_end(first, offset), _curve_at_start(second, offset))
+    if out == -math.pi:  # both are equally near, but only one is on the path
+        return min(common, key=lambda candidate: dot(between(point, candidate), direction), default=None)
+    return min(common, key=lambda candidate: math.dist(candidate, point), default=None)
+
+
+def _curve_at_start(element: Element, offset: Offset) -> Curve:
+    if isinstance(element, Bow):
+        return Circle(element.centre, _concentric(element, element.radius, offset))
+    return Line(offset.beside_start(element), element.direction_at_start)
+
+
+def _curve_at_end(element: Element, offset: Offset) -> Curve:
+    if isinstance(element, Bow):
+        return Circle(element.centre, _concentric(element, math.dist(element.end, element.centre), offset))
+    return Line(offset.beside_end(element), element.direction_at_end)
+
+
+def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
+    result = radius - offset.side * arc.rotation * offset.radius
+    if result < NEGLIGIBLE_LENGTH:
+        raise CompensationFault(
+            "circular-departure-too-small",
+            f"the arc of radius {radius:.4f} is too small for a radius of {offset.radius:.4f} inside; "
+            "use a smaller radius or a larger arc",
+            arc,
+        )
+    return result
+
+
+def _reached(element: Element, point: Point) -> bool:
+    """Whether a point beside an element is beside one of its points, not beyond its ends."""
+    if isinstance(element, Segment):
+        along = dot(between(element.start, point), element.direction_at_start)
+        return -NEGLIGIBLE_LENGTH <= along <= element.length + NEGLIGIBLE_LENGTH
+    turned = element.rotation * turn(between(element.centre, element.start), between(element.centre, point))
+    return (turned + NEGLIGIBLE_ANGLE) % math.tau <= element.angle + 2.0 * NEGLIGIBLE_ANGLE
+
+
+def _curvature(element: Element) -> float:
+    return element.rotation / element.radius if isinstance(element, Bow) else 0.0

@@ -1,0 +1,110 @@
+"""The moves into and out of the radius compensation, types A and B (`radius-compensation.md` 2.1, 2.4, 2.5)."""
+
+import math
+
+from grind_env.control.compensation.corners import TANGENTIAL, Junction, around, centre_radius, outward
+from grind_env.control.compensation.crossings import Circle, Line, crossings
+from grind_env.control.compensation.plane import (
+    Bow,
+    Element,
+    Offset,
+    Point,
+    Segment,
+    between,
+    cross,
+    dot,
+    moved,
+    polyline,
+    rotated,
+    turn,
+    unit,
+)
+
+
+def entry(move: Segment, following: Element | None, offset: Offset, kind: str, circular: bool) -> tuple[Element, ...]:
+    """The way from an uncompensated point to the start of the first compensated element.
+
+    Args:
+        move: from the actual position to the programmed end of the entry block.
+        following: the next programmed motion in the plane; None if none comes in time, then the entry ends at
+            right angles to itself (1.8).
+        offset: of `following`.
+        kind: "A", straight, or "B", which keeps one radius from the start of `following` (15-27).
+        circular: G39.1 for type B.
+    """
+    end = offset.beside_end(move) if following is None else offset.beside_start(following)
+    if kind == "A" or following is None or offset.radius == 0.0:
+        return (Segment(move.start, end),)
+    out = outward(move, following, offset)
+    if out < TANGENTIAL:
+        return (Segment(move.start, end),)
+    perpendicular, ahead, back, _ = around(move.end, move.direction_at_end, following.direction_at_start, offset, out)
+    if out < 0.5 * math.pi + TANGENTIAL:
+        return polyline(move.start, ahead, end)
+    if circular:
+        return *polyline(move.start, perpendicular), Bow(perpendicular, end, move.end, -offset.side)
+    return polyline(move.start, perpendicular, ahead, back, end)
+
+
+def exit_junction(
+    last: Element, move: Segment, offset: Offset, kind: str, circular: bool, vector: Point | None
+) -> Junction:
+    """The way from the last compensated element up to the straight exit to `move.end`, which is not offset.
+
+    Args:
+        last: programmed.
+        move: programmed; starts where `last` ends.
+        offset: of `last`.
+        kind: "A" or "B", which keeps one radius from the end of `last` outside (mill 21-25).
+        circular: G39.1 for type B.
+        vector: I, J, K words of the exit block along the axes of the plane; None or zero without them. They
+            decide in type B as well.
+
+    Raises:
+        CompensationFault: circular-departure-too-small.
+    """
+    end = offset.beside_end(last)
+    if offset.radius == 0.0:
+        return Junction(end, ())
+    if vector is not None and vector != (0.0, 0.0):
+        return Junction(_shifted(last, offset, unit(vector)), ())
+    out = outward(last, move, offset)
+    if kind == "A" or out < TANGENTIAL:
+        return Junction(end, ())
+    _, ahead, back, beside_exit = around(move.start, last.direction_at_end, move.direction_at_start, offset, out)
+    sharp = out > 0.5 * math.pi + TANGENTIAL
+    if sharp and circular:
+        return Junction(end, (Bow(end, beside_exit, move.start, -offset.side),))
+    generated = (ahead, back, beside_exit) if sharp else (ahead,)
+    if isinstance(last, Segment):
+        return Junction(ahead, polyline(*generated))
+    return Junction(end, polyline(end, *generated))
+
+
+def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
+    """The end of the last compensated element after an exit block with I, J, K words (15-26, mill 21-18).
+
+    It is where the offset of a line along the vector meets it, at most one radius away. An arc is followed along
+    its circle by at most a quarter turn; without an intersection nothing changes.
+    """
+    end, direction, radius = offset.beside_end(last), last.direction_at_end, offset.radius
+    parallel = abs(cross(direction, vector)) < TANGENTIAL
+    against = -math.copysign(radius, dot(vector, direction))
+    line = Line(offset.beside(last.end, vector), vector)
+    if isinstance(last, Segment):
+        if parallel:
+            return moved(end, direction, against)
+        (meeting,) = crossings(Line(end, direction), line)
+        return moved(end, direction, _limited(dot(between(end, meeting), direction), radius))
+    centre, curve = last.centre, centre_radius(last, offset)
+    if parallel:
+        way = against
+    else:
+        meetings = crossings(Circle(centre, math.dist(centre, end)), line)
+        nearest = min(meetings, key=lambda point: math.dist(point, end), default=end)
+        way = curve * last.rotation * turn(between(centre, end), between(centre, nearest))
+    return rotated(end, centre, last.rotation * _limited(way, min(radius, 0.5 * math.pi * curve)) / curve)
+
+
+def _limited(way: float, most: float) -> float:
+    return max(-most, min(most, way))

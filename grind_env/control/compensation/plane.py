@@ -1,0 +1,185 @@
+"""Paths in the compensation plane and the side they are offset to.
+
+A point is (first axis, second axis) of the plane, so (Z, X) in G18; counter-clockwise, the sense of G03 and of
+rotation +1, turns the first axis towards the second. Lengths are in the unit of the caller, angles in rad.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+Point: TypeAlias = tuple[float, float]
+"""A point, or a vector, of the plane."""
+
+NEGLIGIBLE_LENGTH = 1e-9
+"""Below this two points are one; words carry 1e-3 mm and rounding some 1e-13 mm."""
+
+NEGLIGIBLE_ANGLE = 1e-9
+"""rad; an arc that ends where it starts within this angle is a full circle."""
+
+
+def moved(point: Point, direction: Point, distance: float) -> Point:
+    """The point at `distance` from another one along a unit vector."""
+    return point[0] + distance * direction[0], point[1] + distance * direction[1]
+
+
+def between(start: Point, end: Point) -> Point:
+    """The vector from one point to another."""
+    return end[0] - start[0], end[1] - start[1]
+
+
+def dot(a: Point, b: Point) -> float:
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def cross(a: Point, b: Point) -> float:
+    """Third component of the vector product: positive if b points to the left of a."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def left(vector: Point) -> Point:
+    """The vector turned by +90 degrees."""
+    return -vector[1], vector[0]
+
+
+def unit(vector: Point) -> Point:
+    """The direction of a vector that is not zero."""
+    length = math.hypot(*vector)
+    return vector[0] / length, vector[1] / length
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A straight line; it has directions only if its ends differ."""
+
+    start: Point
+    end: Point
+
+    @property
+    def length(self) -> float:
+        """Length."""
+        return math.dist(self.start, self.end)
+
+    @property
+    def direction_at_start(self) -> Point:
+        """Unit vector along it."""
+        return unit(between(self.start, self.end))
+
+    @property
+    def direction_at_end(self) -> Point:
+        """Unit vector along it."""
+        return self.direction_at_start
+
+
+@dataclass(frozen=True, slots=True)
+class Bow:
+    """An arc.
+
+    Attributes:
+        start: first point.
+        end: last point; equal to the first for a full circle. Its distance from the centre may differ a little
+            from that of the start, as words are rounded.
+        centre: of the circle.
+        rotation: 1 counter-clockwise, -1 clockwise.
+    """
+
+    start: Point
+    end: Point
+    centre: Point
+    rotation: int
+
+    @property
+    def radius(self) -> float:
+        """Distance of the start from the centre."""
+        return math.dist(self.start, self.centre)
+
+    @property
+    def angle(self) -> float:
+        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
+        turned = self.rotation * turn(between(self.centre, self.start), between(self.centre, self.end)) % math.tau
+        return turned if NEGLIGIBLE_ANGLE < turned < math.tau else math.tau
+
+    @property
+    def length(self) -> float:
+        """Length along the arc."""
+        return self.radius * self.angle
+
+    @property
+    def direction_at_start(self) -> Point:
+        """Unit tangent at the start."""
+        return self.direction_at(self.start)
+
+    @property
+    def direction_at_end(self) -> Point:
+        """Unit tangent at the end."""
+        return self.direction_at(self.end)
+
+    def direction_at(self, point: Point) -> Point:
+        """Unit tangent where the ray from the centre through a point meets the arc."""
+        tangent = left(unit(between(self.centre, point)))
+        return self.rotation * tangent[0], self.rotation * tangent[1]
+
+
+Element: TypeAlias = Segment | Bow
+
+
+def turn(before: Point, after: Point) -> float:
+    """The angle from one vector to another, rad, counter-clockwise positive, from -pi to pi."""
+    return math.atan2(cross(before, after), dot(before, after))
+
+
+def rotated(point: Point, centre: Point, angle: float) -> Point:
+    """The point turned about a centre by an angle, rad, counter-clockwise positive."""
+    u, v = between(centre, point)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return centre[0] + u * cosine - v * sine, centre[1] + u * sine + v * cosine
+
+
+def polyline(*points: Point) -> tuple[Segment, ...]:
+    """The straight lines through some points, without those that have no length."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if math.dist(kept[-1], point) > NEGLIGIBLE_LENGTH:
+            kept.append(point)
+    return tuple(Segment(start, end) for start, end in pairwise(kept))
+
+
+@dataclass(frozen=True, slots=True)
+class Offset:
+    """How far and to which side of the programmed path the centre runs.
+
+    Attributes:
+        radius: not negative.
+        side: 1 left, -1 right, seen along the motion.
+        swapped: whether the radius table holds the negative of `radius`, which swaps the sides (15-5).
+    """
+
+    radius: float
+    side: int
+    swapped: bool = False
+
+    @classmethod
+    def of(cls, table_radius: float, code: str) -> "Offset":
+        """The offset of a radius-table entry under G41 or G42."""
+        side = {"G41": 1, "G42": -1}[code]
+        swapped = table_radius < 0.0
+        return cls(abs(table_radius), -side if swapped else side, swapped)
+
+    @property
+    def table_radius(self) -> float:
+        """The entry of the radius table."""
+        return -self.radius if self.swapped else self.radius
+
+    def beside(self, point: Point, direction: Point) -> Point:
+        """The point one radius from another, at right angles to a unit vector and on the compensated side."""
+        return moved(point, left(direction), self.side * self.radius)
+
+    def beside_start(self, element: Element) -> Point:
+        """The point at right angles to the start of an element."""
+        return self.beside(element.start, element.direction_at_start)
+
+    def beside_end(self, element: Element) -> Point:
+        """The point at right angles to the end of an element."""
+        return self.beside(element.end, element.direction_at_end)

@@ -1,0 +1,97 @@
+"""Work coordinate systems, their shift by G92, the external offset and length offsets (11-10, lathe 11-8)."""
+
+from grind_env.control import numbers
+from grind_env.control.control import ORIGIN, Control
+from grind_env.control.decode import Command
+from grind_env.control.errors import ControlError
+from grind_env.control.modes import WORK_SYSTEMS
+from grind_env.control.motions import Position
+from grind_env.control.paths import AXES, displaced
+
+
+class WorkSystems:
+    """Where the program's origin lies on the machine.
+
+    Attributes:
+        offsets: origins of G54 to G59.3 by their code, mm.
+        external: shift of all of them, mm.
+        shift: by G92, mm.
+        length: the active length offset, mm.
+        wear: shift towards the part by what dresses have taken off the wheel, mm.
+    """
+
+    def __init__(self, control: Control) -> None:
+        self.offsets = {system: control.work_offsets.get(system, ORIGIN) for system in WORK_SYSTEMS}
+        for code in control.work_offsets:
+            if code not in self.offsets:
+                raise ControlError(
+                    "setting", f"work_offsets names {code}; the systems are {WORK_SYSTEMS[0]} to {WORK_SYSTEMS[-1]}"
+                )
+        self.external = control.external_offset
+        self.shift = ORIGIN
+        self.length = ORIGIN
+        self.wear = ORIGIN
+
+    def origin(self, system: str) -> Position:
+        """Machine coordinates of the program's origin in a work system, mm."""
+        parts = (self.offsets[system], self.external, self.shift, self.length, self.wear)
+        x, y, z = (sum(axis) for axis in zip(*parts, strict=True))
+        return x, y, z
+
+    def follow_wheel(self, axis: int, way: float) -> None:
+        """Shift the origin along an axis by what a dress has taken off the wheel, mm, towards the part."""
+        wear = list(self.wear)
+        wear[axis] += way
+        self.wear = (wear[0], wear[1], wear[2])
+
+    def load(self, command: Command) -> None:
+        """G10 L2: write axis words into the table of a work system, under G91 add them (lathe 11-8).
+
+        Raises:
+            ControlError: missing-parameter, block-format or out-of-range.
+        """
+        block, words = command.block, command.words
+        command.allow_only("LPOXYZ", "a G10 block")
+        for letter, meaning in (("L", "L2"), ("P", "P1 to P9, the work system")):
+            if letter not in words:
+                raise command.error("missing-parameter", f"G10 lacks {meaning}")
+        if numbers.integer(block, words["L"], 0, 99) != 2:
+            raise command.error("not-supported", f"G10 {words['L']} is not supported; G10 L2 loads work systems", "L")
+        system = WORK_SYSTEMS[numbers.integer(block, words["P"], 1, len(WORK_SYSTEMS)) - 1]
+        scope = numbers.integer(block, words["O"], 0, 9) if "O" in words else 0
+        diameter = {1: False, 2: True}.get(scope, command.modes.diameter)
+        letters = list(words)
+        axes = [letter for letter in AXES if letter in words]
+        for letter in "LPO":
+            if letter in words and any(letters.index(axis) < letters.index(letter) for axis in axes):
+                raise command.error(
+                    "block-format", f"{words[letter]} follows an axis word; L, P and O come first", letter
+                )
+        offset = list(self.offsets[system])
+        for letter in axes:
+            raw = numbers.length(block, words[letter], command.modes.inch, command.number_format)
+            way = 0.5 * raw if letter == "X" and diameter else raw
+            axis = AXES.index(letter)
+            offset[axis] = displaced(offset[axis], way) if command.lengths[letter].incremental else way
+        self.offsets[system] = (offset[0], offset[1], offset[2])
+
+    def preset(self, command: Command, position: Position) -> None:
+        """G92: shift the origin so that `position` gets the coordinates of the axis words.
+
+        Raises:
+            ControlError: missing-parameter or block-format.
+        """
+        command.allow_only(AXES, "a G92 block")
+        if not command.lengths:
+            raise command.error("missing-parameter", "G92 lacks the coordinates that the present position shall have")
+        origin = self.origin(command.modes.work_system)
+        shift = list(self.shift)
+        for letter, value in command.lengths.items():
+            axis = AXES.index(letter)
+            shift[axis] = displaced(shift[axis], position[axis] - origin[axis] - value.mm)
+        self.shift = (shift[0], shift[1], shift[2])
+
+    def cancel_preset(self, command: Command) -> None:
+        """G92.1: take the shift back."""
+        command.allow_only("", "a G92.1 block")
+        self.shift = ORIGIN

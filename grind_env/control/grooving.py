@@ -1,0 +1,218 @@
+"""A G76 or G77 block -> its plan, and the plan -> the legs of its path (lathe manual 23-3, 23-4, 23-7).
+
+G77 infeeds along the second axis of the plane and spaces its grooves along the first one, G76 the other way
+round; in G18 that is X and Z (22-2). What the manual leaves open is decided in `grooving-g77.md`, section 3(b).
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from grind_env.control import numbers
+from grind_env.control.decode import Command
+from grind_env.control.modes import PLANES
+from grind_env.control.motions import Position
+from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate
+from grind_env.control.rules import DEPTH_TOLERANCE
+
+LegKind: TypeAlias = Literal["infeed", "rapid"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroovePlan:
+    """The parameters of a grooving cycle; lengths in mm, X as a radius.
+
+    Attributes:
+        code: G76 or G77.
+        axis: that infeeds; 0 = X, 1 = Y, 2 = Z.
+        spacing_axis: along which the grooves follow one another.
+        start: where the tool stands before the block; the first groove is here.
+        bottom: of the grooves, a coordinate of `axis`.
+        step: infeed of a step, positive.
+        retract: e, the way back after every step but the last, below `step`.
+        last: position of the last groove, a coordinate of `spacing_axis`.
+        spacing: of the grooves, positive; 0 if there is one groove only.
+        shift: D, signed, along `spacing_axis`.
+    """
+
+    code: str
+    axis: int
+    spacing_axis: int
+    start: Position
+    bottom: float
+    step: float
+    retract: float
+    last: float
+    spacing: float
+    shift: float
+
+    @property
+    def depth(self) -> float:
+        """Depth of the grooves, mm."""
+        return abs(self.bottom - self.start[self.axis])
+
+    def point(self, infeed: float, across: float) -> Position:
+        """The position at these coordinates of `axis` and `spacing_axis`."""
+        point = list(self.start)
+        point[self.axis], point[self.spacing_axis] = infeed, across
+        return point[0], point[1], point[2]
+
+
+@dataclass(frozen=True, slots=True)
+class GrooveLeg:
+    """A straight leg from where the leg before ended; infeeds run at F, rapids at rapid speed.
+
+    Attributes:
+        end: where it ends, mm.
+        kind: "infeed" or "rapid".
+        groove: 1, 2, ...; the way to a groove counts as part of it.
+    """
+
+    end: Position
+    kind: LegKind
+    groove: int
+
+
+def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
+    """Fill in the parameters of a G76 or G77 block.
+
+    Args:
+        command: the block, its X words as radius values.
+        position: of the tool before the block in the coordinates of the program, mm.
+        retract: e, a setting of the control, mm, 0 or more.
+
+    Raises:
+        ControlError: block-format, compensation, missing-parameter, out-of-range, no-depth, groove-retract,
+            number-format or no-feedrate.
+    """
+    code = command.action
+    axis, spacing_axis = _roles(command)
+    infeed, space = AXES[axis], AXES[spacing_axis]
+    letters = infeed + space + INTEGRANDS[axis] + INTEGRANDS[spacing_axis] + "D"
+    command.allow_only(
+        letters, f"a {code} block in {command.modes.plane}, where {infeed} infeeds and {space} spaces the grooves"
+    )
+    if command.modes.compensation != "G40":
+        raise command.error("compensation", f"{code} is programmed under {command.modes.compensation}; G40 is needed")
+    bottom = _bottom(command, axis, position[axis])
+    last, spacing = _last_groove(command, spacing_axis, position[spacing_axis])
+    plan = GroovePlan(
+        code=code,
+        axis=axis,
+        spacing_axis=spacing_axis,
+        start=position,
+        bottom=bottom,
+        step=_step(command, INTEGRANDS[axis], retract),
+        retract=retract,
+        last=last,
+        spacing=spacing,
+        shift=_shift(command),
+    )
+    if command.modes.feed is None:
+        raise no_feed_rate(command)
+    return plan
+
+
+def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
+    """The path of a grooving cycle; legs without length are left out."""
+    here = plan.start
+    for groove, across in enumerate(groove_positions(plan), 1):
+        for end, kind in _one_groove(plan, across):
+            if end != here:
+                yield GrooveLeg(end, kind, groove)
+                here = end
+
+
+def groove_positions(plan: GroovePlan) -> Iterator[float]:
+    """Coordinates of the grooves, the first where the tool stands and the last at Z (G76: X) (23-3, 23-7)."""
+    start = plan.start[plan.spacing_axis]
+    yield start
+    if plan.last != start:
+        for done in divided(abs(plan.last - start), plan.spacing):
+            yield _on_the_way(start, plan.last, done)
+
+
+def divided(total: float, step: float) -> Iterator[float]:
+    """Ways covered after 1, 2, ... steps, mm; the last step is shortened to end exactly at `total` (23-7).
+
+    The ways are multiples of `step` and no sums, so that any number of steps leaves no residue.
+    """
+    for count in range(1, math.ceil((total - DEPTH_TOLERANCE) / step)):
+        yield count * step
+    yield total
+
+
+def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, LegKind]]:
+    """To the groove, down in steps with a retract after each but the last, aside by D, and out again."""
+    surface = plan.start[plan.axis]
+    yield plan.point(surface, across), "rapid"
+    for done in divided(plan.depth, plan.step):
+        yield plan.point(_on_the_way(surface, plan.bottom, done), across), "infeed"
+        if done < plan.depth:
+            yield plan.point(_on_the_way(surface, plan.bottom, done - plan.retract), across), "rapid"
+    aside = displaced(across, plan.shift) if plan.shift else across
+    yield plan.point(plan.bottom, aside), "rapid"
+    yield plan.point(surface, aside), "rapid"
+
+
+def _on_the_way(start: float, end: float, done: float) -> float:
+    """The coordinate after `done` mm from start to end, exactly `end` after the whole way."""
+    return end if done >= abs(end - start) else displaced(start, math.copysign(done, end - start))
+
+
+def _roles(command: Command) -> tuple[int, int]:
+    """The axis that infeeds and the axis that spaces the grooves."""
+    first, second = PLANES[command.modes.plane]
+    return (second, first) if command.action == "G77" else (first, second)
+
+
+def _bottom(command: Command, axis: int, start: float) -> float:
+    letter = AXES[axis]
+    if letter not in command.words:
+        raise command.error("missing-parameter", f"{command.action} lacks {letter}, the bottom of the groove; give it")
+    bottom = coordinate(command, letter, start)
+    if abs(bottom - start) <= DEPTH_TOLERANCE:
+        raise command.error(
+            "no-depth", f"{command.words[letter]} leaves the groove no depth; it must lead away from the start", letter
+        )
+    return bottom
+
+
+def _step(command: Command, letter: str, retract: float) -> float:
+    """The infeed of a step; its sign does not matter."""
+    step = _size(command, letter, "the infeed of each step")
+    if step <= retract:
+        raise command.error(
+            "groove-retract",
+            f"{command.words[letter]} is a step of {step:g} mm, from which the retract of {retract:g} mm leaves "
+            "nothing; a larger step or a smaller retract setting is needed",
+            letter,
+        )
+    return step
+
+
+def _last_groove(command: Command, axis: int, start: float) -> tuple[float, float]:
+    """Where the last groove is, and the spacing; K, or I in G76, counts only if there is more than one groove."""
+    letter = AXES[axis]
+    last = coordinate(command, letter, start) if letter in command.words else start
+    if abs(last - start) <= DEPTH_TOLERANCE:
+        return start, 0.0
+    return last, _size(command, INTEGRANDS[axis], f"the spacing of the grooves up to {command.words[letter]}")
+
+
+def _size(command: Command, letter: str, meaning: str) -> float:
+    """Size of an integrand, mm, which must not be 0; it is incremental whatever the mode (23-4, 23-7)."""
+    if letter not in command.words:
+        raise command.error("missing-parameter", f"{command.action} lacks {letter}, {meaning}; give it in the block")
+    size = abs(command.lengths[letter].mm)
+    if size == 0.0:
+        raise command.error("out-of-range", f"{command.words[letter]} counts as 0; {meaning} must be more", letter)
+    return size
+
+
+def _shift(command: Command) -> float:
+    """D, which must be programmed even if it is 0 (23-7)."""
+    if "D" not in command.words:
+        raise command.error("missing-parameter", f"{command.action} lacks D, the shift at full depth; give D0 for none")
+    return numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format)

@@ -1,0 +1,155 @@
+"""What comes next in the compensation plane: the motions ahead, read before they are executed (15-59).
+
+Nothing is executed and no error is raised here: where a block cannot be read, the view ends, and the error comes
+when execution reaches the block.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from grind_env.control import numbers
+from grind_env.control.control import Control
+from grind_env.control.decode import Command, decode
+from grind_env.control.errors import ControlError
+from grind_env.control.expressions import evaluated
+from grind_env.control.flow import BlockStream, Call
+from grind_env.control.geometry import Path, Straight
+from grind_env.control.modes import CYCLES, PLANES, Modes
+from grind_env.control.motions import Position
+from grind_env.control.paths import arc_path, target
+from grind_env.control.reader import HIGHEST_PROGRAM, Program, Source, read_block
+
+REFERENCE_MOVES = ("G28", "G29", "G30")
+COORDINATE_CODES = ("G10", "G92", "G92.1")
+
+
+class Barrier(Enum):
+    """Why no motion in the plane comes next."""
+
+    LIMIT = "more blocks without motion than compensation survives"
+    CANCELLED = "the same after G40"
+    COORDINATES = "the work coordinate system changes"
+    END = "the program ends or cannot be read on"
+
+
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """A motion in the plane that will come: its block and its programmed path, machine coordinates."""
+
+    command: Command
+    path: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """Where the view ahead begins.
+
+    Attributes:
+        modes: in force.
+        position: programmed position, machine coordinates, mm.
+        origin: of the work system, machine coordinates, mm.
+        reciprocating: the axis that words do not move; None if none reciprocates.
+    """
+
+    modes: Modes
+    position: Position
+    origin: Position
+    reciprocating: int | None
+
+
+def in_plane(path: Path, plane: str) -> bool:
+    """Whether a path moves an axis of the plane."""
+    return not isinstance(path, Straight) or any(path.start[axis] != path.end[axis] for axis in PLANES[plane])
+
+
+def upcoming(
+    calls: list[Call], outlook: Outlook, control: Control, find: Callable[[int], Program | None]
+) -> Iterator[Prospect | Barrier]:
+    """Look ahead along the way of execution; the last item is a `Barrier`.
+
+    Args:
+        calls: the programs under execution, the innermost last.
+        outlook: state after the block under execution.
+        control: settings.
+        find: returns a program by its number.
+    """
+    modes, position, gap = outlook.modes, outlook.position, 0
+    walk = _Walk(calls, find)
+    for source in walk:
+        if gap > control.non_motion_blocks:
+            break
+        gap += 1
+        if source.deletable and control.block_delete:
+            continue
+        try:
+            command = decode(evaluated(read_block(source), control.variables), modes, control.number_format)
+            moved = _motion(command, position, outlook)
+            walk.follow(command)
+        except ControlError:
+            break
+        if command.modes.work_system != modes.work_system or command.code in COORDINATE_CODES:
+            yield Barrier.COORDINATES
+            return
+        if command.action in CYCLES and not command.action.startswith("G81"):
+            break
+        modes = command.modes
+        if moved is not None:
+            position = moved.end
+            if in_plane(moved, modes.plane):
+                yield Prospect(command, moved)
+                gap = 0
+        if walk.ended:
+            break
+    if gap <= control.non_motion_blocks:
+        yield Barrier.END
+    else:
+        yield Barrier.CANCELLED if modes.compensation == "G40" else Barrier.LIMIT
+
+
+def _motion(command: Command, position: Position, outlook: Outlook) -> Path | None:
+    """The path of a block; None if it holds no motion."""
+    if command.action in ("G02", "G03"):
+        return arc_path(command, position, outlook.origin)
+    if command.action in ("G00", "G01", *REFERENCE_MOVES):
+        return Straight(position, target(command, position, outlook.origin, outlook.reciprocating))
+    return None
+
+
+class _Walk:
+    """Iterates over the blocks ahead as calls and returns lead to them."""
+
+    def __init__(self, calls: list[Call], find: Callable[[int], Program | None]) -> None:
+        self._levels = [(replace(call), call.stream.ahead()) for call in calls]
+        self._find = find
+        self.ended = False
+
+    def __iter__(self) -> Iterator[Source]:
+        while not self.ended:
+            source = next(self._levels[-1][1], None)
+            if source is None:
+                self.ended = True
+            else:
+                yield source
+
+    def follow(self, command: Command) -> None:
+        """Go where a block leads: into a program, back from it, or to the end."""
+        words = command.words
+        if 98 in command.m and "P" in words:
+            program = self._find(numbers.integer(command.block, words["P"], 1, HIGHEST_PROGRAM))
+            times = numbers.integer(command.block, words["L"], 0, 999) if "L" in words else 1
+            if program is None:
+                self.ended = True
+            elif times > 0:
+                self._enter(program, times - 1)
+        elif 99 in command.m:
+            call, _ = self._levels.pop()
+            if call.repeats > 0 or not (self._levels or call.interrupt):
+                self._enter(call.stream.program, max(call.repeats - 1, 0))
+            elif call.interrupt:
+                self.ended = True
+        elif 2 in command.m or 30 in command.m:
+            self.ended = True
+
+    def _enter(self, program: Program, repeats: int) -> None:
+        self._levels.append((Call(BlockStream(program), repeats), iter(program.blocks)))

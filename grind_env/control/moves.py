@@ -1,0 +1,226 @@
+"""Blocks that move axes outside the cycles: lines, arcs, dwells, reference moves and grooves."""
+
+from collections.abc import Callable, Generator, Iterator
+
+from grind_env.control import numbers
+from grind_env.control.compensation.state import SIDES, Compensation, Piece
+from grind_env.control.control import Control
+from grind_env.control.coordinates import WorkSystems
+from grind_env.control.decode import Command
+from grind_env.control.dressing import Recorder
+from grind_env.control.errors import Place
+from grind_env.control.geometry import Path, Straight, split
+from grind_env.control.grooving import groove_legs, plan_groove
+from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
+from grind_env.control.modes import PLANES
+from grind_env.control.motions import Event, Hold, Position, Source
+from grind_env.control.paths import (
+    AXES,
+    INTEGRANDS,
+    arc_path,
+    displaced,
+    dwell_seconds,
+    feed_rate,
+    no_feed_rate,
+    target,
+)
+from grind_env.control.timeline import Timeline
+from grind_env.control.tooling import Tooling
+
+Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
+"""Looks ahead along the way of execution."""
+Interruption = Callable[[float, float], float | None]
+"""The time of an immediate program interrupt between two times, s; None if there is none."""
+Service = Callable[[], Generator[Event, None, bool]]
+"""Runs that interrupt; returns whether it has moved the axes away for good."""
+
+
+class Mover:
+    """Turns motion blocks into motions of the timeline, through coordinates and radius compensation.
+
+    Attributes:
+        source: what commands the motions: the program, a dress or an interrupt.
+        recorder: remembers the way of an interrupt program; None outside of one.
+        detour: whether the next motion starts away from its programmed start and runs straight to its end, after
+            a type 1 interrupt (lathe manual 29-6).
+        passed: the intermediate point of the last G28 or G30, for G29.
+    """
+
+    def __init__(self, timeline: Timeline, control: Control, interruption: Interruption, interrupt: Service) -> None:
+        self.timeline, self.control = timeline, control
+        self.work, self.tooling = WorkSystems(control), Tooling(control)
+        self.compensation = Compensation(control)
+        self.source = Source.PROGRAM
+        self.recorder: Recorder | None = None
+        self.detour = False
+        self.passed: Position | None = None
+        self.interruption, self.interrupt = interruption, interrupt
+
+    @property
+    def position(self) -> Position:
+        """The programmed position, machine coordinates, mm: without the offset of the compensation."""
+        return self.compensation.position(self.timeline.position)
+
+    def linear(self, command: Command, ahead: Ahead) -> Iterator[Event]:
+        """G00 or G01."""
+        table = self.timeline.reciprocation
+        letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
+        if command.modes.compensation == "G40" and self.compensation.offset is not None:
+            letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
+        command.allow_only(letters, f"this {command.action} block")
+        end = target(command, self.position, self._origin(command), self._reciprocating)
+        path = Straight(self.position, end)
+        if path.length > 0.0:
+            yield from self._run(command, path, ahead)
+
+    def circular(self, command: Command, ahead: Ahead) -> Iterator[Event]:
+        """G02 or G03."""
+        path = arc_path(command, self.position, self._origin(command))
+        if path is None:
+            return
+        table = self._reciprocating
+        if table is not None and path.moves(table):
+            raise command.error(
+                "axis-conflict",
+                f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc",
+            )
+        yield from self._run(command, path, ahead)
+
+    def dwell(self, command: Command) -> Iterator[Event]:
+        """G04."""
+        here = self.timeline.position
+        missing = command.error("no-feedrate", "G04 counts revolutions under G96; the radius of entry 33 is needed")
+        seconds = dwell_seconds(command, self.tooling.spindle_speed(command.modes, missing))
+        yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
+
+    def reference(self, command: Command) -> Iterator[Event]:
+        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49).
+
+        Raises:
+            ControlError: missing-parameter, out-of-range or axis-conflict.
+        """
+        command.allow_only("XYZP" if command.action == "G30" else "XYZ", f"a {command.action} block")
+        axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
+        if not axes:
+            raise command.error("missing-parameter", f"{command.action} names no axis; X, Y or Z is needed")
+        if self._reciprocating in axes:
+            raise command.error(
+                "axis-conflict", f"{command.action} moves an axis that reciprocates; program G80 before"
+            )
+        named = target(command, self.position, self._origin(command))
+        if command.action == "G29":
+            if self.passed is None:
+                raise command.error("missing-parameter", "G29 has no intermediate point; G28 or G30 comes before it")
+            stops = [self.passed, named]
+        else:
+            number = 1
+            if command.action == "G30":
+                number = 2
+                if "P" in command.words:
+                    number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
+            self.passed = named
+            stops = [named, self.control.reference_points[number - 1]]
+        self.compensation.forget()
+        self.compensation.programmed = None
+        for stop in stops:
+            here = self.timeline.position
+            yield from self._advance(command.block.place, Straight(here, _moved(here, stop, axes)), None)
+
+    def groove(self, command: Command) -> Iterator[Event]:
+        """G76 or G77, and a stop after each groove in single block.
+
+        Raises:
+            ControlError: axis-conflict while an axis reciprocates, and what `plan_groove` raises.
+        """
+        if self._reciprocating is not None:
+            raise command.error("axis-conflict", f"{command.action} is programmed during reciprocation; G80 is needed")
+        origin, place = self._origin(command), command.block.place
+        plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), self.control.groove_retract)
+        feed, groove = self.rate(command), 1
+        for leg in groove_legs(plan):
+            self.timeline.budget.spend(place)
+            if leg.groove != groove and self.control.panel.single_block:
+                yield Hold(self.timeline.time, "single block")
+            groove = leg.groove
+            path = Straight(self.timeline.position, _moved_by(leg.end, origin, 1.0))
+            rate, mark = (feed, (plan.axis, leg.groove)) if leg.kind == "infeed" else (None, None)
+            yield from self.timeline.move(place, path, rate, Source.CYCLE, groove=mark)
+            if self.recorder is not None:
+                self.recorder.note(path, rate)
+
+    def rate(self, command: Command) -> float:
+        """F in mm/min for a block.
+
+        Raises:
+            ControlError: no-feedrate.
+        """
+        missing = no_feed_rate(command)
+        speed = self.tooling.spindle_speed(command.modes, missing) if command.modes.per_revolution else None
+        return feed_rate(command.modes, speed, self.control, missing)
+
+    @property
+    def _reciprocating(self) -> int | None:
+        table = self.timeline.reciprocation
+        return None if table is None else table.axis
+
+    def _origin(self, command: Command) -> Position:
+        return self.work.origin(command.modes.work_system)
+
+    def _run(self, command: Command, path: Path, ahead: Ahead) -> Iterator[Event]:
+        """Run along a programmed path, or along what the compensation makes of it."""
+        place = command.block.place
+        feed = None if command.action == "G00" else self.rate(command)
+        actual = self.timeline.position
+        if self.detour:
+            self.detour, path = False, Straight(actual, path.end)
+        for piece in self._pieces(command, path, actual, ahead):
+            if piece.path.length > 0.0:
+                share = None if feed is None else feed * piece.share
+                yield from self._advance(place, piece.path, share, Source.COMPENSATION if piece.generated else None)
+
+    def _pieces(self, command: Command, path: Path, actual: Position, ahead: Ahead) -> list[Piece]:
+        modes, compensation = command.modes, self.compensation
+        compensated = modes.compensation in SIDES or compensation.offset is not None
+        if compensated and in_plane(path, modes.plane):
+            outlook = Outlook(modes, path.end, self._origin(command), self._reciprocating)
+            return compensation.plan(command, path, actual, self.tooling.radius, ahead(outlook))
+        if not compensated:
+            compensation.programmed = None
+            return [Piece(path if path.start == actual else Straight(actual, path.end))]
+        return [
+            Piece(
+                Straight(
+                    actual, _moved(actual, path.end, [axis for axis in range(3) if path.start[axis] != path.end[axis]])
+                )
+            )
+        ]
+
+    def _advance(self, place: Place, path: Path, feed: float | None, source: Source | None = None) -> Iterator[Event]:
+        """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6)."""
+        timeline = self.timeline
+        while path.length > 0.0:
+            time = self.interruption(timeline.time, timeline.time + timeline.duration(path, feed))
+            rest: Path | None = None
+            if time is not None:
+                fraction = timeline.braked(path, feed, time - timeline.time)
+                path, rest = split(path, fraction) if fraction < 1.0 else (path, None)
+            yield from timeline.move(place, path, feed, source or self.source)
+            if self.recorder is not None:
+                self.recorder.note(path, feed)
+            if time is None:
+                return
+            away = yield from self.interrupt()
+            if away or rest is None:
+                return
+            path = rest
+
+
+def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
+    """The position with some axes at their goal."""
+    x, y, z = (goal[axis] if axis in axes else position[axis] for axis in range(3))
+    return x, y, z
+
+
+def _moved_by(position: Position, way: Position, sign: float) -> Position:
+    x, y, z = (displaced(coordinate, sign * part) for coordinate, part in zip(position, way, strict=True))
+    return x, y, z

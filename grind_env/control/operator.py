@@ -1,0 +1,73 @@
+"""What the operator does at the panel while a program runs, and program interrupts."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from grind_env.control.errors import ControlError
+
+HIGHEST_OVERRIDE = 200.0
+"""Percent of the programmed feed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interrupt:
+    """A request to run a program in the middle of another one (lathe manual 29-6, 29-7).
+
+    Attributes:
+        program: its O number.
+        kind: 1 goes on from where the interrupt program ends; 2 returns to the point of interruption first.
+        immediate: within a motion of the part program rather than at the end of its block.
+        at: time of the request, s.
+
+    Raises:
+        ControlError: setting, no such kind or a negative time.
+    """
+
+    program: int
+    kind: int = 2
+    immediate: bool = True
+    at: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no request."""
+        if self.kind not in (1, 2):
+            raise ControlError("setting", f"an interrupt of type {self.kind} is unknown; it must be 1 or 2")
+        if not self.at >= 0.0:
+            raise ControlError("setting", f"an interrupt at {self.at} s is impossible; the time must be 0 or more")
+
+
+@dataclass(slots=True)
+class Panel:
+    """The operator's switches and requests, read by the control between two motions.
+
+    Attributes:
+        dress_requested: a dress is wanted at the next reversal point.
+        held: feedhold.
+        single_block: stop after every block.
+        override: factor on every feed; 0 holds the axes.
+        interrupts: requests not yet served.
+    """
+
+    dress_requested: bool = False
+    held: bool = False
+    single_block: bool = False
+    override: float = 1.0
+    interrupts: deque[Interrupt] = field(default_factory=deque)
+
+    @property
+    def holding(self) -> str | None:
+        """Why no motion may begin; None if one may."""
+        if self.held:
+            return "feedhold"
+        return "override" if self.override == 0.0 else None
+
+
+def override_factor(percent: float) -> float:
+    """The factor of a feedrate override.
+
+    Raises:
+        ControlError: setting, outside 0 to 200 %.
+    """
+    if not 0.0 <= percent <= HIGHEST_OVERRIDE:
+        raise ControlError("setting", f"an override of {percent} % is impossible; it must be 0 to {HIGHEST_OVERRIDE:g}")
+    return percent / 100.0

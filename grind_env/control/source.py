@@ -1,0 +1,195 @@
+"""The text of a part program, cut into blocks one at a time (10-6).
+
+A text is never held as blocks: whoever needs them reads them from the bytes anew, so a program takes no more memory
+than a chunk of it, however many blocks it has.
+"""
+
+import codecs
+import collections
+import functools
+import io
+import os
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from grind_env.control.errors import ControlError, Place
+
+CHUNK = 1 << 16
+"""Bytes read at a time; a block longer than that is read whole."""
+HELD = 1 << 20
+"""Bytes up to which a file is kept in memory instead of being read again."""
+
+_BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|[;%\r\n]|\Z)")
+_WITHIN_LINE = ("", ";", "%")
+_LINE_END = re.compile(rb"\r\n|\r|\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The text of one block as it stands in the file; line and column count from 1."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+    @property
+    def deletable(self) -> bool:
+        """Whether the block begins with ``/``."""
+        return self.text.startswith("/")
+
+    @property
+    def place(self) -> Place:
+        """The place as far as it is known before the N word is read."""
+        return Place(self.file, self.line, self.column, self.line)
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A text in UTF-8 that can be read again and again.
+
+    Attributes:
+        name: name of its file, for the places of blocks.
+        title: what messages about the text as a whole call it.
+        open: opens its bytes; a `ControlError` says why they cannot be read.
+    """
+
+    name: str
+    title: str
+    open: Callable[[], BinaryIO]
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place in a text where a block may begin: byte from 0, line and column from 1."""
+
+    offset: int = 0
+    line: int = 1
+    column: int = 1
+
+
+def text_of(text: str, name: str) -> Text:
+    """A text that is in memory; half surrogate pairs, which are no characters, become question marks."""
+    return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
+
+
+def text_in(path: Path) -> Text:
+    """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
+
+    What can be read only once, such as a pipe, is kept whatever its size.
+
+    Raises:
+        ControlError: file, it cannot be read.
+    """
+    with _opened(path) as handle:
+        if not handle.seekable() or os.fstat(handle.fileno()).st_size <= HELD:
+            return Text(path.name, str(path), functools.partial(io.BytesIO, _whole(handle, path)))
+        return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
+
+
+class Scanner:
+    """Cuts a text into blocks, from a mark up to the ``%`` after a leading one; blank blocks are left out."""
+
+    def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
+        self._handle, self._text, self._start = handle, text, start
+        self._last: tuple[re.Match[str], int, int, int] | None = None
+
+    def __iter__(self) -> Iterator[Source]:
+        """Read the blocks.
+
+        Raises:
+            ControlError: file, the text is not in UTF-8.
+        """
+        name, line, begun = self._text.name, self._start.line, self._start.offset > 0
+        line_begin = 1 - self._start.column
+        pieces = self._pieces()
+        for offset, piece in pieces:
+            for match in _BLOCK.finditer(piece):
+                text, end = match.groups()
+                block = text.strip()
+                if block:
+                    self._last = match, offset, line, line_begin
+                    yield Source(name, line, match.start() + text.index(block) - line_begin + 1, block)
+                if end == "%" and (block or begun):
+                    collections.deque(pieces, maxlen=0)  # what follows must be text as well
+                    return
+                begun = begun or bool(block) or end == "%"
+                if end not in _WITHIN_LINE:
+                    line, line_begin = line + 1, match.end()
+            line_begin -= len(piece)
+
+    @property
+    def mark(self) -> Mark:
+        """Where the text goes on after the block that came last."""
+        if self._last is None:
+            return self._start
+        match, offset, line, line_begin = self._last
+        offset += len(match.string[: match.end()].encode())
+        if match[2] in _WITHIN_LINE:
+            return Mark(offset, line, match.end() - line_begin + 1)
+        return Mark(offset, line + 1, 1)
+
+    def _pieces(self) -> Iterator[tuple[int, str]]:
+        """The text in pieces that end where a block ends, each with its offset in bytes."""
+        offset = self._start.offset
+        self._handle.seek(offset)
+        rest = self._handle.read(CHUNK)
+        if offset == 0 and rest.startswith(codecs.BOM_UTF8):
+            offset, rest = len(codecs.BOM_UTF8), rest[len(codecs.BOM_UTF8) :]
+        while more := self._handle.read(max(CHUNK, len(rest))):
+            data = rest + more
+            end = 1 + max(data.rfind(b"\n"), data.rfind(b";"), data.rfind(b"\r", 0, -1))
+            yield offset, self._decoded(data[:end], offset)
+            offset, rest = offset + end, data[end:]
+        yield offset, self._decoded(rest, offset)
+
+    def _decoded(self, data: bytes, offset: int) -> str:
+        try:
+            return data.decode()
+        except UnicodeDecodeError as error:
+            self._handle.seek(0)
+            line = 1 + len(_LINE_END.findall(self._handle.read(offset + error.start)))
+            raise ControlError(
+                "file",
+                f"line {line} of {self._text.title} is not text in UTF-8; save the part program in this encoding",
+            ) from None
+
+
+def _opened(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise _unreadable(path, error) from None
+
+
+def _whole(handle: BinaryIO, path: Path) -> bytes:
+    try:
+        return handle.read()
+    except OSError as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: OSError) -> ControlError:
+    return ControlError("file", f"{path} cannot be read ({error.strerror or 'not readable'}); name a text file")
+
+
+def _state(handle: BinaryIO) -> tuple[int, ...]:
+    """What tells a file from its former state."""
+    status = os.fstat(handle.fileno())
+    return status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
+    handle = _opened(path)
+    if _state(handle) != state:
+        handle.close()
+        raise changed(str(path))
+    return handle
+
+
+def changed(title: str) -> ControlError:
+    """The error of a text that is no longer what it was when its programs were found."""
+    return ControlError("file", f"{title} has changed since it was read; read it again")

@@ -1,0 +1,146 @@
+"""What sets the table going and stops it: G81 to G83, G80, and the end of the program."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from grind_env.control.control import Control
+from grind_env.control.cycles import Memory, Situation, plan_cycle, redirect
+from grind_env.control.decode import Command
+from grind_env.control.grinding import Service, cross_grind, plunge_grind
+from grind_env.control.modes import PLANES
+from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event
+from grind_env.control.moves import Mover
+from grind_env.control.paths import AXES, displaced
+from grind_env.control.reciprocation import Reciprocation
+from grind_env.control.timeline import Timeline
+
+Dress = Callable[[int, str], Iterator[Event]]
+"""Runs a dress program for a cause."""
+
+
+class Table:
+    """Cycles and the reciprocation that outlives them.
+
+    Attributes:
+        memory: what later cycle blocks may omit, in coordinates of the program.
+    """
+
+    def __init__(self, timeline: Timeline, mover: Mover, control: Control, serve: Service, dress: Dress) -> None:
+        self.timeline, self.mover, self.control = timeline, mover, control
+        self.serve, self.dress = serve, dress
+        self.memory = Memory()
+
+    def redirect(self, command: Command) -> None:
+        """Let the words of a motion block change the reciprocation under way, and E the feed of later cycles."""
+        table = self.timeline.reciprocation
+        if command.reciprocation_feed is not None:
+            self.memory = replace(self.memory, feed=command.reciprocation_feed)
+        if table is not None:
+            origin = self.mover.work.origin(command.modes.work_system)[table.axis]
+            self.memory = redirect(command, self.memory, table, origin, self.control.maximum_feed)
+
+    def cycle(self, command: Command) -> Iterator[Event]:
+        """Plan a G81, G82 or G83, let it take over the table, and work it off (G81 goes on by itself)."""
+        timeline, table = self.timeline, self.timeline.reciprocation
+        origin = self.mover.work.origin(command.modes.work_system)
+        x, y, z = (displaced(here, -there) for here, there in zip(timeline.position, origin, strict=True))
+        situation = Situation(
+            (x, y, z),
+            None if table is None else table.axis,
+            0.0 if table is None else displaced(table.secondary, -origin[table.axis]),
+            self.control.maximum_feed,
+        )
+        plan, memory = plan_cycle(command, self.memory, situation)
+        plan = _on_machine(plan, origin)
+        self._refuse_compensation(command, plan)
+        while table is not None and not table.at_secondary:
+            yield from timeline.finish_stroke()
+            yield from self.serve(0)
+        yield from self._end_reciprocation_cycle()
+        self.memory = memory
+        place = command.block.place
+        if table is None:
+            start = timeline.position[plan.axis]
+            table = Reciprocation(plan, place, plan.primary, plan.secondary, plan.feed, start, timeline.time)
+            timeline.reciprocation = table
+        else:
+            table.take_over(plan, place)
+        timeline.infeed_shift = 0.0
+        yield CycleStart(timeline.time, plan)
+        if plan.pre_dress and plan.program is not None:
+            yield from self.dress(plan.program, "pre")
+        if plan.code == "G81":
+            return
+        grind = plunge_grind if plan.code == "G82" else cross_grind
+        table.in_cycle = True
+        yield from grind(plan, timeline, self.serve)
+        timeline.settle()
+        table.in_cycle = False
+        yield CycleEnd(timeline.time, plan, table.count, table.dresses)
+
+    def cancel(self, command: Command) -> Iterator[Event]:
+        """G80: stop at the next reversal point (PD-1)."""
+        command.allow_only("", "a G80 block")
+        yield from self.stop()
+
+    def run_on(self) -> Iterator[Event]:
+        """The strokes of a G81 that the end of the text leaves running (ruling 11)."""
+        table = self.timeline.reciprocation
+        while table is not None and table.plan.code == "G81" and table.count < self.control.strokes:
+            yield from self.timeline.finish_stroke()
+            yield from self.serve(0)
+
+    def stop(self) -> Iterator[Event]:
+        """Finish the stroke in progress and let the table stand (PD-1, ruling 1)."""
+        yield from self.come_to_reversal()
+        yield from self._end_reciprocation_cycle()
+        self.timeline.reciprocation = None
+
+    def come_to_reversal(self) -> Iterator[Event]:
+        """Finish the stroke in progress, and serve what waits for its end."""
+        table = self.timeline.reciprocation
+        if table is not None and not table.at_reversal:
+            yield from self.timeline.finish_stroke()
+            yield from self.serve(0)
+
+    def follow_wheel(self, amount: float) -> None:
+        """Let later infeeds and the program's origin follow a wheel that a dress has made smaller by `amount` mm."""
+        plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
+        if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
+            way = amount if plan.depth_target > plan.plunge_start else -amount
+            self.timeline.infeed_shift += way
+            self.mover.work.follow_wheel(plan.plunge_axis, way)
+
+    def _end_reciprocation_cycle(self) -> Iterator[Event]:
+        table = self.timeline.reciprocation
+        if table is not None and table.plan.code == "G81":
+            yield CycleEnd(self.timeline.time, table.plan, table.count, table.dresses)
+
+    def _refuse_compensation(self, command: Command, plan: CyclePlan) -> None:
+        """No cycle may move an axis of the plane in which the radius is compensated."""
+        side = command.modes.compensation
+        if side == "G40" and self.mover.compensation.offset is None:
+            return
+        moved = [axis for axis in (plan.axis, plan.plunge_axis, plan.cross_axis) if axis is not None]
+        for axis in moved:
+            if axis in PLANES[command.modes.plane]:
+                raise command.error(
+                    "compensation", f"{command.action} moves {AXES[axis]} of the plane of {side}; program G40 before"
+                )
+
+
+def _on_machine(plan: CyclePlan, origin: tuple[float, float, float]) -> CyclePlan:
+    """The plan in machine coordinates."""
+
+    def shifted(coordinate: float, axis: int | None) -> float:
+        return coordinate if axis is None else displaced(coordinate, origin[axis])
+
+    return replace(
+        plan,
+        primary=shifted(plan.primary, plan.axis),
+        secondary=shifted(plan.secondary, plan.axis),
+        plunge_start=shifted(plan.plunge_start, plan.plunge_axis),
+        depth_target=shifted(plan.depth_target, plan.plunge_axis),
+        cross_start=shifted(plan.cross_start, plan.cross_axis),
+        cross_end=shifted(plan.cross_end, plan.cross_axis),
+    )

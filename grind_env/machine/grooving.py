@@ -1,0 +1,136 @@
+"""What a wheel grinds in the grooves of G76 and G77, one cut of the process model per infeed.
+
+The grooving cycles are those of a turning part (lathe manual, chapter 23). An infeed that goes `a` deeper at the
+feed `vf` over a ground length `Lw`, the circumference of the part, removes `vf Lw` mm3/s per mm of width: the
+specific removal rate `pi dw vf` of cylindrical plunge grinding (Malkin, Grinding Technology). A stroke of the model
+removes `ae vw`; it is given the interference `a` and the work speed `vw = Lw vf / a`, at which the part makes one
+turn per infeed. Volume, removal rate and duration are then those of the infeed. If the part turns faster, the cut of
+a turn is thinner than the one computed; the curvature of the part is left out.
+
+The wheel engages with its whole width, less what a groove beside this one has cut before. There is no spark-out,
+for the control does not dwell at the bottom: a groove stays shallower by what wheel and machine yield.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from grind_env.control import Infeed
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.advice import DEEPEST_CUT, TABLE_SPEEDS
+from grind_env.machine.compiled import Strips, grind_strips
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+
+PLACE_DECIMALS = 6
+"""Decimals, mm, to which the coordinates of two infeeds of one groove agree."""
+
+Direction: TypeAlias = tuple[int, float]
+"""Axis of the infeeds, 0 = X, 1 = Y, 2 = Z, and their sign on it."""
+
+Place: TypeAlias = tuple[float, ...]
+"""Coordinates along the two other axes, mm."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Groove:
+    """A groove as one strip of the process model: arrays of one value, and the plunges made in it.
+
+    Attributes:
+        S: depth cut, mm.
+        Rs: roughness of the bottom, um.
+        reached: deepest programmed depth, mm.
+        plunges: depth in mm and temperature rise in K of every infeed.
+    """
+
+    S: Strips = field(default_factory=lambda: np.zeros(1))
+    Rs: Strips = field(default_factory=lambda: np.full(1, INITIAL_ROUGHNESS))
+    reached: Strips = field(default_factory=lambda: np.zeros(1))
+    plunges: list[tuple[float, float]] = field(default_factory=list)
+
+
+class Grooves:
+    """The grooves of one part; an infeed where a groove has been cut before goes on with it.
+
+    Attributes:
+        surface: coordinate at which the wheel touches the part, mm.
+        length: ground length, mm.
+        width: of the wheel, mm.
+    """
+
+    def __init__(self, surface: float, length: float, width: float) -> None:
+        self.surface, self.length, self.width = surface, length, width
+        self._grooves: dict[tuple[Direction, Place], Groove] = {}
+
+    def __iter__(self) -> Iterator[Groove]:
+        """In the order in which they were begun."""
+        return iter(self._grooves.values())
+
+    def grind(self, wheel: WheelState, event: Infeed, p: StrokeParameters) -> tuple[WheelState, Stroke, float] | None:
+        """One infeed of the wheel.
+
+        Args:
+            wheel: state before the infeed.
+            event: the infeed.
+            p: parameters.
+
+        Returns:
+            The wheel after it, the cut, and the engaged width in mm; None if it goes no deeper than before.
+        """
+        Z, direction = infeed_depth(event, self.surface), _direction(event)
+        place = tuple(round(x, PLACE_DECIMALS) for axis, x in enumerate(event.end) if axis != event.axis)
+        groove = self._grooves.get((direction, place), Groove())
+        deeper = Z - groove.reached[0]
+        if deeper <= DEPTH_TOLERANCE:
+            return None
+        self._grooves[direction, place] = groove
+        vw = self.length * event.feed / 60.0 / deeper
+        width = self._engaged(direction, place, Z)
+        after, stroke, b, _ = grind_strips(
+            wheel, groove.S, groove.Rs, groove.reached, 0, 1, Z, vw, width, self.length, p
+        )
+        groove.plunges.append((Z, stroke.T))
+        return after, stroke, b
+
+    def _engaged(self, direction: Direction, place: Place, Z: float) -> float:
+        """Width that the wheel cuts at depth `Z`, mm: all but what the nearest groove so deep has cut before."""
+        beside = (
+            math.dist(other, place)
+            for (way, other), groove in self._grooves.items()
+            if way == direction and groove.reached[0] >= Z - DEPTH_TOLERANCE  # this groove is not so deep yet
+        )
+        return min((self.width, *beside))
+
+
+def infeed_depth(event: Infeed, surface: float) -> float:
+    """Depth that an infeed reaches below the surface, mm; negative if it ends before it."""
+    axis, sign = _direction(event)
+    return sign * (event.end[axis] - surface)
+
+
+def outside_model(stroke: Stroke) -> str | None:
+    """What to say about an infeed beyond the limits of validity of the process model; None within them."""
+    if stroke.ae <= 0.0:
+        return None
+    low, high = TABLE_SPEEDS
+    speed = 60.0 * stroke.Q / stroke.ae
+    if not low <= speed <= high:
+        return (
+            f"an infeed grinds the length of the part at {speed:.0f} mm/min, a turn per infeed; "
+            f"the process model holds from {low:g} to {high:g} mm/min"
+        )
+    if stroke.ae > DEEPEST_CUT:
+        return f"an infeed cuts {stroke.ae:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
+    return None
+
+
+def missed_surface(surface: float) -> str:
+    """What to say where no infeed comes as far as the surface of the job, mm."""
+    return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
+
+
+def _direction(event: Infeed) -> Direction:
+    return event.axis, math.copysign(1.0, event.end[event.axis] - event.start[event.axis])

@@ -1,0 +1,344 @@
+import math
+
+import pytest
+
+from grind_env.control.compensation.corners import (
+    CompensationFault,
+    compensated,
+    corner,
+    feed_share,
+    side_change,
+)
+from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from tests.control.compensation.chain import element_from, lines, swept
+
+LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
+
+
+def near(expected: Point) -> object:
+    return pytest.approx(expected, abs=1e-4)
+
+
+def turned(first: Element, degrees: float, length: float = 50.0) -> Segment:
+    """A line that leaves the end of a first one along +u at an angle."""
+    u, v = first.end
+    angle = math.radians(degrees)
+    return Segment((u, v), (u + length * math.cos(angle), v + length * math.sin(angle)))
+
+
+EAST = Segment((0.0, 0.0), (10.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "offset", "along"),
+    [  # how far the offset line runs beyond the corner: r tan(turn / 2), the figure of 15-2
+        (-90, LEFT, 2.0),
+        (-60, LEFT, 2.0 / math.sqrt(3.0)),
+        (-45, LEFT, 2.0 * (math.sqrt(2.0) - 1.0)),
+        (0, LEFT, 0.0),
+        (60, LEFT, -2.0 / math.sqrt(3.0)),
+        (90, LEFT, -2.0),
+        (120, LEFT, -2.0 * math.sqrt(3.0)),
+        (90, RIGHT, 2.0),
+        (60, RIGHT, 2.0 / math.sqrt(3.0)),
+        (-90, RIGHT, -2.0),
+        (-120, RIGHT, -2.0 * math.sqrt(3.0)),
+    ],
+)
+@pytest.mark.parametrize("circular", [False, True])
+def test_lines_up_to_90_degrees_meet(degrees: float, offset: Offset, along: float, circular: bool) -> None:
+    junction = corner(EAST, turned(EAST, degrees), offset, circular, 0.0)
+    assert junction.end == pytest.approx((10.0 + along, 2.0 * offset.side), abs=1e-12)
+    assert junction.generated == ()
+
+
+def test_e5_sharp_corner_with_a_straight_block() -> None:
+    up, down = lines((20.0, 5.0), (20.0, 12.0), (8.0, -3.0))
+    junction = corner(up, down, Offset(1.0, -1), False, 0.0)
+    assert junction.end == near((21.0, 13.0))
+    (block,) = junction.generated
+    assert isinstance(block, Segment)
+    assert (block.start, block.end) == (near((21.0, 13.0)), near((19.8438, 13.4056)))
+    assert block.length == pytest.approx(1.2252, abs=1e-4)
+
+
+def test_e5_sharp_corner_with_an_arc() -> None:
+    up, down = lines((20.0, 5.0), (20.0, 12.0), (8.0, -3.0))
+    junction = corner(up, down, Offset(1.0, -1), True, 0.0)
+    assert junction.end == near((21.0, 12.0))
+    (arc,) = junction.generated
+    assert isinstance(arc, Bow)
+    assert (arc.centre, arc.rotation) == ((20.0, 12.0), 1)
+    assert arc.end == near((19.2191, 12.6247))
+    assert math.degrees(swept(arc)) == pytest.approx(141.34, abs=0.01)
+
+
+@pytest.mark.parametrize(("offset", "rotation"), [(LEFT, -1), (RIGHT, 1)])
+def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
+    side, back = offset.side, Segment((10.0, 0.0), (0.0, 0.0))
+    straight = corner(EAST, back, offset, False, 0.0)
+    assert straight.end == pytest.approx((12.0, 2.0 * side))
+    assert [piece.end for piece in straight.generated] == [pytest.approx((12.0, -2.0 * side))]
+    (arc,) = corner(EAST, back, offset, True, 0.0).generated
+    assert isinstance(arc, Bow)
+    assert arc.start == pytest.approx((10.0, 2.0 * side))
+    assert arc.end == pytest.approx((10.0, -2.0 * side))
+    assert arc.rotation == rotation
+    assert swept(arc) == pytest.approx(math.pi)
+
+
+def test_generated_blocks_at_arcs_run_along_the_tangents() -> None:
+    first = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)  # ends along +v
+    second = Bow((10.0, 0.0), (10.0, -20.0), (10.0, -10.0), -1)  # starts along +u: 90 degrees inside to the right
+    sharp = Bow((10.0, 0.0), (0.0, -10.0), (10.0, -10.0), 1)  # starts along -u: 90 degrees outside
+    reverse = Bow((10.0, 0.0), (20.0, -10.0), (20.0, 0.0), 1)  # starts along -v: a cusp that opens away
+    assert corner(first, second, RIGHT, False, 0.0).generated == ()
+    assert corner(first, sharp, RIGHT, False, 0.0).generated == ()
+    junction = corner(first, reverse, LEFT, False, 0.0)
+    assert junction.end == pytest.approx((8.0, 0.0))
+    assert [piece.end for piece in junction.generated] == [
+        pytest.approx((8.0, 2.0)),
+        pytest.approx((12.0, 2.0)),
+        pytest.approx((12.0, 0.0)),
+    ]
+
+
+def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the_line() -> None:
+    over = Bow((10.0, 0.0), (0.0, 10.0), (10.0, 10.0), -1)  # leaves along -u, then bends to +v
+    # Circle of radius 10 + 1 about (10, 10), line v = 1: u = 10 -+ sqrt(121 - 81).
+    inside = corner(EAST, over, Offset(1.0, 1), False, 0.0)
+    assert inside.end == pytest.approx((10.0 - math.sqrt(40.0), 1.0))
+    assert inside.generated == ()
+    outside = corner(EAST, over, Offset(1.0, -1), False, 0.0)
+    assert outside.end == pytest.approx((11.0, -1.0))
+    assert [piece.end for piece in outside.generated] == [pytest.approx((11.0, 1.0)), pytest.approx((10.0, 1.0))]
+
+
+def test_e10_line_to_arc() -> None:
+    line, arc = Segment((0.0, 0.0), (10.0, 0.0)), Bow((10.0, 0.0), (6.0, 8.0), (6.0, 3.0), 1)
+    inside, outside = Offset(1.0, 1), Offset(1.0, -1)
+    assert corner(line, arc, inside, False, 0.0).end == near((9.4641, 1.0))
+    assert corner(line, arc, outside, False, 0.0).end == near((10.4721, -1.0))
+    assert 100.0 * feed_share(arc, inside, 0.1) == pytest.approx(80.0)
+    assert feed_share(arc, outside, 0.1) == 1.0
+    assert feed_share(line, inside, 0.1) == 1.0
+    (run,) = compensated(arc, (6.0 + math.sqrt(12.0), 1.0), inside.beside_end(arc), inside)
+    assert isinstance(run, Bow)
+    assert (run.centre, run.rotation) == ((6.0, 3.0), 1)
+    assert run.radius == pytest.approx(4.0)
+    assert run.end == pytest.approx((6.0, 7.0))
+
+
+def test_e11_feed_floor() -> None:
+    arc = Bow((10.0, 0.0), (0.0, 10.0), (0.0, 0.0), 1)
+    assert 100.0 * feed_share(arc, Offset(9.8, 1), 0.10) == pytest.approx(10.0)
+    assert 100.0 * feed_share(arc, Offset(9.8, 1), 0.01) == pytest.approx(2.0)
+
+
+def test_two_arcs_meet_where_their_circles_do() -> None:
+    # Circles of radius 5 about (-3, 0) and (3, 0) meet in (0, 4) and (0, -4). Offset by 1 to radius 6 they meet in
+    # (0, +-sqrt(27)), offset by 1 to radius 4 in (0, +-sqrt(7)): the path turns from one to the other at (0, 4).
+    up = Bow((-3.0, 5.0), (0.0, 4.0), (-3.0, 0.0), -1)
+    down = Bow((0.0, 4.0), (3.0, 5.0), (3.0, 0.0), -1)
+    assert corner(up, down, Offset(1.0, 1), False, 0.0).end == pytest.approx((0.0, math.sqrt(27.0)))
+    assert corner(up, down, Offset(1.0, -1), False, 0.0).end == pytest.approx((0.0, math.sqrt(7.0)))
+
+
+@pytest.mark.parametrize("minimum", [0.0, 0.4])
+def test_a_single_short_block_is_dropped_for_the_intersection(minimum: float) -> None:
+    """Turn of 100 degrees with r = 1: B to C is 2 sin(50) (1 - cot(50)) long, along 50 degrees to the axes."""
+    second = turned(EAST, -100.0)
+    junction = corner(EAST, second, Offset(1.0, 1), False, minimum)
+    length = 2.0 * math.sin(math.radians(50.0)) - 2.0 * math.cos(math.radians(50.0))
+    if minimum:
+        assert junction.generated == ()
+        assert junction.end == pytest.approx((10.0 + math.tan(math.radians(50.0)), 1.0))
+    else:
+        (block,) = junction.generated
+        assert block.length == pytest.approx(length)
+        assert junction.end == pytest.approx((11.0, 1.0))
+
+
+def test_the_rule_of_the_minimum_looks_at_both_components() -> None:
+    second, length = turned(EAST, -100.0), 0.2465
+    components = length * math.cos(math.radians(50.0)), length * math.sin(math.radians(50.0))
+    kept = corner(EAST, second, Offset(1.0, 1), False, 0.5 * sum(components))
+    assert len(kept.generated) == 1
+    assert corner(EAST, second, Offset(1.0, 1), False, max(components) + 1e-3).generated == ()
+
+
+def test_of_two_short_blocks_the_first_is_dropped_and_of_three_the_second() -> None:
+    arc = element_from(10.0 + 0j, math.radians(-100.0), -60.0, 20.0)
+    two = corner(EAST, arc, Offset(1.0, 1), False, 0.0)
+    assert len(two.generated) == 2
+    one = corner(EAST, arc, Offset(1.0, 1), False, 0.4)
+    assert one.end == two.end
+    assert [(piece.start, piece.end) for piece in one.generated] == [(two.end, two.generated[-1].end)]
+    before = Bow((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u
+    three = corner(before, arc, Offset(1.0, 1), False, 0.0).generated
+    assert len(three) == 3
+    kept = corner(before, arc, Offset(1.0, 1), False, 0.4).generated
+    assert [(piece.start, piece.end) for piece in kept] == [
+        (three[0].start, three[0].end),
+        (three[0].end, three[2].end),
+    ]
+
+
+def test_a_reversal_keeps_its_block_however_large_the_minimum() -> None:
+    junction = corner(EAST, Segment((10.0, 0.0), (0.0, 0.0)), LEFT, False, 100.0)
+    assert len(junction.generated) == 1
+
+
+def test_paths_that_do_not_meet_outside_are_joined_round_the_corner() -> None:
+    # Line along +u, then a clockwise arc of radius 2.2 that starts 90 degrees to the left: with r = 2 to the right the
+    # circle of the centre has radius 0.2 and stays clear of the line v = -2.
+    arc = element_from(10.0 + 0j, math.radians(90.0), -80.0, 2.2)
+    junction = corner(EAST, arc, RIGHT, False, 0.0)
+    assert junction.end == pytest.approx((12.0, -2.0))
+    assert [piece.end for piece in junction.generated] == [pytest.approx((12.0, 0.0))]
+    round_it = corner(EAST, arc, RIGHT, True, 0.0)
+    assert round_it.end == pytest.approx((10.0, -2.0))
+    (piece,) = round_it.generated
+    assert isinstance(piece, Bow)
+    assert swept(piece) == pytest.approx(0.5 * math.pi)
+
+
+def test_paths_that_do_not_meet_inside_interfere() -> None:
+    # Half-way round a circle of radius 2.2 to the left, entered across: the centre circle has radius 0.2.
+    arc = element_from(10.0 + 0j, math.radians(120.0), 80.0, 2.2)
+    with pytest.raises(CompensationFault, match="do not meet") as caught:
+        corner(EAST, arc, LEFT, False, 0.0)
+    assert (caught.value.name, caught.value.element) == ("interference", arc)
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.0])
+def test_an_arc_not_larger_than_the_radius_is_too_small(radius: float) -> None:
+    arc = Bow((0.0, 0.0), (0.0, 2.0 * radius), (0.0, radius), 1)
+    middle = (0.0, radius)
+    for act in (
+        lambda: compensated(arc, middle, middle, LEFT, detect=False),
+        lambda: corner(EAST, element_from(10.0 + 0j, 1.0, 90.0, radius), LEFT, False, 0.0),
+        lambda: feed_share(arc, LEFT, 0.1),
+    ):
+        with pytest.raises(CompensationFault, match="too small") as caught:
+            act()
+        assert caught.value.name == "circular-departure-too-small"
+    assert compensated(arc, RIGHT.beside_start(arc), RIGHT.beside_end(arc), RIGHT)[0].length > arc.length
+
+
+def test_a_step_lower_than_the_radius_runs_a_line_backwards() -> None:
+    # Up a step of 1 between two inside corners of 90 degrees on the left, r = 2: v from 2 to -1 on a line to +v.
+    step = lines((0.0, 0.0), (10.0, 0.0), (10.0, 3.0), (0.0, 3.0))
+    start, end = corner(step[0], step[1], LEFT, False, 0.0).end, corner(step[1], step[2], LEFT, False, 0.0).end
+    with pytest.raises(CompensationFault, match="too short") as caught:
+        compensated(step[1], start, end, LEFT)
+    assert "line of 3.0000" in str(caught.value)
+    assert (caught.value.name, caught.value.element) == ("backwards-motion", step[1])
+    assert compensated(step[1], start, end, LEFT, detect=False) == (Segment(start, end),)
+
+
+def test_a_line_that_just_fits_has_no_length() -> None:
+    box = lines((0.0, 0.0), (10.0, 0.0), (10.0, 4.0), (0.0, 4.0))
+    start, end = corner(box[0], box[1], LEFT, False, 0.0).end, corner(box[1], box[2], LEFT, False, 0.0).end
+    (run,) = compensated(box[1], start, end, LEFT)
+    assert isinstance(run, Segment)
+    assert run.length == pytest.approx(0.0, abs=1e-12)
+
+
+def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> Bow:
+    """About the origin, from one direction to another in degrees."""
+    return Bow(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
+
+
+def on(degrees: float, radius: float) -> Point:
+    return radius * math.cos(math.radians(degrees)), radius * math.sin(math.radians(degrees))
+
+
+@pytest.mark.parametrize("rotation", [1, -1])
+@pytest.mark.parametrize(
+    ("programmed", "trimmed_start", "trimmed_end"),
+    [(30, 10, 15), (30, -10, -15), (200, 100, 90), (330, 160, 160), (330, -10, -10), (360, 0, 0), (360, 50, 60)],
+)
+def test_arcs_are_trimmed_and_lengthened(
+    programmed: float, trimmed_start: float, trimmed_end: float, rotation: int
+) -> None:
+    arc = arc_between(20.0, 20.0 + rotation * programmed, rotation)
+    radius = 10.0 - 2.0 * rotation
+    start = on(20.0 + rotation * trimmed_start, radius)
+    end = on(20.0 + rotation * (programmed - trimmed_end), radius)
+    (run,) = compensated(arc, start, end, LEFT)
+    assert isinstance(run, Bow)
+    assert (run.start, run.end, run.centre, run.rotation) == (start, end, arc.centre, rotation)
+    assert math.degrees(run.angle) == pytest.approx(programmed - trimmed_start - trimmed_end)
+
+
+@pytest.mark.parametrize("rotation", [1, -1])
+@pytest.mark.parametrize(("programmed", "trimmed"), [(20, 15), (200, 110), (330, 170)])
+def test_vectors_of_an_arc_that_cross_interfere(programmed: float, trimmed: float, rotation: int) -> None:
+    arc = arc_between(0.0, rotation * programmed, rotation)
+    radius = 10.0 - 2.0 * rotation
+    start, end = on(rotation * trimmed, radius), on(rotation * (programmed - trimmed), radius)
+    with pytest.raises(CompensationFault, match="too short") as caught:
+        compensated(arc, start, end, LEFT)
+    assert caught.value.name == "interference"
+    (run,) = compensated(arc, start, end, LEFT, detect=False)
+    assert isinstance(run, Bow)
+    assert (run.start, run.end, run.rotation) == (start, end, -rotation)
+    assert math.degrees(swept(run)) == pytest.approx(2 * trimmed - programmed)
+
+
+@pytest.mark.parametrize("rotation", [1, -1])
+def test_a_full_circle_lengthened_at_its_ends_is_two_arcs(rotation: int) -> None:
+    arc = arc_between(0.0, 0.0, rotation)
+    radius = 10.0 - 2.0 * rotation
+    runs = compensated(arc, on(-20.0 * rotation, radius), on(30.0 * rotation, radius), LEFT)
+    assert len(runs) == 2
+    assert runs[0].end == runs[1].start
+    assert sum(run.length for run in runs) == pytest.approx(radius * math.radians(410.0))
+
+
+def test_a_full_circle_between_tangents_stays_full() -> None:
+    line_in, line_out = Segment((-20.0, 0.0), (0.0, 0.0)), Segment((0.0, 0.0), (20.0, 0.0))
+    arc = Bow((0.0, 0.0), (0.0, 0.0), (0.0, 10.0), 1)
+    start, end = corner(line_in, arc, RIGHT, False, 0.0).end, corner(arc, line_out, RIGHT, False, 0.0).end
+    (run,) = compensated(arc, start, end, RIGHT)
+    assert (start, end) == ((0.0, -2.0), (0.0, -2.0))
+    assert run.length == pytest.approx(math.tau * 12.0)
+
+
+def test_an_arc_trimmed_to_nothing_is_no_full_circle() -> None:
+    arc = arc_between(0.0, 40.0, 1)
+    for start, end in ((on(20.0, 8.0), on(20.0, 8.0)), (on(20.0, 8.0), on(20.0 + 1e-12, 8.0))):
+        assert [run.length for run in compensated(arc, start, end, LEFT)] == [pytest.approx(0.0, abs=1e-9)]
+
+
+def test_e8_side_change_of_lines() -> None:
+    junction = side_change(EAST, turned(EAST, 0.0), LEFT, RIGHT)
+    assert junction.end == (10.0, 2.0)
+    assert [(piece.start, piece.end) for piece in junction.generated] == [((10.0, 2.0), (10.0, -2.0))]
+
+
+def test_side_change_at_an_angle_joins_the_perpendicular_points() -> None:
+    junction = side_change(EAST, turned(EAST, 90.0), LEFT, RIGHT)
+    assert junction.end == pytest.approx((10.0, 2.0))
+    assert [piece.end for piece in junction.generated] == [pytest.approx((12.0, 0.0))]
+
+
+def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
+    # Along v = 2 (G41), then the left half of a circle of radius 5 about (10, 5) with the centre inside (G42): with
+    # r = 2 its path has radius 3 and touches v = 2 at (10, 2), which is on both.
+    arc = Bow((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), -1)
+    junction = side_change(EAST, arc, LEFT, RIGHT)
+    assert junction.end == pytest.approx((10.0, 2.0))
+    assert junction.generated == ()
+    # With r = 1 on the arc its path has radius 4 and crosses v = 2 at u = 10 - sqrt(16 - 9).
+    crossing = side_change(EAST, arc, LEFT, Offset(1.0, -1))
+    assert crossing.end == pytest.approx((10.0 - math.sqrt(7.0), 2.0))
+    assert crossing.generated == ()
+
+
+def test_side_change_to_an_arc_whose_path_is_elsewhere_is_joined_straight() -> None:
+    arc = Bow((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), 1)  # right half, centre outside it: below the line
+    junction = side_change(EAST, arc, LEFT, RIGHT)
+    assert junction.end == pytest.approx((10.0, 2.0))
+    assert [piece.end for piece in junction.generated] == [pytest.approx((10.0, -2.0))]

@@ -1,0 +1,182 @@
+import math
+
+import pytest
+
+from grind_env.control.compensation.entry_exit import entry, exit_junction
+from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from tests.control.compensation.chain import lines, program
+
+LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
+
+
+def ends(path: list[Element]) -> list[object]:
+    return [pytest.approx(piece.end, abs=1e-4) for piece in path]
+
+
+def leaving(
+    last: Element, end: Point, offset: Offset, kind: str = "A", circular: bool = False, vector: Point | None = None
+) -> list[Element]:
+    """What follows the last compensated element, a line without length to its end in front."""
+    junction = exit_junction(last, Segment(last.end, end), offset, kind, circular, vector)
+    start = junction.generated[-1].end if junction.generated else junction.end
+    return [Segment(junction.end, junction.end), *junction.generated, Segment(start, end)]
+
+
+def test_e1_type_a() -> None:
+    path = program(
+        Segment((0.0, 0.0), (10.0, 10.0)),
+        lines((10.0, 10.0), (30.0, 10.0), (30.0, 20.0), (50.0, 20.0)),
+        (60.0, 30.0),
+        LEFT,
+    )
+    assert ends(path) == [(10.0, 12.0), (28.0, 12.0), (28.0, 22.0), (50.0, 22.0), (60.0, 30.0)]
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0), (5.0, -30.0), (40.0, 5.1)])
+def test_e2_type_a_entry_does_not_depend_on_the_approach(start: Point) -> None:
+    east = Segment((5.0, 5.0), (50.0, 5.0))
+    assert ends(list(entry(Segment(start, (5.0, 5.0)), east, RIGHT, "A", False))) == [(5.0, 3.0)]
+    angle = math.radians(30.0)
+    rising = Segment((10.0, 10.0), (10.0 + 50.0 * math.cos(angle), 10.0 + 50.0 * math.sin(angle)))
+    assert ends(list(entry(Segment(start, (10.0, 10.0)), rising, LEFT, "A", False))) == [(9.0, 11.7321)]
+
+
+def test_e3_entry_onto_an_arc() -> None:
+    arc = Bow((20.0, 10.0), (30.0, 20.0), (20.0, 20.0), 1)
+    assert ends(list(entry(Segment((0.0, 0.0), (20.0, 10.0)), arc, RIGHT, "A", False))) == [(20.0, 8.0)]
+
+
+def test_entry_with_nothing_ahead_ends_at_right_angles_to_itself() -> None:
+    move = Segment((0.0, 0.0), (6.0, 8.0))
+    for kind in ("A", "B"):
+        assert ends(list(entry(move, None, LEFT, kind, False))) == [(6.0 - 1.6, 8.0 + 1.2)]
+
+
+@pytest.mark.parametrize(("offset", "end"), [(LEFT, (28.0, 20.0)), (RIGHT, (32.0, 20.0))])
+def test_e4_exit_after_an_arc(offset: Offset, end: Point) -> None:
+    arc = Bow((20.0, 10.0), (30.0, 20.0), (20.0, 20.0), 1)
+    assert ends(leaving(arc, (40.0, 40.0), offset)) == [end, (40.0, 40.0)]
+
+
+@pytest.mark.parametrize(
+    ("circular", "middle"),
+    [
+        (False, [(21.0, 13.0), (19.8438, 13.4056)]),
+        (True, [(21.0, 12.0), (19.2191, 12.6247)]),
+    ],
+)
+def test_e5_sharp_corner(circular: bool, middle: list[Point]) -> None:
+    path = program(
+        Segment((-5.0, 5.0), (0.0, 5.0)),
+        lines((0.0, 5.0), (20.0, 5.0), (20.0, 12.0), (8.0, -3.0)),
+        (0.0, -10.0),
+        Offset(1.0, -1),
+        circular,
+    )
+    assert ends(path) == [(0.0, 4.0), (21.0, 4.0), *middle, (7.2191, -2.3753), (0.0, -10.0)]
+
+
+@pytest.mark.parametrize("kind", ["A", "B"])
+@pytest.mark.parametrize(
+    ("vector", "end"),
+    [
+        (None, (10.0, 2.0)),
+        ((0.0, 0.0), (10.0, 2.0)),
+        ((0.0, -5.0), (12.0, 2.0)),
+        ((0.0, 5.0), (8.0, 2.0)),
+        ((1.0, -1.0), (10.8284, 2.0)),
+        ((-1.0, -1.0), (12.0, 2.0)),
+        ((5.0, 0.0), (8.0, 2.0)),
+        ((-5.0, 0.0), (12.0, 2.0)),
+    ],
+)
+def test_e6_exit_with_a_vector(vector: Point | None, end: Point, kind: str) -> None:
+    last = Segment((0.0, 0.0), (10.0, 0.0))
+    assert ends(leaving(last, (15.0, 10.0), LEFT, kind, False, vector)) == [end, (15.0, 10.0)]
+
+
+def test_the_vector_shifts_the_end_of_an_arc_along_its_circle() -> None:
+    # Ends at (10, 0) about the origin along +v; with r = 2 on the right the circle has radius 12.
+    arc = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
+    # A line along (-0.8, 0.6) two to its right, through (11.2, 1.6): the distance from the origin is 8, and it meets
+    # the circle where its foot (4.8, 6.4) is left by sqrt(144 - 64) against its direction.
+    half = math.sqrt(80.0)
+    met = (4.8 + 0.8 * half, 6.4 - 0.6 * half)
+    assert math.dist(met, (12.0, 0.0)) < 2.0
+    assert ends(leaving(arc, (30.0, 0.0), RIGHT, vector=(-8.0, 6.0)))[0] == met
+    for vector, way in (((0.0, 3.0), -2.0), ((0.0, -3.0), 2.0)):  # parallel: one radius against the vector
+        end = (12.0 * math.cos(way / 12.0), 12.0 * math.sin(way / 12.0))
+        assert ends(leaving(arc, (30.0, 0.0), RIGHT, vector=vector))[0] == end
+
+
+def test_the_shift_on_a_small_circle_is_at_most_a_quarter_turn() -> None:
+    arc = Bow((0.0, -2.1), (2.1, 0.0), (0.0, 0.0), 1)
+    assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(0.0, -1.0)))[0] == (0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [
+        ((0.0, -1.0), [(12.0, 2.0), (12.0, 0.0)]),
+        ((-1.0, -1.0), [(10.0, 2.0), (12.0, 2.0), (12.8284, 0.0), (11.4142, -1.4142)]),
+        ((1.0, 1.0), [(8.5858, 1.4142)]),
+    ],
+)
+def test_e9_type_b_entry(direction: Point, expected: list[Point]) -> None:
+    following = Segment((10.0, 0.0), (10.0 + 10.0 * direction[0], 10.0 * direction[1]))
+    assert ends(list(entry(Segment((0.0, 0.0), (10.0, 0.0)), following, LEFT, "B", False))) == expected
+
+
+@pytest.mark.parametrize(
+    ("end", "expected"),
+    [
+        ((10.0, -8.0), [(12.0, 2.0), (10.0, -8.0)]),
+        ((4.0, -6.0), [(12.0, 2.0), (12.8284, 0.0), (11.4142, -1.4142), (4.0, -6.0)]),
+        ((20.0, 8.0), [(10.0, 2.0), (20.0, 8.0)]),
+    ],
+)
+def test_e9_type_b_exit(end: Point, expected: list[Point]) -> None:
+    last = Segment((0.0, 0.0), (10.0, 0.0))
+    assert ends(leaving(last, end, LEFT, "B")) == expected
+    assert ends(leaving(last, end, LEFT, "A")) == [(10.0, 2.0), end]
+
+
+def test_type_b_with_arcs_round_sharp_corners() -> None:
+    move = Segment((0.0, 0.0), (10.0, 0.0))
+    straight, arc = entry(move, Segment((10.0, 0.0), (0.0, -10.0)), LEFT, "B", True)
+    assert straight == Segment((0.0, 0.0), (10.0, 2.0))
+    assert isinstance(arc, Bow)
+    assert (arc.start, arc.centre, arc.rotation) == ((10.0, 2.0), (10.0, 0.0), -1)
+    assert arc.end == pytest.approx((11.4142, -1.4142), abs=1e-4)
+    junction = exit_junction(move, Segment((10.0, 0.0), (4.0, -6.0)), LEFT, "B", True, None)
+    (same,) = junction.generated
+    assert isinstance(same, Bow)
+    assert (junction.end, same.start, same.centre, same.rotation) == ((10.0, 2.0), arc.start, arc.centre, -1)
+    assert same.end == pytest.approx(arc.end)
+
+
+def test_type_b_exit_from_an_arc_leaves_along_its_tangent() -> None:
+    arc = Bow((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u; the centre on the left
+    assert ends(leaving(arc, (10.0, -8.0), LEFT, "B")) == [(10.0, 2.0), (12.0, 2.0), (10.0, -8.0)]
+    assert ends(leaving(arc, (4.0, -6.0), LEFT, "B")) == [
+        (10.0, 2.0),
+        (12.0, 2.0),
+        (12.8284, 0.0),
+        (11.4142, -1.4142),
+        (4.0, -6.0),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["A", "B"])
+@pytest.mark.parametrize("side", [1, -1])
+def test_radius_0_gives_the_programmed_path(kind: str, side: int) -> None:
+    move, last = Segment((0.1, 0.3), (10.7, 0.9)), Segment((10.7, 0.9), (3.3, -7.7))
+    assert entry(move, last, Offset(0.0, side), kind, False) == (move,)
+    junction = exit_junction(last, Segment(last.end, (0.0, 0.0)), Offset(0.0, side), kind, True, (1.0, 2.0))
+    assert (junction.end, junction.generated) == (last.end, ())
+
+
+def test_an_entry_that_does_not_move_is_kept_as_a_line_without_length() -> None:
+    following = Segment((10.0, 0.0), (20.0, 0.0))
+    (run,) = entry(Segment((10.0, 2.0), (10.0, 0.0)), following, LEFT, "A", False)
+    assert run == Segment((10.0, 2.0), (10.0, 2.0))
