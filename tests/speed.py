@@ -33,6 +33,7 @@ from grind_env.machine.batch import (
     run_blocks,
     run_scalar,
 )
+from tests import speed_control
 
 START = """
 import time; begin = time.perf_counter()
@@ -137,6 +138,7 @@ def main() -> None:
     table.add_row("first call, warm cache", f"{warm:.2f} s", "")
     table.add_row("imports before it", f"{imports:.2f} s", "")
     Console().print(table)
+    Console().print(speed_control.table(fresh_process))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.execution import Execution, dress_program_moves, execute
 from grind_env.control.motions import (
     Arc,
+    CycleAhead,
     CycleEnd,
     CyclePlan,
     CycleStart,
@@ -38,6 +39,7 @@ __all__ = [
     "Arc",
     "Control",
     "ControlError",
+    "CycleAhead",
     "CycleEnd",
     "CyclePlan",
     "CycleStart",

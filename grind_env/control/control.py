@@ -50,6 +50,7 @@ class Control:
         groove_retract: retract amount e of G76 and G77, mm.
         dress_amount: what one dress takes off the wheel radius of entry 33, mm.
         minimum_radius: of the wheel, below which the operator is warned, mm.
+        announce_cycles: whether a `CycleAhead` comes before every cycle block.
 
     Raises:
         ControlError: setting, a value outside its range.
@@ -83,6 +84,7 @@ class Control:
     groove_retract: float = 0.5
     dress_amount: float = 0.0
     minimum_radius: float = 0.0
+    announce_cycles: bool = False
     panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -31,6 +31,10 @@ class Execution(Iterator[Event]):
         """The modes in force; after the end of the program those of power-up (10-23)."""
         return self._interpreter.modes
 
+    def choose(self, **words: str) -> None:
+        """Give words of the cycle block announced by the last `CycleAhead` other numbers, such as ``E="9000"``."""
+        self._interpreter.chosen = words
+
     def set_wheel_radius(self, radius: float) -> None:
         """Write the present radius of the wheel, mm, into entry 33 of the radius table (15-11).
 

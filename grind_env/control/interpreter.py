@@ -8,13 +8,14 @@ from grind_env.control import numbers
 from grind_env.control.control import Budget, Control
 from grind_env.control.decode import Command, decode
 from grind_env.control.dressing import REMEMBERED, Recorder
-from grind_env.control.errors import Place
+from grind_env.control.errors import ControlError, Place
 from grind_env.control.expressions import evaluated
 from grind_env.control.flow import BlockStream, Call
 from grind_env.control.geometry import Straight
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
 from grind_env.control.modes import CYCLES, Modes
 from grind_env.control.motions import (
+    CycleAhead,
     DressEnd,
     DressStart,
     Event,
@@ -31,6 +32,7 @@ from grind_env.control.moves import Mover
 from grind_env.control.operator import Interrupt
 from grind_env.control.paths import feed_rate
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
+from grind_env.control.rewriting import with_words
 from grind_env.control.table import Table
 from grind_env.control.timeline import Timeline
 
@@ -57,6 +59,7 @@ class Interpreter:
         self.remembered_later: int | None = None
         self.interrupts = deque(control.interrupts)
         self.spindle: float | None = None
+        self.chosen: dict[str, str] = {}
         self.place = programs.main.place
 
     def run(self) -> Iterator[Event]:
@@ -97,6 +100,9 @@ class Interpreter:
             if source.deletable and self.control.block_delete:
                 continue
             block = evaluated(read_block(source), self.control.variables)
+            if self.control.announce_cycles and self._is_cycle(block):
+                yield CycleAhead(self.timeline.time, block)
+                block, self.chosen = with_words(block, self.chosen), {}
             command = decode(block, self.modes, self.control.number_format)
             ended = yield from self._block(command)
             if ended is not None:
@@ -104,6 +110,10 @@ class Interpreter:
                 break
         self.calls.pop()
         return end
+
+    def _is_cycle(self, block: Block) -> bool:
+        form = self.control.number_format
+        return any(word.letter == "G" and numbers.g_code(block, word, form) in CYCLES for word in block.words)
 
     def _block(self, command: Command) -> Generator[Event, None, str | None]:
         """Execute a block; returns how the program ends with it, None if it goes on."""
@@ -144,8 +154,7 @@ class Interpreter:
 
     def _turn_spindle(self) -> Iterator[Event]:
         """Tell a new speed of the wheel."""
-        missing = self.place.error("no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table")
-        speed = self.mover.tooling.spindle_speed(self.modes, missing)
+        speed = self.mover.tooling.spindle_speed(self.modes, self._no_wheel_radius)
         if speed is not None and speed != self.spindle:
             self.spindle = speed
             yield Spindle(self.timeline.time, speed)
@@ -339,9 +348,16 @@ class Interpreter:
         """Feed of a straight move under the modes in force; None for a rapid."""
         if self.modes.motion == "G00":
             return None
-        missing = self.place.error("no-feedrate", f"the way back under {self.modes.motion} has no F; program it before")
-        speed = self.mover.tooling.spindle_speed(self.modes, missing)
-        return feed_rate(self.modes, speed, self.control, missing)
+        modes = self.modes
+
+        def missing() -> ControlError:
+            return self.place.error("no-feedrate", f"the way back under {modes.motion} has no F; program it before")
+
+        speed = self.mover.tooling.spindle_speed(modes, self._no_wheel_radius)
+        return feed_rate(modes, speed, self.control, missing)
+
+    def _no_wheel_radius(self) -> ControlError:
+        return self.place.error("no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table")
 
 
 def _without_compensation(modes: Modes) -> Modes:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+from grind_env.control.words import Block
+
 Position: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
 
@@ -180,6 +182,14 @@ class Infeed(Motion):
 
 
 @dataclass(frozen=True, slots=True)
+class CycleAhead:
+    """A cycle block is about to be executed; `Execution.choose` may still change its E and D words."""
+
+    time: float
+    block: Block
+
+
+@dataclass(frozen=True, slots=True)
 class CycleStart:
     """A cycle takes over, before its pre-dress."""
 
@@ -277,6 +287,7 @@ class Message:
 
 Event: TypeAlias = (
     Motion
+    | CycleAhead
     | CycleStart
     | CycleEnd
     | DressStart

@@ -8,7 +8,7 @@ from grind_env.control.control import Control
 from grind_env.control.coordinates import WorkSystems
 from grind_env.control.decode import Command
 from grind_env.control.dressing import Recorder
-from grind_env.control.errors import Place
+from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Path, Straight, split
 from grind_env.control.grooving import groove_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
@@ -89,8 +89,8 @@ class Mover:
     def dwell(self, command: Command) -> Iterator[Event]:
         """G04."""
         here = self.timeline.position
-        missing = command.error("no-feedrate", "G04 counts revolutions under G96; the radius of entry 33 is needed")
-        seconds = dwell_seconds(command, self.tooling.spindle_speed(command.modes, missing))
+        speed = self.tooling.spindle_speed(command.modes, lambda: no_feed_rate(command))
+        seconds = dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
     def reference(self, command: Command) -> Iterator[Event]:
@@ -154,9 +154,13 @@ class Mover:
         Raises:
             ControlError: no-feedrate.
         """
-        missing = no_feed_rate(command)
-        speed = self.tooling.spindle_speed(command.modes, missing) if command.modes.per_revolution else None
-        return feed_rate(command.modes, speed, self.control, missing)
+        modes = command.modes
+
+        def missing() -> ControlError:
+            return no_feed_rate(command)
+
+        speed = self.tooling.spindle_speed(modes, missing) if modes.per_revolution else None
+        return feed_rate(modes, speed, self.control, missing)
 
     @property
     def _reciprocating(self) -> int | None:
@@ -199,6 +203,7 @@ class Mover:
         """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6)."""
         timeline = self.timeline
         while path.length > 0.0:
+            yield from timeline.wait()
             time = self.interruption(timeline.time, timeline.time + timeline.duration(path, feed))
             rest: Path | None = None
             if time is not None:

@@ -1,5 +1,8 @@
 """The path, speed and duration that a motion block asks for (14-4, 14-5, 12-53)."""
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 from grind_env.control import numbers
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
@@ -7,6 +10,9 @@ from grind_env.control.errors import ControlError
 from grind_env.control.geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
 from grind_env.control.modes import PLANES, Modes
 from grind_env.control.motions import Position
+
+Missing: TypeAlias = Callable[[], ControlError]
+"""Makes the error of a block that lacks something."""
 
 AXES = "XYZ"
 INTEGRANDS = "IJK"
@@ -73,20 +79,20 @@ def arc_path(command: Command, position: Position, origin: Position) -> Circular
         raise command.error("arc-geometry", f"{action} describes no arc: {reason}", "R") from None
 
 
-def feed_rate(modes: Modes, speed: float | None, control: Control, error: ControlError) -> float:
+def feed_rate(modes: Modes, speed: float | None, control: Control, missing: Missing) -> float:
     """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed makes it so (12-56).
 
     Args:
         modes: in force.
         speed: of the spindle, revolutions per minute; None while it has none.
         control: settings.
-        error: what to raise without F or the spindle speed that it needs.
+        missing: makes the error to raise without F or the spindle speed that it needs.
 
     Raises:
-        ControlError: `error`.
+        ControlError: what `missing` makes.
     """
     if modes.feed is None or (modes.per_revolution and not speed):
-        raise error
+        raise missing()
     return min(modes.feed * (speed or 0.0 if modes.per_revolution else 1.0), control.maximum_feed)
 
 

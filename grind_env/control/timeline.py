@@ -90,6 +90,16 @@ class Timeline:
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
+    def wait(self) -> Iterator[Event]:
+        """Hold before a motion as long as the operator wants (PD-16)."""
+        cause = self.control.panel.holding
+        if cause is not None:
+            yield Hold(self.time, cause)
+            if self.control.panel.holding is not None:
+                raise ControlError(
+                    "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
+                )
+
     def duration(self, path: Path, feed: float | None) -> float:
         """Time that a motion along a path would take from now on, s."""
         return (
@@ -123,7 +133,7 @@ class Timeline:
             dwell: s.
             groove: axis and number, for the infeed of a groove.
         """
-        yield from self._wait()
+        yield from self.wait()
         rate = self._rate(feed)
         seconds = self.duration(path, feed) if path.length > 0.0 else dwell
         begin, finish = self.time, self.time + seconds
@@ -158,7 +168,7 @@ class Timeline:
     def finish_stroke(self) -> Generator[Event, None, Underway]:
         """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
         table = self._table()
-        yield from self._wait()
+        yield from self.wait()
         stroke = table.underway or self._set_out(table)
         yield from self._reciprocate(stroke.finish)
         self.time = stroke.finish
@@ -166,7 +176,7 @@ class Timeline:
 
     def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
         """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
-        yield from self._wait()
+        yield from self.wait()
         table = self._table()
         acceleration = self.control.acceleration
         rate = self._rate(feed)
@@ -213,16 +223,6 @@ class Timeline:
         control = self.control
         return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
 
-    def _wait(self) -> Iterator[Event]:
-        """Hold before a motion as long as the operator wants (PD-16)."""
-        cause = self.control.panel.holding
-        if cause is not None:
-            yield Hold(self.time, cause)
-            if self.control.panel.holding is not None:
-                raise ControlError(
-                    "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
-                )
-
     def _shown(self, time: float) -> Position:
         """Position of all axes at a time, picks taken as complete."""
         position = self.position if self._motion is None else self._motion.at(time)
@@ -251,7 +251,7 @@ class Timeline:
             if stroke is None:
                 if table.free_at >= until - INSTANT:
                     return
-                yield from self._wait()
+                yield from self.wait()
                 stroke = self._set_out(table)
             if stroke.middle is None and stroke.middle_time <= until:
                 stroke.middle = self._true(stroke.middle_time)

@@ -4,9 +4,9 @@ import math
 
 from grind_env.control.control import ORIGIN, WHEEL_RADIUS, Control
 from grind_env.control.decode import Command
-from grind_env.control.errors import ControlError
 from grind_env.control.modes import Modes
 from grind_env.control.motions import Position
+from grind_env.control.paths import Missing
 
 MILLIMETRES_PER_METRE = 1000.0
 
@@ -53,19 +53,17 @@ class Tooling:
         """Whether the wheel is smaller than its least radius."""
         return self.radius_of(WHEEL_RADIUS) < self.control.minimum_radius
 
-    def spindle_speed(self, modes: Modes, error: ControlError | None = None) -> float | None:
+    def spindle_speed(self, modes: Modes, missing: Missing) -> float | None:
         """Revolutions per minute of the wheel; None before the first S.
 
         Under G96 the part does not turn, so that S is the surface speed itself: ``1000 S / (2 pi r)`` (12-41).
 
         Raises:
-            ControlError: `error`, under G96 without a radius in entry 33.
+            ControlError: what `missing` makes, under G96 without a radius in entry 33.
         """
         if modes.spindle is None or not modes.surface_speed:
             return modes.spindle
         radius = self.radius_of(WHEEL_RADIUS)
         if radius <= 0.0:
-            if error is not None:
-                raise error
-            return None
+            raise missing()
         return MILLIMETRES_PER_METRE * modes.spindle / (2.0 * math.pi * radius)

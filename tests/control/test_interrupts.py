@@ -162,7 +162,7 @@ def test_override_0_and_feedhold_stop_before_the_next_motion() -> None:
         (lambda c: c.override(0.0), lambda c: c.override(100.0), "override"),
     ):
         control = Control()
-        stream = execute(read("G00 X1.\nX2.\nX3."), control)
+        stream = execute(read("G01 F100. X1.\nX2.\nX3."), control)
         assert next(stream).end[0] == 1.0
         stop(control)
         assert isinstance(held := next(stream), Hold) and held.cause == cause

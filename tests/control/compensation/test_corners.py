@@ -109,6 +109,8 @@ def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the
     inside = corner(EAST, over, Offset(1.0, 1), False, 0.0)
     assert inside.end == pytest.approx((10.0 - math.sqrt(40.0), 1.0))
     assert inside.generated == ()
+    back = Bow(over.end, over.start, over.centre, 1), Segment(EAST.end, EAST.start)
+    assert corner(*back, Offset(1.0, -1), False, 0.0).end == pytest.approx(inside.end)
     outside = corner(EAST, over, Offset(1.0, -1), False, 0.0)
     assert outside.end == pytest.approx((11.0, -1.0))
     assert [piece.end for piece in outside.generated] == [pytest.approx((11.0, 1.0)), pytest.approx((10.0, 1.0))]
@@ -335,6 +337,17 @@ def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
     crossing = side_change(EAST, arc, LEFT, Offset(1.0, -1))
     assert crossing.end == pytest.approx((10.0 - math.sqrt(7.0), 2.0))
     assert crossing.generated == ()
+
+
+def test_side_change_takes_the_nearest_of_two_crossings() -> None:
+    # Along v = 2, then a full circle of radius sqrt(29) about (5, 2): that of the centre crosses it twice.
+    circle = Bow((10.0, 0.0), (10.0, 0.0), (5.0, 2.0), -1)
+    for path in (EAST, Segment((10.0, 0.0), (0.0, 0.0))):
+        first, second = (path, circle) if path is EAST else (circle, path)
+        before, after = (LEFT, Offset(1.0, -1)) if path is EAST else (Offset(1.0, -1), RIGHT)
+        junction = side_change(first, second, before, after)
+        assert junction.end == pytest.approx((5.0 + math.sqrt(29.0) - 1.0, 2.0))
+        assert junction.generated == ()
 
 
 def test_side_change_to_an_arc_whose_path_is_elsewhere_is_joined_straight() -> None:

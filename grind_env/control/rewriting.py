@@ -1,0 +1,30 @@
+"""Changes words of a block, so that its text stays what the control executes."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+from grind_env.control.words import Block, read_block
+
+_VALUE = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9. \t]*[0-9.]|[#\[][^A-Z(]*)")
+"""A word with a number or an expression, without the blanks behind it."""
+
+
+def with_words(block: Block, values: Mapping[str, str]) -> Block:
+    """The block with other numbers in some of its words; a word that it lacks is added at its end.
+
+    Args:
+        block: as it was read.
+        values: number as written, by letter; neither G nor M, of which a block may have several.
+    """
+    for letter, value in values.items():
+        text, word = block.source.text, next((word for word in block.words if word.letter == letter), None)
+        if word is None:
+            text = f"{text} {letter}{value}"
+        else:
+            begin = word.column - block.source.column
+            match = _VALUE.match(text, begin)
+            end = match.end() if match else begin + 1
+            text = f"{text[:begin]}{letter}{value}{text[end:]}"
+        block = read_block(replace(block.source, text=text))
+    return block

@@ -1,0 +1,183 @@
+"""The words of a block (10-6, 10-7, 10-23): letters, numbers, comments, and expressions left for later."""
+
+import functools
+import re
+from typing import NamedTuple
+
+from grind_env.control.errors import ControlError, Place
+from grind_env.control.source import Source
+
+ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
+REPEATABLE = frozenset("GM")
+LONGEST_COMMENT = 128
+LONGEST_NUMBER = 30
+LONGEST_LABEL = 5
+
+_USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
+"""A word as most are written, in capitals and without blanks; what it matches, `_any_word` reads alike but slower."""
+_NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
+_VARIABLE = re.compile(r"#[ \t]*([0-9]?)[0-9 \t]*")
+_BRACKET = re.compile(r"[\[\]]")
+_PARAMACRO = re.compile(r"(IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
+
+
+class Word(NamedTuple):
+    """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out.
+
+    Attributes:
+        letter: the address, a capital.
+        sign: "+", "-" or nothing.
+        whole: the integer digits.
+        point: whether the number has a decimal point.
+        decimals: the digits after it.
+        column: of the letter in its line, from 1.
+        expression: what follows the letter when that is no number; there are no digits until it is evaluated.
+    """
+
+    letter: str
+    sign: str
+    whole: str
+    point: bool
+    decimals: str
+    column: int
+    expression: str = ""
+
+    def __str__(self) -> str:
+        """The word as written."""
+        if self.expression:
+            return f"{self.letter}{self.expression.strip()}"
+        return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
+
+
+class Block(NamedTuple):
+    """A block that has been read: its words in textual order, without the N word."""
+
+    source: Source
+    place: Place
+    words: tuple[Word, ...]
+
+    def error(self, name: str, message: str, word: Word | None = None) -> ControlError:
+        """A `ControlError` at one of the block's words, or at the block as a whole."""
+        return self.place.error(name, message, word.column if word else None)
+
+
+@functools.lru_cache(maxsize=1024)
+def read_block(source: Source) -> Block:
+    """Read the words of a block.
+
+    Raises:
+        ControlError: a comment, a word or a number is malformed, or a letter is unknown or repeated.
+    """
+    text, column = source.text, source.column
+    place, size = source.place, len(text)
+    position = 1 if source.deletable else 0
+    words: list[Word] = []
+    seen: set[str] = set()
+    while position < size:
+        match = _USUAL_WORD.match(text, position)
+        if match is not None and (match[3] or match[5]):
+            letter, sign, whole, point, decimals = match.groups("")
+            word, end = Word(letter, sign, whole, bool(point), decimals, column + position), match.end()
+        elif text[position].isascii() and text[position].isalpha():
+            word, end = _any_word(text, position, place, column + position)
+            letter = word.letter
+        else:
+            position = _after_blank_or_comment(text, position, place, column + position)
+            continue
+        if letter in seen and letter not in REPEATABLE:
+            raise place.error(
+                "block-format", f"{word} repeats the letter {letter}; only G and M may repeat", column + position
+            )
+        seen.add(letter)
+        if letter == "N":
+            place = _labelled(place, word)
+        else:
+            words.append(word)
+        position = end
+    return Block(source, place, tuple(words))
+
+
+def _labelled(place: Place, word: Word) -> Place:
+    if word.expression or word.sign or word.point or len(word.whole) > LONGEST_LABEL:
+        raise place.error(
+            "number-format",
+            f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits",
+            word.column,
+        )
+    return Place(place.file, place.line, place.column, int(word.whole))
+
+
+def _after_blank_or_comment(text: str, start: int, place: Place, column: int) -> int:
+    """The position after what stands at `start`, where no word does."""
+    character = text[start]
+    if character in " \t":
+        return start + 1
+    if character != "(":
+        raise place.error(*_stray(character), column)
+    end = text.find(")", start)
+    inside = text[start + 1 : end] if end > 0 else text[start + 1 :]
+    if "(" in inside:
+        raise place.error("block-format", "a comment holds '('; comments cannot be nested", column)
+    if "%" in inside:
+        raise place.error("block-format", "a comment holds '%'; it is kept for the end of the file", column)
+    if end < 0:
+        raise place.error("block-format", "a comment is not closed; ')' must come in the same block", column)
+    length = end + 1 - start
+    if length > LONGEST_COMMENT:
+        raise place.error("block-format", f"a comment has {length} characters; {LONGEST_COMMENT} are allowed", column)
+    return end + 1
+
+
+def _any_word(text: str, start: int, place: Place, column: int) -> tuple[Word, int]:
+    """The word that begins at `start`, and the position after it; its number may have blanks or be an expression."""
+    letter = text[start].upper()
+    paramacro = _PARAMACRO.match(text, start)
+    if paramacro:
+        raise place.error(
+            "not-supported", f"{paramacro[1].upper()} is a paramacro command; expressions alone are supported", column
+        )
+    if letter not in ADDRESSES:
+        raise place.error("unknown-word", f"{letter} is not an address of this control", column)
+    match = _NUMBER.match(text, start + 1)
+    assert match is not None  # every part of the pattern may be empty
+    sign, point, end = match[1], match[3], match.end()
+    whole, decimals = ("".join(match[group].split()) for group in (2, 4))
+    if len(whole) + len(decimals) > LONGEST_NUMBER:
+        raise place.error("number-format", f"{letter} has a number of more than {LONGEST_NUMBER} digits", column)
+    if whole or decimals:
+        return Word(letter, sign, whole, bool(point), decimals, column), end
+    if point or not text.startswith(("[", "#"), end):
+        raise place.error("number-format", f"{letter}{sign}{point} has no digits; a number must follow", column)
+    end = _expression_end(text, end, place, column - start)
+    return Word(letter, "", "", False, "", column, text[start + 1 : end]), end
+
+
+def _expression_end(text: str, start: int, place: Place, first_column: int) -> int:
+    """The position after the bracket or the variable that begins at `start`."""
+    variable = _VARIABLE.match(text, start)
+    if variable is not None and variable[1]:
+        return variable.end()
+    begin = variable.end() if variable is not None else start
+    if not text.startswith("[", begin):
+        raise place.error("expression", "'#' lacks the number of a variable", first_column + start)
+    depth = 0
+    for bracket in _BRACKET.finditer(text, begin):
+        depth += 1 if bracket[0] == "[" else -1
+        if depth == 0:
+            return bracket.end()
+    raise place.error("expression", "'[' is not closed; a ']' is missing", first_column + begin)
+
+
+def _stray(character: str) -> tuple[str, str]:
+    """Name and message of the error of a character that begins neither a word nor a comment."""
+    if character == "/":
+        return "block-format", "'/' stands inside a block; block delete is its first character"
+    if character == ")":
+        return "block-format", "')' closes no comment"
+    if character == "#":
+        return "not-supported", "'#' begins an assignment; programs can read variables and not set them"
+    if character in "[]":
+        return "expression", f"{character!r} stands outside a value; an expression is written as in X[#1+2]"
+    if character in "+-*":
+        return "block-format", f"{character!r} stands outside brackets; arithmetic is written as in X[#1+2]"
+    return "block-format", f"{character!r} cannot begin a word; words are a letter and a number"

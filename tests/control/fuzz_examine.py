@@ -1,0 +1,211 @@
+"""What the control owes every program: motions that hold together, or a `ControlError` that names line and column."""
+
+import itertools
+import math
+import signal
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from grind_env.control import (
+    Arc,
+    Control,
+    ControlError,
+    Event,
+    Interrupt,
+    Line,
+    Motion,
+    NumberFormat,
+    Pick,
+    Stroke,
+    check,
+    execute,
+    read,
+)
+from tests.control.fuzz_cases import Case
+
+SLOW = 2.0
+"""s of processor time that a program may take."""
+WITHOUT_PLACE = {"setting", "file", "hold"}
+"""Errors of the settings, the file and the panel; all others point into the program."""
+NEGLIGIBLE = 1e-6
+"""mm or s, above the rounding of coordinates."""
+ARC_TOLERANCE = 0.0101
+"""mm by which the ends of an arc may differ in their distance from its centre."""
+
+
+class TooSlowError(BaseException):
+    """A program has used up its time; no handler of ordinary exceptions may stop this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What must not happen.
+
+    Attributes:
+        signature: the same for every program that shows it.
+        seed: of the program that showed it first.
+        case: that program, or a smaller one.
+        details: traceback or sentence.
+    """
+
+    signature: str
+    seed: int
+    case: Case
+    details: str
+
+    def record(self) -> dict[str, Any]:
+        """As plain data for a JSON file."""
+        return asdict(self)
+
+
+def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:
+    """Check and execute a program.
+
+    Returns:
+        how it ended, "done" or the name of its error, and what is wrong with the control, if anything.
+    """
+    try:
+        with _limited(SLOW):
+            errors = _errors(case)
+            broken = next((f"no place: {error}" for error in errors if not _placed(error)), None) or _broken(case)
+    except TooSlowError:
+        return "slow", Finding("slow", seed, case, f"more than {SLOW:g} s of processor time")
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        last = next((frame for frame in reversed(frames) if "grind_env" in frame.filename), frames[-1])
+        signature = f"{type(error).__name__} in {Path(last.filename).name}:{last.name}"
+        return "crash", Finding(signature, seed, case, "".join(traceback.format_exception(error)))
+    if broken is not None:
+        return "broken promise", Finding(broken.split(":")[0], seed, case, broken)
+    return errors[0].name if errors else "done", None
+
+
+def smallest(finding: Finding) -> Finding:
+    """The finding with as few blocks, words, settings and actions as still show it."""
+    if finding.signature == "slow":
+        return finding
+    best = _shortened(finding, "\n")
+    best = _shortened(best, " ")
+    for name in best.case.settings.keys() - {"block_budget"}:
+        settings = {key: value for key, value in best.case.settings.items() if key != name}
+        best = _if_still(best, replace(best.case, settings=settings))
+    for action in best.case.actions:
+        actions = tuple(other for other in best.case.actions if other != action)
+        best = _if_still(best, replace(best.case, actions=actions))
+    return best
+
+
+def _shortened(best: Finding, separator: str) -> Finding:
+    size = max(best.case.text.count(separator) // 2, 1)
+    while size:
+        start = 0
+        while start < len(parts := best.case.text.split(separator)):
+            fewer = separator.join(parts[:start] + parts[start + size :])
+            shorter = _if_still(best, replace(best.case, text=fewer))
+            start += size if shorter is best else 0
+            best = shorter
+        size //= 2
+    return best
+
+
+def _if_still(finding: Finding, smaller: Case) -> Finding:
+    found = examine(smaller, finding.seed)[1]
+    return found if found is not None and found.signature == finding.signature else finding
+
+
+def _control(case: Case) -> Control:
+    """The settings of a case; the panel in them serves one execution only."""
+    settings = dict(case.settings)
+    settings["interrupts"] = tuple(Interrupt(**one) for one in settings.get("interrupts", ()))
+    settings["number_format"] = NumberFormat(**settings.get("number_format", {}))
+    return Control(**settings)
+
+
+def _errors(case: Case) -> list[ControlError]:
+    try:
+        return check(read(case.text), _control(case)).errors
+    except ControlError as error:
+        return [error]
+
+
+def _placed(error: ControlError) -> bool:
+    return error.name in WITHOUT_PLACE or (error.line is not None and error.column is not None)
+
+
+def _broken(case: Case) -> str | None:
+    """The promise that an execution breaks, and where; None if it keeps them all."""
+    control = _control(case)
+    motions: list[Motion] = []
+    try:
+        for event in _watched(case, control):
+            if isinstance(event, Motion):
+                motions.append(event)
+    except ControlError:
+        pass  # what came before the faulty block must be right
+    if sum(isinstance(motion, Stroke) for motion in motions) > control.block_budget:
+        return "more strokes than the budget"
+    table = any(isinstance(motion, Stroke | Pick) for motion in motions)
+    ordered = [motion for motion in motions if not isinstance(motion, Pick)]
+    for before, motion in itertools.pairwise(ordered):
+        if motion.finish < before.finish - NEGLIGIBLE:
+            return f"motions end out of order: line {motion.line}, {before} {motion}"
+        if not table and math.dist(before.end, motion.start) > NEGLIGIBLE:
+            return f"a motion does not begin where the one before ended: line {motion.line}, {before} {motion}"
+    for motion in motions:
+        if not all(map(math.isfinite, (*motion.start, *motion.end, motion.begin, motion.seconds))):
+            return f"a motion has impossible numbers: line {motion.line}, {motion}"
+        if motion.seconds < 0.0:
+            return f"a motion ends before it begins: line {motion.line}, {motion}"
+        if isinstance(motion, Line | Arc | Stroke | Pick) and not 0.0 < motion.feed <= control.maximum_feed * 1.000001:
+            return f"a feed is beyond its limits: line {motion.line}, {motion.feed}"
+        if isinstance(motion, Arc) and abs(_radius(motion, motion.start) - _radius(motion, motion.end)) > ARC_TOLERANCE:
+            return f"the ends of an arc are not equally far from its centre: line {motion.line}, {motion}"
+    return None
+
+
+def _radius(arc: Arc, point: tuple[float, float, float]) -> float:
+    normal = {"G17": 2, "G18": 1, "G19": 0}[arc.plane]
+    return math.hypot(*(a - b for axis, (a, b) in enumerate(zip(point, arc.centre, strict=True)) if axis != normal))
+
+
+def _watched(case: Case, control: Control) -> Iterator[Event]:
+    """The events of a case, with its actions at the panel between them; a hold ends after one event."""
+    actions = list(case.actions)
+    for count, event in enumerate(execute(read(case.text), control)):
+        yield event
+        control.resume()
+        if control.panel.override == 0.0:
+            control.override(100.0)
+        while actions and actions[0][0] <= count:
+            _act(control, actions.pop(0)[1])
+
+
+def _act(control: Control, action: str) -> None:
+    name, _, number = action.rpartition(" ")
+    if name == "override":
+        control.override(float(number))
+    elif name == "interrupt":
+        control.interrupt(9000, int(number))
+    else:
+        {"dress": control.request_dress, "feedhold": control.feedhold, "single block": control.single_block}[action]()
+
+
+@contextmanager
+def _limited(seconds: float) -> Iterator[None]:
+    """Raise `TooSlowError` after so much processor time."""
+
+    def stop(signum: int, frame: FrameType | None) -> None:
+        raise TooSlowError
+
+    before = signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)

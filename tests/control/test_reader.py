@@ -1,0 +1,388 @@
+import os
+import threading
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grind_env.control import source as source_module
+from grind_env.control.errors import ControlError
+from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
+from grind_env.control.source import Mark, Scanner, Source, Text, text_of
+
+Found = tuple[int, int, str]
+
+
+def naive_blocks(text: str) -> list[Found]:
+    """Line, column and text of every block, found character by character."""
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    found: list[Found] = []
+    line, column, commented, begun = 1, 1, False, False
+    block, begin = "", 1
+    for character in text + "\n":
+        ends = character in ";\n" or (character == "%" and not commented)
+        if not ends:
+            commented = (commented or character == "(") and character != ")"
+            if block or not character.isspace():
+                begin = begin if block else column
+                block += character
+        column += 1
+        if ends:
+            if block:
+                found.append((line, begin, block.rstrip()))
+            if character == "%" and (begun or block):
+                return found
+            begun = begun or bool(block) or character == "%"
+            block, commented = "", False
+            if character == "\n":
+                line, column = line + 1, 1
+    return found
+
+
+def seen(sources: Iterator[Source] | Blocks) -> list[Found]:
+    return [(source.line, source.column, source.text) for source in sources]
+
+
+def lines(count: int) -> str:
+    return "".join(f"N{k % 100000} G01 X{k / 1000:.3f} Y-{k / 500:.3f} F{k % 900 + 1}.\n" for k in range(count))
+
+
+programs_text = st.lists(
+    st.sampled_from([*"GX1 ();%\n\r\t\ufeffé", "\r\n", "O1", "O2", "(o)", "G01 X-1.5", "M99"]), max_size=30
+).map("".join)
+
+
+@given(programs_text, st.integers(1, 9))
+def test_blocks_are_those_of_a_reading_by_characters(text: str, chunk: int) -> None:
+    whole = text_of(text, "t")
+    with pytest.MonkeyPatch.context() as patch, whole.open() as handle:
+        patch.setattr(source_module, "CHUNK", chunk)
+        assert seen(iter(Scanner(handle, whole, Mark()))) == naive_blocks(text)
+
+
+@given(programs_text, st.integers(1, 9))
+def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(source_module, "CHUNK", chunk)
+        try:
+            programs = list(read(text))
+        except ControlError:
+            return
+        held = [seen(program.blocks) for program in programs]
+    parts: list[list[Found]] = [[]]
+    for found in naive_blocks(text):
+        if found[2].replace("(o)", "").strip().startswith("O"):
+            parts.append([])
+        else:
+            parts[-1].append(found)
+    if len(parts) > 1 and all(not text.replace("(o)", "").strip("() é") for _, _, text in parts[0]):
+        assert held in (parts, parts[1:])  # a part of comments alone is no program, one with a fault is
+    else:
+        assert held == parts
+    assert [len(program.blocks) for program in programs] == [len(part) for part in held]
+
+
+@pytest.fixture(params=["held", "read again"])
+def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file's path; what is written there is kept in memory, or read again."""
+    if request.param == "read again":
+        monkeypatch.setattr(source_module, "HELD", -1)
+    return tmp_path / "part.nc"
+
+
+def test_iterations_are_independent(path: Path) -> None:
+    path.write_bytes(b"%\r\nO1 (MAIN)\r\nM98 P2\rX1; X2\r\nM30\r\nO2; G91 X3\nM99")
+    main, sub = read_file(path)
+    assert seen(main.blocks) == seen(main.blocks) == [(3, 1, "M98 P2"), (4, 1, "X1"), (4, 5, "X2"), (5, 1, "M30")]
+    pairs = [(a.text, [b.text for b in sub.blocks]) for a in main.blocks]
+    assert pairs == [(text, ["G91 X3", "M99"]) for text in ("M98 P2", "X1", "X2", "M30")]
+    one, two = iter(main.blocks), iter(main.blocks)
+    assert [next(one).text, next(one).text, next(two).text, next(one).text] == ["M98 P2", "X1", "M98 P2", "X2"]
+    assert seen(sub.blocks) == [(6, 5, "G91 X3"), (7, 1, "M99")]
+
+
+def test_a_name_and_blocks_share_a_line(path: Path) -> None:
+    path.write_text("O1; G00 X1\nO2 (É); X2; O3; X3", encoding="utf-8")
+    assert [(program.number, seen(program.blocks)) for program in read_file(path)] == [
+        (1, [(1, 5, "G00 X1")]),
+        (2, [(2, 9, "X2")]),
+        (3, [(2, 17, "X3")]),
+    ]
+
+
+def test_a_byte_order_mark_is_no_column(path: Path) -> None:
+    path.write_bytes(b"\xef\xbb\xbf%\nX1")
+    assert seen(read_file(path).main.blocks) == [(2, 1, "X1")]
+    path.write_bytes(b"\xef\xbb\xbfX1")
+    assert seen(read_file(path).main.blocks) == [(1, 1, "X1")]
+
+
+class Opened:
+    """A text that remembers its handles."""
+
+    def __init__(self, text: str) -> None:
+        self.handles: list[BinaryIO] = []
+        self._text = text_of(text, "t")
+        self.text = Text("t", "t", self.open)
+
+    def open(self) -> BinaryIO:
+        self.handles.append(self._text.open())
+        return self.handles[-1]
+
+
+def test_the_text_is_closed_with_the_iterator() -> None:
+    opened = Opened("X1\nX2\nX3")
+    blocks = Blocks(opened.text, Mark(), 3, None)
+    assert [source.text for source in blocks] == ["X1", "X2", "X3"]
+    unfinished = iter(blocks)
+    next(unfinished)
+    assert [handle.closed for handle in opened.handles] == [True, False]
+    del unfinished
+    assert [handle.closed for handle in opened.handles] == [True, True]
+    assert not list(Blocks(opened.text, Mark(), 0, None)) and len(opened.handles) == 2
+
+
+def peak(work: Path, count: int) -> tuple[int, int]:
+    """Bytes taken at most by reading and iterating that many blocks, and how many blocks came."""
+    work.write_text(f"O1\n{lines(count)}M30\n", encoding="utf-8")
+    read_block.cache_clear()
+    tracemalloc.start()
+    programs = read_file(work)
+    found = 0
+    for block in map(read_block, programs.main.blocks):
+        found += len(block.words) > 0
+    top = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return top, found
+
+
+def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
+    small, few = peak(tmp_path / "small.nc", 35_000)
+    large, many = peak(tmp_path / "large.nc", 200_000)
+    assert (few, many) == (35_001, 200_001)
+    assert (tmp_path / "large.nc").stat().st_size > 6_000_000
+    assert large < 4_000_000
+    assert large < 1.2 * small
+
+
+def test_one_line_of_many_blocks_is_a_stream_too(tmp_path: Path) -> None:
+    path = tmp_path / "one_line.nc"
+    path.write_text("G01 X1.234 Y2.345; " * 100_000, encoding="utf-8")
+    tracemalloc.start()
+    blocks = read_file(path).main.blocks
+    last = list(blocks)[-1] if len(blocks) < 10 else blocks.last
+    top = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(blocks) == 100_000 and last is not None and last.column == 19 * 99_999 + 1
+    assert top < 2_000_000
+
+
+def test_a_file_that_changes_is_not_read_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source_module, "HELD", -1)
+    monkeypatch.setattr(source_module, "CHUNK", 4)
+    path = tmp_path / "part.nc"
+    path.write_text("X1\nX2\nX3\nX4\nX5\n")
+    blocks = read_file(path).main.blocks
+    started = iter(blocks)
+    next(started)
+    os.truncate(path, 9)
+    with pytest.raises(ControlError, match=r"part\.nc has changed since it was read"):
+        list(started)
+    with pytest.raises(ControlError, match="has changed"):
+        list(blocks)
+    path.unlink()
+    with pytest.raises(ControlError, match=r"part\.nc cannot be read \(No such file or directory\)"):
+        list(blocks)
+
+
+def test_a_small_file_may_change(tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    path.write_text("X1\nX2")
+    blocks = read_file(path).main.blocks
+    path.write_text("X3")
+    assert [source.text for source in blocks] == ["X1", "X2"]
+
+
+def test_a_pipe_is_read_once(tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_text, args=("X1\nX2",))
+    writer.start()
+    blocks = read_file(path).main.blocks
+    writer.join()
+    assert seen(blocks) == seen(blocks) == [(1, 1, "X1"), (2, 1, "X2")]
+
+
+@pytest.mark.parametrize("chunk", [3, 1 << 16])
+@pytest.mark.parametrize(
+    ("data", "line"),
+    [(b"G00\n(R\xfcck)", 2), (b"X1\rX2\r\n\n\xff", 4), (b"M30\n%\nabc\n\x80\n", 4), (b"X1\n(\xc3", 2)],
+)
+def test_what_is_not_utf_8_is_found_wherever_it_stands(
+    path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, data: bytes, line: int
+) -> None:
+    monkeypatch.setattr(source_module, "CHUNK", chunk)
+    path.write_bytes(data)
+    with pytest.raises(ControlError, match=rf"^line {line} of .*part\.nc is not text in UTF-8; save") as caught:
+        read_file(path)
+    assert caught.value.name == "file"
+
+
+@pytest.mark.parametrize("name", ["missing.nc", "."])
+def test_what_is_no_file(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ControlError, match="cannot be read"):
+        read_file(tmp_path / name)
+
+
+def test_a_second_program_of_the_same_name_is_refused_where_it_stands(path: Path) -> None:
+    path.write_text("O7\nM30\n O7\nM99")
+    with pytest.raises(ControlError) as caught:
+        read_file(path)
+    assert (caught.value.name, caught.value.line, caught.value.column) == ("block-format", 3, 2)
+
+
+def test_the_last_place() -> None:
+    def last(text: str) -> tuple[int, int, int]:
+        place = read(text).main.last_place()
+        return place.line, place.column, place.block
+
+    assert last("O1\nN5 X1\n\n N6 X2\n") == (4, 2, 6)
+    assert last("\nO1\n") == (2, 1, 2)
+    assert last("O1\nX1\n/ X--\n") == (3, 1, 3)
+
+
+def words(text: str) -> list[str]:
+    (source,) = read(text).main.blocks
+    return [str(word) for word in read_block(source).words]
+
+
+def test_letters_have_no_case_and_spaces_no_meaning() -> None:
+    assert words("g01x1.5Y-.2 f 1 0 0.") == ["G01", "X1.5", "Y-.2", "F100."]
+    assert words("G 0 1\tX - 1 2 . 5 Y + 3 Z1 . 2 5") == ["G01", "X-12.5", "Y+3", "Z1.25"]
+    assert words("(A) G00 (B)X1(C)Y2 ( D )") == ["G00", "X1", "Y2"]
+
+
+blanks = st.text(" \t", max_size=2)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["", "+", "-"]), st.from_regex(r"[0-9]{1,20}\.?|[0-9]{0,12}\.[0-9]{1,18}", fullmatch=True)
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+    st.data(),
+)
+def test_any_spacing_and_case_reads_the_same(numbers: list[tuple[str, str]], data: st.DataObject) -> None:
+    pieces, expected, columns = "", [], []
+    for letter, (sign, number) in zip("XyZfG", numbers, strict=False):
+        columns.append(len(pieces) + 1)
+        pieces += letter
+        for character in f"{sign}{number}":
+            pieces += data.draw(blanks) + character
+        pieces += data.draw(blanks)
+        whole, point, decimals = number.partition(".")
+        expected.append((letter.upper(), sign, whole, bool(point), decimals))
+    (source,) = read(pieces).main.blocks
+    found = read_block(source).words
+    assert [word[:5] for word in found] == expected
+    assert [word.column for word in found] == columns
+
+
+def refusal(text: str) -> tuple[str, int | None]:
+    with pytest.raises(ControlError) as caught:
+        words(text)
+    return caught.value.name, caught.value.column
+
+
+def test_a_comment_has_128_characters_with_its_parentheses() -> None:
+    assert words(f"({'A' * 126}) X1") == ["X1"]
+    assert refusal(f"X1 ({'A' * 127})") == ("block-format", 4)
+
+
+def test_only_g_and_m_repeat() -> None:
+    assert words("G90 G01 M03 M08") == ["G90", "G01", "M03", "M08"]
+    assert refusal("X1 x2") == ("block-format", 4)
+    assert refusal("N1 X1 N2") == ("block-format", 7)
+
+
+def test_block_delete_is_the_first_character_alone() -> None:
+    (source,) = read("  / X1").main.blocks
+    assert source.deletable and words(" /X1") == ["X1"]
+    assert refusal("X1 /Y2") == ("block-format", 4)
+    assert refusal("//X1") == ("block-format", 2)
+    assert words("(/ OFF) X1") == ["X1"]
+
+
+@pytest.mark.parametrize("text", ["N12345 X1", "N0 X1", "N00001 X1"])
+def test_labels_of_up_to_five_digits(text: str) -> None:
+    (source,) = read(text).main.blocks
+    assert read_block(source).place.block == int(text[1:].split()[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "column"),
+    [
+        ("N123456", "number-format", 1),
+        ("N-1", "number-format", 1),
+        ("N1.", "number-format", 1),
+        ("N[1]", "number-format", 1),
+        ("X1 Y", "number-format", 4),
+        ("X1 Y.", "number-format", 4),
+        ("X+-1", "number-format", 1),
+        ("X1.2.3", "block-format", 5),
+        ("X1 2.3 .4", "block-format", 8),
+        ("X" + "1" * 31, "number-format", 1),
+        ("U1", "unknown-word", 1),
+        ("X1 É", "block-format", 4),
+        ("X1+2", "block-format", 3),
+        ("#1=5", "not-supported", 1),
+        ("G01 #[1+1]=2", "not-supported", 5),
+        ("IF[#1EQ2]GOTO5", "not-supported", 1),
+        ("X1 goto 10", "not-supported", 4),
+        ("WHILE[#1LT3]DO1", "not-supported", 1),
+        ("END1", "not-supported", 1),
+        ("X[1+2", "expression", 2),
+        ("X-[[1]", "expression", 3),
+        ("X[1]]", "expression", 5),
+        ("X1[2]", "expression", 3),
+        ("X#1[2]", "expression", 4),
+        ("X #", "expression", 3),
+        ("X##1", "expression", 2),
+    ],
+)
+def test_refused_words(text: str, name: str, column: int) -> None:
+    assert refusal(text) == (name, column)
+
+
+def test_expressions_stay_unevaluated() -> None:
+    (source,) = read("X[#12+ 6] G[#1]Y-#3 Z #[#1+[2]] R+ #4 F[1]").main.blocks
+    block = read_block(source)
+    assert [str(word) for word in block.words] == ["X[#12+ 6]", "G[#1]", "Y-#3", "Z#[#1+[2]]", "R+ #4", "F[1]"]
+    assert [(word.whole, word.decimals) for word in block.words] == [("", "")] * 6
+    assert [word.column for word in block.words] == [1, 11, 16, 21, 33, 39]
+
+
+def test_equal_blocks_are_read_once_and_few_are_kept() -> None:
+    one, two = (next(iter(read("G00 X1").main.blocks)) for _ in range(2))
+    assert one is not two and read_block(one) is read_block(two)
+    limit = read_block.cache_info().maxsize
+    assert limit is not None and limit <= 4096
+
+
+def test_a_program_beside_the_file_is_split_too(path: Path) -> None:
+    path.write_text("M98 P77\nM30")
+    path.with_name("O77.nc").write_text("(SUB)\nX1\nO78\nX2; X3\n")
+    programs: Programs = read_file(path)
+    found = [programs.find(number) for number in (77, 78, 79)]
+    assert [program and [block.text for block in program.blocks] for program in found] == [
+        ["(SUB)", "X1"],
+        ["X2", "X3"],
+        None,
+    ]
