@@ -182,3 +182,22 @@ def test_a_terminal_without_a_letter_shows_its_code(tmp_path: Path) -> None:
     result = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert (result.returncode, result.stderr.count("\n")) == (2, 1)
     assert r"gr\xfcn.nc:1:5" in result.stderr
+
+
+def test_trace_takes_radii_for_all_or_single_wheels(grind) -> None:
+    text = "G41 G01 Z10. X10. T0101 F100.\nZ30.\nX20.\nG40 Z50.\n"
+
+    def first(*options: str) -> list[float]:
+        return json.loads(grind("trace", text, *options)[1].splitlines()[0])["end"]
+
+    assert first() == [10.0, 0.0, 10.0]
+    assert first("--radius", "2") == first("--radius", "1=2") == [12.0, 0.0, 10.0]
+    assert first("--radius", "2", "--radius", "1=3.5") == [13.5, 0.0, 10.0]
+    status, out, _ = grind("trace", text, "--radius", "two")
+    assert (status, json.loads(out)["error"]) == (2, "setting")
+
+
+def test_trace_takes_the_retract_of_grooves(grind) -> None:
+    text = "G00 X25. Z-10.\nG77 X20. I2. D0 F1.\n"
+    ends = [json.loads(line)["end"][0] for line in grind("trace", text, "--groove-retract", "0.25")[1].splitlines()]
+    assert ends == [25.0, 23.0, 23.25, 21.0, 21.25, 20.0, 25.0]

@@ -1,0 +1,226 @@
+"""What the trace of a compensated program promises whatever the contour, side and plane."""
+
+import cmath
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import Control, ControlError, execute, read, record
+from tests.control.contours import FIRST_AND_SECOND, Run, runs
+
+START = -30.0 - 7j
+WORD = 2e-3
+"""mm that three decimals in end and centre leave uncertain."""
+LETTERS = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
+planes = st.sampled_from(sorted(LETTERS))
+sides = st.sampled_from(["G41", "G42"])
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A programmed element: it turns, then runs straight (bend 0) or bends by an angle at a radius, degrees and mm."""
+
+    turn: float
+    size: float
+    bend: float
+
+
+straight = st.builds(Piece, st.floats(-130, 130), st.floats(15, 60), st.just(0.0))
+curved = st.builds(Piece, st.floats(-100, 100), st.floats(15, 40), st.floats(40, 140) | st.floats(-140, -40))
+contours = st.lists(straight | curved, min_size=2, max_size=6)
+
+
+@dataclass(frozen=True)
+class Element:
+    start: complex
+    end: complex
+    centre: complex | None
+    rotation: int
+
+    def distance(self, point: complex) -> float:
+        """Distance of a point from the element."""
+        if self.centre is None:
+            way = self.end - self.start
+            share = ((point - self.start) * way.conjugate()).real / abs(way) ** 2
+            return abs(point - self.start - min(max(share, 0.0), 1.0) * way)
+        spoke = point - self.centre
+        turned = (cmath.phase(spoke / (self.start - self.centre)) * self.rotation) % math.tau
+        total = (cmath.phase((self.end - self.centre) / (self.start - self.centre)) * self.rotation) % math.tau
+        if turned <= total:
+            return abs(abs(spoke) - abs(self.start - self.centre))
+        return min(abs(point - self.start), abs(point - self.end))
+
+    def points(self) -> list[complex]:
+        """Points along it."""
+        if self.centre is None:
+            return [self.start + share / 40 * (self.end - self.start) for share in range(41)]
+        spoke = self.start - self.centre
+        total = (cmath.phase((self.end - self.centre) / spoke) * self.rotation) % math.tau
+        return [self.centre + spoke * cmath.rect(1.0, self.rotation * share / 40 * total) for share in range(41)]
+
+    def reversed(self) -> "Element":
+        """The same run the other way round."""
+        return Element(self.end, self.start, self.centre, -self.rotation)
+
+
+def rounded(point: complex) -> complex:
+    return complex(round(point.real, 3), round(point.imag, 3))
+
+
+def elements(pieces: list[Piece]) -> list[Element]:
+    """The contour from the origin along the first axis, its points rounded as words are."""
+    position, heading, result = 0j, 1.0 + 0j, []
+    for index, piece in enumerate(pieces):
+        heading *= cmath.rect(1.0, math.radians(piece.turn)) if index else 1.0
+        if piece.bend == 0.0:
+            end, centre, rotation = rounded(position + piece.size * heading), None, 0
+        else:
+            rotation = 1 if piece.bend > 0.0 else -1
+            centre = rounded(position + piece.size * heading * 1j * rotation)
+            end = rounded(centre + (position - centre) * cmath.rect(1.0, math.radians(piece.bend)))
+            heading *= cmath.rect(1.0, math.radians(piece.bend))
+        result.append(Element(position, end, centre, rotation))
+        position = end
+    return result
+
+
+def text(path: list[Element], side: str, plane: str, corner: str = "G39") -> str:
+    (first, second), (offset, other) = LETTERS[plane]
+    blocks = [f"{plane} {corner} G90 {side} G01 {first}0 {second}0 F600."]
+    for element in path:
+        words = f"{first}{element.end.real:.3f} {second}{element.end.imag:.3f}"
+        if element.centre is None:
+            blocks.append(f"G01 {words}")
+        else:
+            spoke = element.centre - element.start
+            code = "G03" if element.rotation == 1 else "G02"
+            blocks.append(f"{code} {words} {offset}{spoke.real:.3f} {other}{spoke.imag:.3f}")
+    away = path[-1].end + 30.0
+    blocks.append(f"G40 G01 {first}{away.real:.3f} {second}{away.imag:.3f}")
+    return "\n".join(blocks)
+
+
+def records_of(program: str, plane: str, radius: float, start: complex) -> list[dict[str, Any]]:
+    """The trace of a program; contours that cannot be compensated do not count."""
+    first, second = FIRST_AND_SECOND[plane]
+    position = [0.0, 0.0, 0.0]
+    position[first], position[second] = start.real, start.imag
+    control = Control(radius=radius, start=(position[0], position[1], position[2]))
+    try:
+        found = [motion for event in execute(read(program), control) if (motion := record(event))]
+    except ControlError as error:
+        assume(error.name not in ("interference", "backwards-motion", "circular-departure-too-small"))
+        raise
+    return [{"kind": "rapid", "end": position}, *found]
+
+
+def trace(program: str, plane: str, radius: float, start: complex = START) -> list[Run]:
+    """The runs of a program without entry and exit."""
+    return runs(records_of(program, plane, radius, start))[2:-1]
+
+
+def points(run: Run) -> list[complex]:
+    return [complex(*run.flat(point)) for point in run.points()]
+
+
+@settings(max_examples=150)
+@given(contours, sides, planes, st.floats(0.2, 6.0), st.sampled_from(["G39", "G39.1"]))
+def test_the_centre_keeps_one_radius_from_the_contour(
+    pieces: list[Piece], side: str, plane: str, radius: float, corner: str
+) -> None:
+    path = elements(pieces)
+    for one, next_ in itertools.pairwise(path):
+        assume(opens(one, next_, radius) and opens(next_, one.reversed(), radius))
+    records = records_of(text(path, side, plane, corner), plane, radius, START)
+    motions = list(zip(runs(records)[2:-1], records[2:-1], strict=True))
+    for run, motion in motions:
+        own = motion["block"] - 2
+        way = points(run if run.kind == "arc" else Run(run.kind, run.start, run.end, plane=plane))
+        if motion["source"] == "program":
+            assert all(abs(path[own].distance(point) - radius) <= WORD or beyond(path[own], point) for point in way)
+        for element in path[max(own - 1, 0) : own + 2]:
+            assert all(element.distance(point) >= radius - WORD for point in way)
+    assert [motion["block"] - 2 for _, motion in motions if motion["source"] == "program"] == list(range(len(path)))
+
+
+def opens(first: Element, second: Element, radius: float) -> bool:
+    """Whether the second element, once 2 radii away from the first one, does not come back to it."""
+    away = [first.distance(point) > 2.0 * radius for point in second.points()]
+    return away == sorted(away)
+
+
+def beyond(element: Element, point: complex) -> bool:
+    """Whether a point lies past an end of an element, where the path leads on to a corner."""
+    return min(abs(point - element.start), abs(point - element.end)) <= element.distance(point) + 1e-9
+
+
+def ends(found: list[Run], plane: str) -> list[complex]:
+    first, second = FIRST_AND_SECOND[plane]
+    return [complex(run.end[first], run.end[second]) for run in found]
+
+
+def transformed(path: list[Element], change: Callable[[complex], complex], flip: bool) -> list[Element]:
+    return [
+        Element(
+            change(e.start),
+            change(e.end),
+            None if e.centre is None else change(e.centre),
+            -e.rotation if flip else e.rotation,
+        )
+        for e in path
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "flip"),
+    [
+        (lambda p: p + (12.345 - 6.789j), False),
+        (lambda p: p * 1j, False),
+        (lambda p: -p, False),
+        (lambda p: p.conjugate(), True),
+    ],
+    ids=["translated", "turned by 90 degrees", "turned by 180 degrees", "mirrored"],
+)
+@settings(max_examples=40)
+@given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0))
+def test_the_path_follows_the_contour(
+    change: Callable[[complex], complex], flip: bool, pieces: list[Piece], side: str, plane: str, radius: float
+) -> None:
+    path = elements(pieces)
+    other = {"G41": "G42", "G42": "G41"}[side] if flip else side
+    here = ends(trace(text(path, side, plane), plane, radius, START), plane)
+    first = transformed([Element(0j, 0j, None, 0), *path], change, flip)
+    program = text(first[1:], other, plane)
+    letters = LETTERS[plane][0]
+    program = program.replace(
+        f"{letters[0]}0 {letters[1]}0", f"{letters[0]}{first[0].end.real:.3f} {letters[1]}{first[0].end.imag:.3f}", 1
+    )
+    there = ends(trace(program, plane, radius, change(START)), plane)
+    for moved, point in zip(there[:-1], here[:-1], strict=True):
+        assert moved == pytest.approx(change(point), abs=1e-6)
+
+
+@settings(max_examples=40)
+@given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0), data=st.data())
+def test_splitting_a_line_changes_nothing(
+    pieces: list[Piece], side: str, plane: str, radius: float, data: st.DataObject
+) -> None:
+    pieces = [
+        Piece(p.turn, p.size, p.bend) if p.bend else Piece(round(p.turn / 90) * 90 % 180 * 1.0, round(p.size), 0.0)
+        for p in pieces
+    ]
+    path = elements([Piece(0.0, 40.0, 0.0), *pieces])
+    middle = complex(data.draw(st.integers(10, 30)), 0.0)
+    split = [Element(0j, middle, None, 0), Element(middle, path[0].end, None, 0), *path[1:]]
+    whole = trace(text(path, side, plane), plane, radius)
+    parts = trace(text(split, side, plane), plane, radius)
+    assert ends(parts, plane)[-1] == pytest.approx(ends(whole, plane)[-1])
+    assert [p for p in ends(parts, plane) if abs(p.real - middle.real) > 1e-9 or abs(abs(p.imag) - radius) > 1e-9] == [
+        pytest.approx(p) for p in ends(whole, plane)
+    ]
