@@ -1,4 +1,4 @@
-"""`python -m agents tune | train | evaluate | benchmark`."""
+"""`python -m agents tune | train | evaluate | benchmark | video`."""
 
 import json
 import sys
@@ -14,6 +14,7 @@ from agents.evaluate import evaluate as run_policy
 from agents.registry import check_names, make_policy
 from agents.train import LAST_SEED, LearnedPolicy, Training, trained_agent
 from agents.tuned import CONFIGS
+from agents.video import Film, policy_of, record
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 
@@ -117,6 +118,23 @@ def benchmark(
     benchmarking.benchmark(
         job, listed(policies), learned=learned, episodes=episodes, folder=runs, configs=configs, fresh=fresh
     )
+
+
+@app.command(epilog="Example: python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")
+def video(
+    left: Annotated[str, typer.Option(help="A policy, the .zip file of a trained agent, or a constant: E8D0.")],
+    right: Annotated[str, typer.Option(help="Likewise.")],
+    output: Annotated[Path, typer.Option(help="The .gif file to write.")],
+    task: TaskName = "power_limited",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
+    pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = Film().frames,
+    configs: Configs = CONFIGS,
+) -> None:
+    """Film two policies, side by side, on the same episode."""
+    job = load_task(task)
+    policies = [policy_of(name, job, configs) for name in (left, right)]
+    size = record(policies, job, seed, output, Film(frames=pictures))
+    print(f"{output}: {size / 1e6:.1f} MB")
 
 
 def listed(names: str | None) -> list[str] | None:

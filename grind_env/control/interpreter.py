@@ -213,6 +213,7 @@ class Interpreter:
         if action in CYCLES:
             if "P" in command.words:
                 self._find(command.block, command.words["P"])
+            mover.detour = None
             yield from self.table.cycle(command)
         elif action == "G80":
             yield from self.table.cancel(command)
@@ -288,11 +289,13 @@ class Interpreter:
             raise self.place.error(
                 "program-not-found", f"the interrupt asks for O{interrupt.program}; it must be in the file or beside it"
             )
+        programmed = self.mover.goal or self.mover.position
         yield InterruptStart(self.timeline.time, interrupt.program, interrupt.kind)
         moved = yield from self._interrupted(interrupt.program, Source.INTERRUPT, returning=interrupt.kind == 2)
         yield InterruptEnd(self.timeline.time, interrupt.program, interrupt.kind)
         away = moved and interrupt.kind == 1
-        self.mover.detour |= away
+        if away:
+            self.mover.detour = programmed
         return away
 
     def _interrupted(self, number: int, source: Source, returning: bool) -> Generator[Event, None, bool]:

@@ -41,8 +41,9 @@ class Mover:
     Attributes:
         source: what commands the motions: the program, a dress or an interrupt.
         recorder: remembers the way of an interrupt program; None outside of one.
-        detour: whether the next motion starts away from its programmed start and runs straight to its end, after
-            a type 1 interrupt (lathe manual 29-6).
+        goal: where the motion under way was programmed to end; None outside of one.
+        detour: the programmed position after a type 1 interrupt, from which the next motion counts although the
+            axes stand elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise.
         passed: the intermediate point of the last G28 or G30, for G29.
     """
 
@@ -52,14 +53,18 @@ class Mover:
         self.compensation = Compensation(control)
         self.source = Source.PROGRAM
         self.recorder: Recorder | None = None
-        self.detour = False
+        self.goal: Position | None = None
+        self.detour: Position | None = None
         self.passed: Position | None = None
         self.interruption, self.interrupt = interruption, interrupt
 
     @property
     def position(self) -> Position:
         """The programmed position, machine coordinates, mm: without the offset of the compensation."""
-        return self.compensation.position(self.timeline.position)
+        actual, table = self.timeline.position, self._reciprocating
+        if self.detour is None:
+            return self.compensation.position(actual)
+        return self.detour if table is None else _moved(self.detour, actual, [table])
 
     def linear(self, command: Command, ahead: Ahead) -> Iterator[Event]:
         """G00 or G01."""
@@ -175,29 +180,38 @@ class Mover:
         place = command.block.place
         feed = None if command.action == "G00" else self.rate(command)
         actual = self.timeline.position
-        if self.detour:
-            self.detour, path = False, Straight(actual, path.end)
+        if self.detour is not None:
+            self.detour, path = None, Straight(actual, path.end)
+        self.goal = path.end
         for piece in self._pieces(command, path, actual, ahead):
             if piece.path.length > 0.0:
                 share = None if feed is None else feed * piece.share
                 yield from self._advance(place, piece.path, share, Source.COMPENSATION if piece.generated else None)
+        self.goal = None
 
     def _pieces(self, command: Command, path: Path, actual: Position, ahead: Ahead) -> list[Piece]:
         modes, compensation = command.modes, self.compensation
         compensated = modes.compensation in SIDES or compensation.offset is not None
+        table = self._reciprocating
+        if compensated and table is not None and table in PLANES[modes.plane]:
+            raise command.error(
+                "axis-conflict",
+                f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
+            )
         if compensated and in_plane(path, modes.plane):
-            outlook = Outlook(modes, path.end, self._origin(command), self._reciprocating)
+            outlook = Outlook(modes, path.end, self._origin(command), table)
             return compensation.plan(command, path, actual, self.tooling.radius, ahead(outlook))
         if not compensated:
             compensation.programmed = None
-            return [Piece(path if path.start == actual else Straight(actual, path.end))]
-        return [
-            Piece(
-                Straight(
-                    actual, _moved(actual, path.end, [axis for axis in range(3) if path.start[axis] != path.end[axis]])
-                )
+        if path.start == actual:
+            return [Piece(path)]
+        if not isinstance(path, Straight):
+            raise command.error(
+                "block-format",
+                f"{command.action} begins where the lapsed compensation has left the wheel; program a G01 before it",
             )
-        ]
+        axes = [axis for axis in range(3) if not compensated or path.start[axis] != path.end[axis]]
+        return [Piece(Straight(actual, _moved(actual, path.end, axes)))]
 
     def _advance(self, place: Place, path: Path, feed: float | None, source: Source | None = None) -> Iterator[Event]:
         """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6)."""

@@ -199,6 +199,7 @@ def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:
 
 
 def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
+    """The nearest number with the decimals of the format; only one written with a point can have more."""
     whole_digits, decimal_digits = digits
     exact = Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")
     value = exact.quantize(Decimal(1).scaleb(-decimal_digits), ROUND_HALF_UP)

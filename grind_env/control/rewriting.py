@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 
 from grind_env.control.words import Block, read_block
 
@@ -26,5 +25,5 @@ def with_words(block: Block, values: Mapping[str, str]) -> Block:
             match = _VALUE.match(text, begin)
             end = match.end() if match else begin + 1
             text = f"{text[:begin]}{letter}{value}{text[end:]}"
-        block = read_block(replace(block.source, text=text))
+        block = read_block(block.source._replace(text=text))
     return block

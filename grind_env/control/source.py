@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from grind_env.control.errors import ControlError, Place
 
@@ -27,8 +27,7 @@ _WITHIN_LINE = ("", ";", "%")
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
+class Source(NamedTuple):
     """The text of one block as it stands in the file; line and column count from 1."""
 
     file: str
@@ -136,9 +135,9 @@ class Scanner:
         """The text in pieces that end where a block ends, each with its offset in bytes."""
         offset = self._start.offset
         self._handle.seek(offset)
-        rest = self._handle.read(CHUNK)
-        if offset == 0 and rest.startswith(codecs.BOM_UTF8):
-            offset, rest = len(codecs.BOM_UTF8), rest[len(codecs.BOM_UTF8) :]
+        rest = b"" if offset else self._handle.read(len(codecs.BOM_UTF8))
+        if rest == codecs.BOM_UTF8:
+            offset, rest = len(rest), b""
         while more := self._handle.read(max(CHUNK, len(rest))):
             data = rest + more
             end = 1 + max(data.rfind(b"\n"), data.rfind(b";"), data.rfind(b"\r", 0, -1))

@@ -44,15 +44,22 @@ def test_type_1_with_motion_goes_straight_to_the_end_of_the_next_block() -> None
         (5.0, 0.0, 0.0, "program"),
         (5.0, 5.0, 0.0, "interrupt"),
         (5.0, 6.0, 0.0, "interrupt"),
-        (5.0, 6.0, 10.0, "program"),
-        (20.0, 6.0, 10.0, "program"),
+        (10.0, 0.0, 10.0, "program"),
+        (20.0, 0.0, 10.0, "program"),
     ]
 
 
 def test_a_delayed_type_1_interrupt_waits_for_the_end_of_the_block() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 1, False, at=0.5))
     assert found[:3] == [(10.0, 0.0, 0.0, "program"), (10.0, 5.0, 0.0, "interrupt"), (10.0, 6.0, 0.0, "interrupt")]
-    assert found[3:] == [(10.0, 6.0, 10.0, "program"), (20.0, 6.0, 10.0, "program")]
+    assert found[3:] == [(10.0, 0.0, 10.0, "program"), (20.0, 0.0, 10.0, "program")]
+
+
+@pytest.mark.parametrize("immediate", [True, False])
+def test_increments_after_a_type_1_interrupt_count_from_the_programmed_point(immediate: bool) -> None:
+    main = "G00 X0\nG01 G91 X10. F600.\nZ10.\nX10.\nM30\n"
+    found = steps(main, AWAY, Interrupt(7, 1, immediate, at=0.5))
+    assert [step[:3] for step in found[-2:]] == [(10.0, 0.0, 10.0), (20.0, 0.0, 10.0)]
 
 
 def test_type_2_comes_back_and_finishes_the_block() -> None:

@@ -103,17 +103,25 @@ def test_generated_blocks_at_arcs_run_along_the_tangents() -> None:
     ]
 
 
-def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the_line() -> None:
-    over = Bow((10.0, 0.0), (0.0, 10.0), (10.0, 10.0), -1)  # leaves along -u, then bends to +v
-    # Circle of radius 10 + 1 about (10, 10), line v = 1: u = 10 -+ sqrt(121 - 81).
-    inside = corner(EAST, over, Offset(1.0, 1), False, 0.0)
-    assert inside.end == pytest.approx((10.0 - math.sqrt(40.0), 1.0))
+@pytest.mark.parametrize("arc_radius", [3.0, 7.7, 10.0, 12.3])
+@pytest.mark.parametrize("radius", [0.3, 1.0, 1.7])
+def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the_line(
+    arc_radius: float, radius: float
+) -> None:
+    over = Bow((10.0, 0.0), (10.0 - arc_radius, arc_radius), (10.0, arc_radius), -1)  # leaves along -u, bends to +v
+    # The circle of radius R + r about (10, R) and the line v = r: u = 10 -+ sqrt((R + r)^2 - (R - r)^2).
+    met = pytest.approx((10.0 - math.sqrt(4.0 * arc_radius * radius), radius))
+    inside = corner(EAST, over, Offset(radius, 1), False, 0.0)
+    assert inside.end == met
     assert inside.generated == ()
     back = Bow(over.end, over.start, over.centre, 1), Segment(EAST.end, EAST.start)
-    assert corner(*back, Offset(1.0, -1), False, 0.0).end == pytest.approx(inside.end)
-    outside = corner(EAST, over, Offset(1.0, -1), False, 0.0)
-    assert outside.end == pytest.approx((11.0, -1.0))
-    assert [piece.end for piece in outside.generated] == [pytest.approx((11.0, 1.0)), pytest.approx((10.0, 1.0))]
+    assert corner(*back, Offset(radius, -1), False, 0.0).end == met
+    outside = corner(EAST, over, Offset(radius, -1), False, 0.0)
+    assert outside.end == pytest.approx((10.0 + radius, -radius))
+    assert [piece.end for piece in outside.generated] == [
+        pytest.approx((10.0 + radius, radius)),
+        pytest.approx((10.0, radius)),
+    ]
 
 
 def test_e10_line_to_arc() -> None:
@@ -228,6 +236,13 @@ def test_an_arc_not_larger_than_the_radius_is_too_small(radius: float) -> None:
     assert compensated(arc, RIGHT.beside_start(arc), RIGHT.beside_end(arc), RIGHT)[0].length > arc.length
 
 
+def test_an_arc_too_small_at_one_end_is_too_small() -> None:
+    """Words are rounded: here the start is 2.004 from the centre, the end 1.997."""
+    arc = Bow((2.004, 0.0), (0.0, 1.997), (0.0, 0.0), 1)
+    with pytest.raises(CompensationFault, match=r"radius 1\.9970 is too small"):
+        compensated(arc, (0.004, 0.0), (0.0, -0.003), LEFT)
+
+
 def test_a_step_lower_than_the_radius_runs_a_line_backwards() -> None:
     # Up a step of 1 between two inside corners of 90 degrees on the left, r = 2: v from 2 to -1 on a line to +v.
     step = lines((0.0, 0.0), (10.0, 0.0), (10.0, 3.0), (0.0, 3.0))
@@ -308,10 +323,11 @@ def test_a_full_circle_between_tangents_stays_full() -> None:
     assert run.length == pytest.approx(math.tau * 12.0)
 
 
-def test_an_arc_trimmed_to_nothing_is_no_full_circle() -> None:
-    arc = arc_between(0.0, 40.0, 1)
-    for start, end in ((on(20.0, 8.0), on(20.0, 8.0)), (on(20.0, 8.0), on(20.0 + 1e-12, 8.0))):
-        assert [run.length for run in compensated(arc, start, end, LEFT)] == [pytest.approx(0.0, abs=1e-9)]
+@pytest.mark.parametrize(("radius", "left_over"), [(10.0, 0.0), (10.0, 1e-11), (10.0, -1e-11), (5000.0, 1e-8)])
+def test_an_arc_trimmed_to_nothing_is_no_full_circle(radius: float, left_over: float) -> None:
+    arc = arc_between(0.0, 40.0, 1, radius)
+    start, end = on(20.0, radius - 2.0), on(20.0 + left_over, radius - 2.0)
+    assert [run.length for run in compensated(arc, start, end, LEFT)] == [pytest.approx(0.0, abs=1e-6)]
 
 
 def test_e8_side_change_of_lines() -> None:

@@ -109,6 +109,12 @@ def test_the_vector_shifts_the_end_of_an_arc_along_its_circle() -> None:
         assert ends(leaving(arc, (30.0, 0.0), RIGHT, vector=vector))[0] == end
 
 
+def test_a_vector_whose_line_misses_the_circle_changes_nothing() -> None:
+    # Ends at (10, 0), circle of radius 8; the line two to the left of (0.6, -0.8) is 10 from the origin.
+    arc = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
+    assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(3.0, -4.0)))[0] == (8.0, 0.0)
+
+
 def test_the_shift_on_a_small_circle_is_at_most_a_quarter_turn() -> None:
     arc = Bow((0.0, -2.1), (2.1, 0.0), (0.0, 0.0), 1)
     assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(0.0, -1.0)))[0] == (0.0, 0.1)

@@ -1,0 +1,178 @@
+"""Two policies grinding the same episode, side by side, as an animated picture."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from agents.evaluate import start_episodes
+from agents.policy import Policy, reveal, speed_bounds
+from agents.registry import make_policy
+from agents.scripted import Fixed
+from agents.tuned import CONFIGS
+from grind_env.control.rules import dresses_due
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.program import CycleBlock, block_text, coming_block
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import Task
+from grind_env.envs.view import coming_part, view_of
+from grind_env.errors import GrindError
+from grind_env.machine.record import write_atomically
+from grind_env.render.frames import TALL, render
+from grind_env.render.view import Motion, View
+
+COLOURS = 128
+"""Colours of an animation: the picture has few, and their mixtures at the edges."""
+SAMPLES = 12
+"""Pictures from which they are taken."""
+
+FASTEST = 50.0
+"""Pictures a second; browsers show a GIF that asks for more at a tenth of that."""
+
+FIXED = re.compile(r"E(\d+(?:\.\d+)?)D(\d+)")
+
+TURNS = 0.29
+"""Turns of the wheel from one picture to the next, as drawn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """How an animation is made.
+
+    Raises:
+        GrindError: for no picture a block, or more a second than a GIF can show.
+    """
+
+    frames: int = 3
+    """Pictures a block, the last of them at rest."""
+    fps: float = 10.0
+    hold: float = 3.0
+    """s for which the last picture stays."""
+    most_bytes: int = 3_000_000
+
+    def __post_init__(self) -> None:
+        if self.frames < 1 or not 1.0 <= self.fps <= FASTEST:
+            raise GrindError(
+                f"an animation cannot have {self.frames} pictures a block at {self.fps:g} a second:"
+                f" give at least 1 a block, and 1 to {FASTEST:g} a second"
+            )
+
+
+def policy_of(text: str, task: Task, configs: Path = CONFIGS) -> Policy:
+    """The policy that a text names: one of the registry, a trained agent (.zip), or a constant such as `E12D0`.
+
+    Raises:
+        GrindError: if there is none, it has no parameters for the task, or the task does not have such an E.
+    """
+    if text.endswith(".zip"):
+        # torch takes seconds to load
+        from agents.train import LearnedPolicy
+
+        return LearnedPolicy(Path(text), "trained agent (PPO)")
+    if constant := FIXED.fullmatch(text):
+        speed, dresses = float(constant[1]), int(constant[2])
+        low, high = (0.001 * bound for bound in speed_bounds(task))
+        if not low <= speed <= high:
+            raise GrindError(f"{text}: E is {speed:g} m/min, but {task.name} has {low:g} to {high:g}")
+        return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
+    return make_policy(text, task, configs)
+
+
+def watch(policy: Policy, task: Task, seed: int, frames: int) -> Iterator[View]:
+    """The views of an episode: before the first block, then `frames` of each block, the last of them at rest."""
+    simulation = Simulation(task)
+    episodes = start_episodes(simulation, [seed])
+    codec = ActionCodec(task)
+    blocks: list[CycleBlock] = []
+    outcomes: list[Outcome] = []
+    policy.begin(task, 1)
+    view = _titled(view_of(task, episodes, 0, blocks, outcomes), policy)
+    yield view
+    for _ in range(task.blocks):
+        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, task, episodes))
+        speeds, executions = codec.decode(codec.encode(*decision))
+        block = coming_block(task, episodes, 0, speeds[0], executions[0])
+        part = coming_part(task, episodes, 0)
+        running = replace(view, part=part, text=block_text(task, block))
+        yield from (_in_motion(running, block, k, frames) for k in range(frames - 1))
+        result, _ = simulation.step(episodes, speeds, executions)
+        blocks.append(block)
+        outcomes.append(Outcome(*result[0].tolist()))
+        view = _titled(view_of(task, episodes, 0, blocks, outcomes), policy)
+        yield view
+
+
+def _titled(view: View, policy: Policy) -> View:
+    return replace(view, job=replace(view.job, title=policy.name.replace("_", " ")))
+
+
+def _in_motion(view: View, block: CycleBlock, k: int, frames: int) -> View:
+    """Picture k of a block that is running: as much of its depth is gone as of its pictures."""
+    before, gone = k / frames, (k + 1) / frames
+    due = [dresses_due(share * block.stock, block.stock, float(block.executions)) for share in (before, gone)]
+    number = len(view.ground) * frames + k
+    motion = Motion(
+        table=0.8 * (-1.0) ** number,
+        spin=TURNS * number,
+        dressing=due[1] > due[0],
+        speed=block.speed,
+        executions=block.executions,
+    )
+    return replace(view, part=replace(view.part, left=(1.0 - gone) * block.stock), motion=motion)
+
+
+def record(policies: Sequence[Policy], task: Task, seed: int, path: Path, film: Film | None = None) -> int:
+    """Write an animation of the policies, side by side, on the episode of a seed.
+
+    Args:
+        policies: from left to right.
+        task: what they grind.
+        seed: of the episode.
+        path: a .gif file.
+        film: settings.
+
+    Returns:
+        Size of the file, bytes.
+
+    Raises:
+        GrindError: for another suffix, or if the file would be larger than `film.most_bytes`.
+    """
+    film = Film() if film is None else film
+    if path.suffix != ".gif":
+        raise GrindError(f"{path}: an animation is written as .gif; name such a file")
+    films = zip(*(watch(policy, task, seed, film.frames) for policy in policies), strict=True)
+    pictures = _same_colours([np.hstack([render(view, TALL) for view in views]) for views in films])
+    milliseconds = [round(1000.0 / film.fps)] * len(pictures)
+    milliseconds[-1] = round(1000.0 * film.hold)
+
+    def write(partial: Path) -> None:
+        first, *others = pictures
+        # optimised, a picture holds only the pixels that differ from the one before
+        first.save(partial, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
+        size = partial.stat().st_size
+        if size > film.most_bytes:
+            most = film.most_bytes / 1e6
+            raise GrindError(
+                f"{path} would have {size / 1e6:.2f} MB, more than {most:.2f}: ask for fewer pictures a block"
+            )
+
+    write_atomically(path, write)
+    return path.stat().st_size
+
+
+def _same_colours(frames: list[NDArray[np.uint8]]) -> list[Image.Image]:
+    """The pictures in one palette, so that a pixel that stays the same keeps its number.
+
+    The palette holds the most frequent colours as they are; averages would dull the small coloured shapes.
+    """
+    samples = np.stack(frames[:: max(len(frames) // SAMPLES, 1)])
+    codes, counts = np.unique(samples.astype(np.uint32) @ np.array([1, 1 << 8, 1 << 16]), return_counts=True)
+    kept = codes[np.argsort(-counts, kind="stable")[:COLOURS]].astype("<u4")
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(kept.view(np.uint8).reshape(-1, 4)[:, :3].tobytes())
+    return [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]

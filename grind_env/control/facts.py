@@ -1,0 +1,44 @@
+"""Where every rule of the control comes from: statements of the manuals, decisions, and the tests that hold them."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FILE = Path(__file__).with_name("facts.toml")
+
+MarkName: TypeAlias = Literal["seen", "inferred", "decided"]
+MARKS: tuple[MarkName, ...] = ("seen", "inferred", "decided")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fact:
+    """A statement about the control.
+
+    Attributes:
+        id: page and number of a statement, or the name of a decision.
+        text: the statement, in the project's own words.
+        page: of the grinder manual; other manuals by a letter before it; "" for a decision that no page prompts.
+        mark: "seen" on the page, "inferred" from it, or "decided" by the project.
+        tests: the tests that hold it, ``file::function`` from the root of the repository.
+        outside: why the simulator does not have it; "" where `tests` says that it has.
+    """
+
+    id: str
+    text: str
+    page: str
+    mark: MarkName
+    tests: tuple[str, ...] = ()
+    outside: str = ""
+
+
+def load_facts() -> tuple[Fact, ...]:
+    """All facts in the order of the file."""
+    entries: list[Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))["fact"]
+    return tuple(Fact(**{**entry, "tests": tuple(entry.get("tests", ()))}) for entry in entries)

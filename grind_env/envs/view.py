@@ -1,0 +1,77 @@
+"""The view of a running episode: what `View` shows, read off a task, its episodes and what came of each block."""
+
+from collections.abc import Sequence
+
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.program import CycleBlock, block_text
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+from grind_env.process.state import WheelState
+from grind_env.render.view import GroundBlock, Job, View, Workpiece
+
+STOCK_ROOM = 1.75
+"""Stock over nominal that the picture has room for; the tasks spread it by a quarter, one standard deviation."""
+
+
+def job_of(task: Task) -> Job:
+    """What stays the same in the pictures of a task."""
+    kinds = [task.kinds[task.kind_of_block(k)] for k in range(task.blocks)]
+    speeds = task.action.speed_levels or task.action.speed_range or ()
+    return Job(
+        title=task.title,
+        blocks=task.blocks,
+        parts=sum(kind.ends_part for kind in kinds),
+        new_diameter=task.wheel.diameter,
+        lowest_speed=1000.0 * min(speeds),
+        highest_speed=1000.0 * max(speeds),
+        most_executions=task.action.executions,
+        longest=max(kind.length for kind in kinds),
+        thickest=STOCK_ROOM * max(kind.stock for kind in kinds),
+    )
+
+
+def view_of(task: Task, episodes: Episodes, i: int, blocks: Sequence[CycleBlock], outcomes: Sequence[Outcome]) -> View:
+    """Episode i as it stands, at rest between two blocks.
+
+    Args:
+        task: its task.
+        episodes: the episodes.
+        i: which of them.
+        blocks: the blocks that it has run.
+        outcomes: what came of each.
+    """
+    limits = {kind.name: task.limits(kind) for kind in task.kinds}
+    return View(
+        job=job_of(task),
+        ground=tuple(
+            GroundBlock(
+                speed=block.speed,
+                executions=block.executions,
+                power=outcome.peak_power,
+                rise=outcome.rise,
+                roughness=outcome.roughness,
+                size_error=outcome.size_error,
+                limits=limits[block.kind.name],
+                cost=outcome.cost,
+                finished=outcome.finished > 0.0,
+                good=outcome.good,
+            )
+            for block, outcome in zip(blocks, outcomes, strict=True)
+        ),
+        wheel=WheelState(*episodes.wheels[i].tolist()),
+        part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
+        text=block_text(task, blocks[-1]) if blocks else "",
+    )
+
+
+def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
+    """The part of the next block of episode i, with all the stock of that block on it."""
+    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
+    kind = task.kinds[int(row.kind)]
+    return Workpiece(name=kind.name, length=kind.length, stock=row.stock, left=row.stock)
+
+
+def _ground_part(block: CycleBlock, outcome: Outcome) -> Workpiece:
+    left = 0.001 * outcome.size_error
+    return Workpiece(name=block.kind.name, length=block.kind.length, stock=block.stock, left=left)

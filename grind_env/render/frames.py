@@ -1,0 +1,63 @@
+"""A view as a picture, and on the screen.
+
+This module is light to import; the drawing library is loaded with the first picture.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.render.view import RenderError, View
+
+if TYPE_CHECKING:
+    from grind_env.render.window import Window
+
+WIDE = (960, 540)
+"""Width and height of a picture with the charts beside the machine, px."""
+TALL = (480, 640)
+"""Likewise, with the charts below the machine: two of them fit side by side."""
+
+FPS = 10
+"""Pictures a second, one for each block, at which an episode can be followed by eye."""
+
+
+def render(view: View, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
+    """Draw a view.
+
+    Args:
+        view: what to show.
+        size: `WIDE` or `TALL`.
+
+    Returns:
+        The picture, shape (height, width, 3).
+
+    Raises:
+        RenderError: if Pillow is not installed, or for another size.
+    """
+    if size not in (WIDE, TALL):
+        raise RenderError(f"the size of a picture is {size!r}, but must be {WIDE} or {TALL}")
+    try:
+        from grind_env.render.layout import draw_tall, draw_wide
+    except ModuleNotFoundError as error:
+        raise _missing(error) from None
+    return (draw_wide if size == WIDE else draw_tall)(view, *size).pixels()
+
+
+def open_window(title: str) -> "Window":
+    """A window that shows `FPS` pictures a second.
+
+    Raises:
+        RenderError: if Pillow or tkinter is not installed, or there is no screen.
+    """
+    try:
+        from grind_env.render.window import Window
+    except ModuleNotFoundError as error:
+        raise _missing(error) from None
+    return Window(title, FPS)
+
+
+def _missing(error: ModuleNotFoundError) -> RenderError:
+    if error.name in ("tkinter", "_tkinter"):
+        return RenderError('this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"')
+    return RenderError(f"pictures need {error.name}: install grind_env[render]")

@@ -1,0 +1,74 @@
+"""The colours of the pictures.
+
+Blue against orange and brick red can be told apart with every common colour blindness; nothing is said by
+colour alone.
+"""
+
+Colour = tuple[int, int, int]
+
+
+def _colour(text: str) -> Colour:
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+PAPER, PANEL, EDGE = _colour("#f4f4f0"), _colour("#ffffff"), _colour("#dddcd5")
+INK, GREY = _colour("#2a2e35"), _colour("#585e67")
+BLUE, ORANGE, BRICK, TEAL = _colour("#2a659a"), _colour("#d9822b"), _colour("#b8402a"), _colour("#4a9a97")
+ORANGE_TEXT, TEAL_TEXT = _colour("#9c530a"), _colour("#276b69")
+"""The same, dark enough to be read."""
+STRIP = _colour("#e9e8e2")
+"""Behind the block text."""
+DRESSED = _colour("#f7e4cc")
+"""Behind the charts, where the wheel was dressed."""
+
+WHEEL, FLANGE, GUARD = _colour("#e0dbcf"), _colour("#8b929c"), _colour("#e4e5e3")
+GRAIN = _colour("#a9a49a")
+TABLE, BED, STEEL, STOCK, BRIGHT = (
+    _colour("#59626e"),
+    _colour("#3f4650"),
+    _colour("#b4bdc8"),
+    _colour("#8d99a8"),
+    _colour("#eef2f6"),
+)
+COOLANT, SPARK, DIAMOND = _colour("#bcd9ea"), _colour("#f0a63c"), _colour("#7fc4dd")
+
+WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))
+"""A sharp, a used and a dull wheel."""
+HALF_DULL = 0.025
+"""Wear-flat area at which the wheel has the middle colour; rules dress at about 0.02, a burning wheel has 0.04."""
+
+TEMPER = (_colour("#d9b65c"), _colour("#9a5a33"), _colour("#6b4173"), _colour("#38508f"))
+"""Temper colours of steel: straw, brown, purple, blue."""
+BLUE_RATIO = 1.5
+"""Temperature rise over its limit at which a burn is blue."""
+
+
+def mix(first: Colour, second: Colour, share: float) -> Colour:
+    """The colour with that share of the second, 0 to 1."""
+    a, b = (1.0 - share), share
+    return (
+        round(a * first[0] + b * second[0]),
+        round(a * first[1] + b * second[1]),
+        round(a * first[2] + b * second[2]),
+    )
+
+
+def ramp(colours: tuple[Colour, ...], share: float) -> Colour:
+    """The colour at that share, 0 to 1, of the way through evenly spaced colours."""
+    k = min(int(share * (len(colours) - 1)), len(colours) - 2)
+    return mix(colours[k], colours[k + 1], share * (len(colours) - 1) - k)
+
+
+def dullness(area: float) -> float:
+    """How far a wheel of that wear-flat area (a fraction) is on the way from sharp, 0, to dull, 1."""
+    return area * area / (area * area + HALF_DULL * HALF_DULL)
+
+
+def wear_colour(area: float) -> Colour:
+    """The colour of a wheel of that wear-flat area, a fraction of its surface."""
+    return ramp(WEAR, dullness(area))
+
+
+def burn_colour(ratio: float) -> Colour:
+    """The temper colour of a burn with that temperature rise over its limit: straw at 1, blue at `BLUE_RATIO`."""
+    return ramp(TEMPER, min((ratio - 1.0) / (BLUE_RATIO - 1.0), 1.0))

@@ -1,0 +1,231 @@
+"""The machine: wheel, dresser and part, and the wheel's face under a lens."""
+
+import math
+from typing import NamedTuple
+
+from grind_env.render import palette as ink
+from grind_env.render.canvas import Box, Canvas, Point
+from grind_env.render.view import SCRAP, View
+
+RIM = 0.13
+"""Width of the coloured rim over the radius of a new wheel."""
+GRAINS = 48
+"""Marks on the rim."""
+SHRINK, HALF_SHRINK = 0.45, 4.0
+"""A wheel that has lost a radius of `HALF_SHRINK` mm is drawn smaller by half of the share `SHRINK`; more loss
+draws it ever smaller, but never away."""
+
+SURFACE, PART, TABLE, STOCK_ROOM = 0.735, 0.075, 0.06, 0.10
+"""Height of the finished surface from above, and heights of the part, the table and the stock that the job has room
+for, all over the height of the panel."""
+TRAVEL = 0.21
+"""Way of the table from the middle to a reversal point, over the width of the panel."""
+LONGEST = 0.34
+"""Length of the longest part over the width of the panel."""
+DRESSER_GAP = 0.06
+"""From the part to the diamond, over the width of the panel."""
+
+CHUCK_PITCH = 8.0
+"""Distance of the pole strips of the magnetic chuck, px."""
+DRESSES = ("no dress", "one dress")
+SPARKS = 14
+PATCHES = 7
+"""Burn marks along a part."""
+
+
+class Stage(NamedTuple):
+    """Where things stand in the panel, px."""
+
+    panel: Box
+    centre: Point
+    """Of the wheel."""
+    new_radius: float
+    radius: float
+    surface: float
+    """Height of the surface that is to be ground, y."""
+    top: float
+    """Height of the stock that is still on the part, y."""
+    part: Box
+    """The part without that stock."""
+
+
+def drawn_radius(view: View, new_radius: float) -> float:
+    """The wheel's radius as drawn, px; its loss is shown much larger than it is, and never not at all."""
+    return new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
+
+
+def stage(view: View, panel: Box) -> Stage:
+    """Where things stand."""
+    middle, part = 0.5 * (panel.left + panel.right), view.part
+    surface = panel.top + SURFACE * panel.height
+    top = surface - STOCK_ROOM * panel.height * max(part.left, 0.0) / view.job.thickest
+    half = 0.5 * LONGEST * panel.width * part.length / view.job.longest
+    table = _table_offset(view, panel, half)
+    new_radius = min(0.29 * panel.height, 0.21 * panel.width)
+    radius = drawn_radius(view, new_radius)
+    return Stage(
+        panel=panel,
+        centre=(middle, top - radius),
+        new_radius=new_radius,
+        radius=radius,
+        surface=surface,
+        top=top,
+        part=Box(middle + table - half, surface, middle + table + half, surface + PART * panel.height),
+    )
+
+
+def draw_machine(canvas: Canvas, panel: Box, view: View) -> None:
+    """The machine in its panel."""
+    place = stage(view, panel)
+    canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
+    _draw_guard(canvas, place)
+    _draw_table(canvas, place)
+    _draw_part(canvas, place, view)
+    _draw_dresser(canvas, place, view)
+    _draw_coolant(canvas, place, view)
+    _draw_wheel(canvas, place, view)
+    _label_machine(canvas, place, view)
+
+
+def _table_offset(view: View, panel: Box, half: float) -> float:
+    """How far the middle of the part stands from below the wheel, px."""
+    if view.motion is None:
+        return 0.0
+    if view.motion.dressing:
+        return half + DRESSER_GAP * panel.width
+    return view.motion.table * TRAVEL * panel.width
+
+
+def _draw_guard(canvas: Canvas, place: Stage) -> None:
+    canvas.arc(place.centre, place.new_radius + 12.0, 9.0, (188.0, 352.0), ink.GUARD)
+
+
+def _draw_table(canvas: Canvas, place: Stage) -> None:
+    panel, part = place.panel, place.part
+    table = Box(
+        max(part.left - 0.13 * panel.width, panel.left + 1.0),
+        part.bottom,
+        min(part.right + 0.06 * panel.width, panel.right - 1.0),
+        part.bottom + TABLE * panel.height,
+    )
+    canvas.rectangle(table, ink.TABLE, radius=2.0)
+    for k in range(1, int(table.width / CHUCK_PITCH)):
+        x = table.left + CHUCK_PITCH * k
+        canvas.line([(x, table.top + 3.0), (x, table.top + 0.6 * table.height)], ink.BED)
+    bed = Box(panel.left + 10.0, table.bottom, panel.right - 10.0, table.bottom + 5.0)
+    canvas.rectangle(bed, ink.BED, radius=1.0)
+
+
+def _draw_part(canvas: Canvas, place: Stage, view: View) -> None:
+    part = place.part
+    canvas.rectangle(part, ink.STEEL)
+    if place.surface - place.top >= 0.5 and view.last is None:
+        canvas.rectangle(Box(part.left, place.top, part.right, part.top), ink.STOCK)
+        step = 6.0
+        for k in range(int(part.width / step)):
+            x = part.left + (k + 0.5) * step
+            canvas.line([(x, part.top), (x + 2.0, place.top)], ink.STEEL, 0.7)
+    elif view.last is not None:
+        canvas.rectangle(Box(part.left, part.top, part.right, part.top + 2.0), ink.BRIGHT)
+        if "burn" in view.last.faults:
+            _draw_burn(canvas, part, view.last.rise / view.last.limits.rise)
+
+
+def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:
+    """Burn marks in the temper colours, the hottest in the middle of each."""
+    for ring in (1.0, 0.75, 0.5, 0.25):
+        colour = ink.burn_colour(1.0 + (ratio - 1.0) * (1.1 - ring))
+        for k in range(PATCHES):
+            x = part.left + part.width * (k + 0.5 + 0.12 * math.sin(2.9 * k)) / PATCHES
+            across = ring * part.width / PATCHES * (0.38 + 0.06 * math.sin(2.4 * k))
+            deep = ring * part.height * (0.40 + 0.10 * math.sin(1.7 * k + 1.0))
+            rim = [math.pi * n / 10.0 for n in range(11)]
+            canvas.polygon([(x + across * math.cos(a), part.top + deep * math.sin(a)) for a in rim], colour)
+
+
+def _draw_dresser(canvas: Canvas, place: Stage, view: View) -> None:
+    """The diamond on the table; its tip is as wide as its wear flat, much enlarged."""
+    panel, part = place.panel, place.part
+    x = part.left - DRESSER_GAP * panel.width
+    dressing = view.motion is not None and view.motion.dressing
+    tip = place.centre[1] + place.radius if dressing else place.surface - 2.0
+    canvas.polygon(
+        [(x - 11.0, part.bottom), (x - 8.0, tip + 8.0), (x + 8.0, tip + 8.0), (x + 11.0, part.bottom)], ink.FLANGE
+    )
+    flat = 1.0 + 12.0 * view.wheel.wd
+    diamond = [(x - flat, tip), (x + flat, tip), (x + 7.0, tip + 6.0), (x, tip + 15.0), (x - 7.0, tip + 6.0)]
+    canvas.polygon(diamond, ink.DIAMOND)
+    canvas.line([*diamond, diamond[0]], ink.INK, 0.7)
+
+
+def _draw_coolant(canvas: Canvas, place: Stage, view: View) -> None:
+    """The nozzle and, while the wheel cuts, its jet into the gap between wheel and part."""
+    x, y = place.centre[0], place.centre[1] + place.radius
+    tip = (x + 0.95 * place.new_radius, place.surface - 0.36 * place.new_radius)
+    if view.motion is not None and not view.motion.dressing:
+        canvas.polygon([(tip[0] - 4.0, tip[1] - 1.0), (tip[0] + 1.0, tip[1] + 4.0), (x + 3.0, y)], ink.COOLANT)
+    canvas.polygon(
+        [
+            (tip[0] - 5.0, tip[1] - 2.0),
+            (tip[0] + 2.0, tip[1] + 5.0),
+            (tip[0] + 24.0, tip[1] - 6.0),
+            (tip[0] + 24.0, tip[1] - 17.0),
+        ],
+        ink.FLANGE,
+    )
+    canvas.rectangle(Box(tip[0] + 23.0, tip[1] - 18.0, tip[0] + 44.0, tip[1] - 5.0), ink.FLANGE)
+
+
+def _draw_wheel(canvas: Canvas, place: Stage, view: View) -> None:
+    (x, y), radius = place.centre, place.radius
+    spin = 2.0 * math.pi * (view.motion.spin if view.motion else 0.0)
+    for k in range(0, 60, 2):
+        ghost = 2.0 * math.pi * k / 60.0
+        ends = [(x + place.new_radius * math.cos(a), y + place.new_radius * math.sin(a)) for a in (ghost, ghost + 0.05)]
+        if ends[0][1] < place.top - 3.0:
+            canvas.line(ends, ink.GREY, 0.7)
+    colour = ink.wear_colour(view.wheel.A)
+    canvas.disc((x, y), radius, colour)
+    rim = RIM * place.new_radius
+    darker = ink.mix(colour, ink.INK, 0.35)
+    for k in range(GRAINS):
+        a = spin + 2.0 * math.pi * k / GRAINS
+        out, inner = radius - 1.5, radius - rim * (0.75 if k % 3 else 0.5)
+        canvas.line(
+            [(x + out * math.cos(a), y + out * math.sin(a)), (x + inner * math.cos(a), y + inner * math.sin(a))], darker
+        )
+    canvas.disc((x, y), radius - rim, ink.WHEEL)
+    canvas.disc((x, y), 0.36 * place.new_radius, ink.FLANGE)
+    canvas.disc((x, y), 0.33 * place.new_radius, ink.mix(ink.FLANGE, ink.PANEL, 0.25))
+    for k in range(6):
+        a = spin + math.pi * k / 3.0
+        canvas.disc(
+            (x + 0.25 * place.new_radius * math.cos(a), y + 0.25 * place.new_radius * math.sin(a)), 2.0, ink.BED
+        )
+    canvas.disc((x, y), 0.13 * place.new_radius, ink.BED)
+    if view.motion is not None and not view.motion.dressing:
+        _draw_sparks(canvas, (x, y + radius), spin)
+
+
+def _draw_sparks(canvas: Canvas, at: Point, spin: float) -> None:
+    """Sparks fly off in the direction in which the wheel turns."""
+    for k in range(SPARKS):
+        phase = (0.37 * k + 3.1 * spin) % 1.0
+        angle = math.radians(2.0 + 24.0 * k / SPARKS)
+        near, far = 8.0 + 52.0 * phase, 16.0 + 68.0 * phase
+        ends = [(at[0] - s * math.cos(angle), at[1] - 1.0 - s * math.sin(angle)) for s in (near, far)]
+        canvas.line(ends, ink.mix(ink.SPARK, ink.BRICK, 0.5 * phase), 1.0)
+
+
+def _label_machine(canvas: Canvas, place: Stage, view: View) -> None:
+    panel, block = place.panel, view.motion or view.last
+    left, right, top, base = panel.left + 12.0, panel.right - 12.0, panel.top + 19.0, panel.bottom - 9.0
+    canvas.text((left, top), f"wheel radius {0.5 * view.wheel.ds:.2f} mm", 12)
+    canvas.text((left, top + 16.0), f"{view.radius_lost:.2f} mm gone (drawn larger)", 11, ink.GREY)
+    if block is not None:
+        canvas.text((right, top), f"E {0.001 * block.speed:.1f} m/min", 12, ink.BLUE, "rs", strong=True)
+        dresses = DRESSES[block.executions] if block.executions < len(DRESSES) else f"{block.executions} dresses"
+        canvas.text((right, top + 16.0), f"D {block.executions}, {dresses}", 12, ink.ORANGE_TEXT, "rs", strong=True)
+    canvas.text((left, base), view.part.description, 11, ink.GREY)
+    bad = view.last is not None and (view.last.faults or (view.last.finished and view.last.good < SCRAP))
+    canvas.text((right, base), view.verdict, 12, ink.BRICK if bad else ink.TEAL_TEXT, "rs", strong=True)

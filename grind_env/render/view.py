@@ -1,0 +1,177 @@
+"""What a picture of an episode shows, as plain data: no simulation and no drawing library in here."""
+
+from dataclasses import dataclass
+
+from grind_env.errors import GrindError
+from grind_env.process.cost import NO_LIMIT, Limits
+from grind_env.process.state import WheelState
+
+SCRAP = 0.5
+"""A part that is good with less than this probability is shown as scrap."""
+
+
+class RenderError(GrindError):
+    """A picture that cannot be drawn or shown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What stays the same throughout an episode: the frame that its pictures are drawn to."""
+
+    title: str
+    blocks: int
+    """Cycle blocks of the episode."""
+    parts: int
+    """Parts that these blocks finish."""
+    new_diameter: float
+    """Of the wheel, mm."""
+    lowest_speed: float
+    """Lowest E, mm/min."""
+    highest_speed: float
+    """Highest E, mm/min."""
+    most_executions: int
+    """Highest D."""
+    longest: float
+    """Length of the longest part, mm."""
+    thickest: float
+    """Stock that fills the height set aside for it, mm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundBlock:
+    """A cycle block that has been ground."""
+
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
+    power: float
+    """Highest power above idle, W."""
+    rise: float
+    """Highest temperature rise that counts, K."""
+    roughness: float
+    """Ra that it left, um."""
+    size_error: float
+    """Stock that it left, um."""
+    limits: Limits
+    """Of the part."""
+    cost: float
+    """$."""
+    finished: bool
+    """Whether it finished a part."""
+    good: float
+    """Probability that this part is good; 0 if it finished none."""
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """The limits that were passed: any of `burn`, `power`, `Ra` and `size`."""
+        limits = self.limits
+        passed = {
+            "burn": self.rise > limits.rise,
+            "power": self.power > limits.power,
+            "Ra": NO_LIMIT < limits.roughness < self.roughness,
+            "size": NO_LIMIT < limits.size < abs(self.size_error),
+        }
+        return tuple(name for name, is_passed in passed.items() if is_passed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Workpiece:
+    """The part on the table: its kind, and how much of the stock of the block is still on it."""
+
+    name: str
+    length: float
+    """mm."""
+    stock: float
+    """Stock before the block, mm."""
+    left: float
+    """Stock still on the part, mm."""
+
+    @property
+    def description(self) -> str:
+        """Name and measures."""
+        return f"{self.name}, {self.length:.0f} mm long, stock {self.stock:.3f} mm"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """An instant within a block, for an animation; a picture without one shows the machine at rest."""
+
+    table: float
+    """Where the table stands, from -1 at the secondary to 1 at the primary reversal point."""
+    spin: float
+    """Turns of the wheel."""
+    dressing: bool
+    """Whether the diamond is at the wheel."""
+    speed: float
+    """E of the block that is running, mm/min."""
+    executions: int
+    """Its D."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """One picture of an episode."""
+
+    job: Job
+    ground: tuple[GroundBlock, ...]
+    """The blocks ground so far."""
+    wheel: WheelState
+    part: Workpiece
+    text: str
+    """The block last run or, with `motion`, running; empty before the first."""
+    motion: Motion | None = None
+
+    @property
+    def last(self) -> GroundBlock | None:
+        """The block ground last: the one whose marks the part bears, unless another is running."""
+        return self.ground[-1] if self.ground and self.motion is None else None
+
+    @property
+    def number(self) -> int:
+        """Number of the block that the picture shows, from 1; 0 before the first."""
+        return len(self.ground) + (self.motion is not None)
+
+    @property
+    def cost(self) -> float:
+        """Cost so far, $."""
+        return sum(block.cost for block in self.ground)
+
+    @property
+    def good_parts(self) -> float:
+        """Expected number of good parts so far."""
+        return sum(block.good for block in self.ground)
+
+    @property
+    def finished_parts(self) -> int:
+        """Parts finished so far, good or bad."""
+        return sum(block.finished for block in self.ground)
+
+    @property
+    def scrapped(self) -> int:
+        """Parts finished so far that are more likely bad than good."""
+        return sum(block.finished and block.good < SCRAP for block in self.ground)
+
+    @property
+    def price(self) -> str:
+        """What a good part has cost so far, in words."""
+        if self.good_parts < SCRAP:
+            return f"{self.cost:.2f} $ and no good part"
+        return f"{self.cost / self.good_parts:.2f} $ per good part"
+
+    @property
+    def verdict(self) -> str:
+        """What became of the part of the last block, in words; empty if another is running or none was."""
+        last = self.last
+        if last is None:
+            return ""
+        if last.faults:
+            return "beyond its limit: " + ", ".join(last.faults)
+        if not last.finished:
+            return "within its limits, to be ground on"
+        return "good part" if last.good >= SCRAP else "scrap"
+
+    @property
+    def radius_lost(self) -> float:
+        """What wear and dressing have taken off the wheel's radius, mm."""
+        return 0.5 * (self.job.new_diameter - self.wheel.ds)

@@ -1,0 +1,60 @@
+"""A window that shows pictures on the screen, of Python's own tkinter."""
+
+import time
+import tkinter
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageTk
+
+from grind_env.render.view import RenderError
+
+
+class Window:
+    """A window on the screen.
+
+    Args:
+        title: in its frame.
+        fps: pictures shown a second at most.
+
+    Raises:
+        RenderError: if there is no screen.
+    """
+
+    def __init__(self, title: str, fps: float) -> None:
+        try:
+            self.root = tkinter.Tk()
+        except tkinter.TclError as error:
+            raise RenderError(f'there is no screen ({error}): use render_mode="rgb_array" or "ansi"') from None
+        self.root.title(title)
+        self.root.resizable(False, False)
+        self.label = tkinter.Label(self.root, borderwidth=0)
+        self.label.pack()
+        self.pause = 1.0 / fps
+        self.due = time.monotonic()
+        self.shown: ImageTk.PhotoImage | None = None
+
+    def show(self, frame: NDArray[np.uint8]) -> None:
+        """Show a picture, shape (height, width, 3), when the one before has stood long enough.
+
+        Raises:
+            RenderError: if the user has closed the window.
+        """
+        time.sleep(max(self.due - time.monotonic(), 0.0))
+        self.due = time.monotonic() + self.pause
+        try:
+            # tkinter keeps no reference to what it shows
+            self.shown = ImageTk.PhotoImage(Image.fromarray(frame), master=self.root)
+            self.label.configure(image=self.shown)
+            self.root.update()
+        except tkinter.TclError:
+            raise RenderError("the window has been closed: make the environment anew to go on watching") from None
+
+    def close(self) -> None:
+        """Close the window; once is enough."""
+        self.shown = None
+        try:
+            self.root.destroy()
+        except tkinter.TclError:
+            # the user was quicker
+            return

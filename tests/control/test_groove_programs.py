@@ -1,0 +1,70 @@
+"""G76 and G77 within a program: their motions, feeds and modes (lathe manual 23-4, 23-7)."""
+
+import pytest
+
+from grind_env.control import Control, Dwell, Hold, Infeed, Line, Motion, Rapid, execute, read
+from tests.control.harness import ends, motions, refusal
+
+START = "G00 X25. Z-10.\n"
+DEPTHS = [23.0, 23.5, 21.0, 21.5, 20.0, 25.0]
+
+
+def test_retracts_and_shifts_are_rapid() -> None:
+    legs = motions(START + "G77 X20. I2. D.2 F.1")[1:]
+    kinds = [type(leg) for leg in legs]
+    assert kinds == [Infeed, Rapid, Infeed, Rapid, Infeed, Rapid, Rapid]
+    assert [leg.end for leg in legs[-2:]] == [(20.0, 0.0, -9.8), (25.0, 0.0, -9.8)]
+    assert {leg.source.value for leg in legs} == {"cycle"}
+    assert not any(isinstance(leg, Dwell) for leg in legs)
+
+
+def test_f_of_a_groove_stays_modal() -> None:
+    moves = motions("F9.\n" + START + "G77 X20. I5. D0\nG77 X20. I5. D0 F3.\nG01 X24.")
+    assert [move.feed for move in moves if isinstance(move, Infeed | Line)] == [9.0, 3.0, 3.0]
+
+
+@pytest.mark.parametrize(("retract", "back"), [(0.5, 23.5), (0.25, 23.25)])
+def test_the_retract_is_a_setting(retract: float, back: float) -> None:
+    assert ends(START + "G77 X20. I2. D0 F1.", groove_retract=retract)[2][0] == back
+    assert Control().groove_retract == 0.5
+
+
+def test_a_groove_is_not_modal() -> None:
+    moves = ends(START + "G77 X20. I2. D0 F1.\nX26.\nZ-12.")
+    assert [end[0] for end in moves[1:]] == [*DEPTHS, 26.0, 26.0]
+    assert moves[-1] == (26.0, 0.0, -12.0)
+
+
+def test_one_face_groove() -> None:
+    legs = motions("G00 X10. Z2.\nG76 Z-4. K2.5 D.3 F7.")[1:]
+    assert [(leg.end[0], leg.end[2]) for leg in legs] == [
+        *[(10.0, -0.5), (10.0, 0.0), (10.0, -3.0), (10.0, -2.5), (10.0, -4.0)],
+        *[(10.3, -4.0), (10.3, 2.0)],
+    ]
+    assert {leg.feed for leg in legs if isinstance(leg, Infeed)} == {7.0}
+    assert refusal("G00 X10. Z2.\nG76 Z-4. K2.5 F7.").name == "missing-parameter"
+
+
+def test_diameter_mode_of_g76() -> None:
+    # X18 radius and X36 diameter are one place; I4 and D.3 are radius values in both modes
+    radius = ends("G07 G00 X10. Z2.\nG76 X18. Z-4. I4. K2.5 D.3 F7.")
+    diameter = ends("G08 G00 X20. Z2.\nG76 X36. Z-4. I4. K2.5 D.3 F7.")
+    assert diameter == radius
+    assert sorted({end[0] for end in radius}) == [10.0, 10.3, 14.0, 14.3, 18.0, 18.3]
+
+
+def test_feedhold_stops_within_a_groove() -> None:
+    control = Control()
+    events = []
+    for event in execute(read(START + "G77 X20. I2. D0 F1."), control):
+        events.append(event)
+        if isinstance(event, Motion) and event.end[0] == 23.5:
+            control.feedhold()
+        if isinstance(event, Hold):
+            control.resume()
+    xs = [
+        event.end[0] if isinstance(event, Motion) else event.cause
+        for event in events
+        if isinstance(event, Motion | Hold)
+    ]
+    assert xs == [25.0, 23.0, 23.5, "feedhold", 21.0, 21.5, 20.0, 25.0]

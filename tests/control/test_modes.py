@@ -1,0 +1,140 @@
+"""Modal codes: what is in force at power-up, what a code changes and how long it holds (10-23)."""
+
+import math
+from dataclasses import asdict, replace
+
+import pytest
+
+from grind_env.control import Arc, Control, Line, Motion, Rapid, execute, read
+from grind_env.control.modes import Modes
+from tests.control.harness import ends, motions, refusal, run
+
+POWER_UP = {
+    "motion": "G00",
+    "plane": "G18",
+    "incremental": False,
+    "per_revolution": False,
+    "inch": False,
+    "diameter": False,
+    "compensation": "G40",
+    "corner": "G39",
+    "work_system": "G54",
+    "surface_speed": False,
+    "feed": None,
+    "spindle": None,
+}
+GROUPS = [
+    ["G17", "G18", "G19"],
+    ["G90", "G91"],
+    ["G94 F1.", "G95 F1."],
+    ["G70", "G71"],
+    ["G40", "G41", "G42"],
+    ["G39", "G39.1"],
+    ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"],
+    ["G07", "G08"],
+    ["G96", "G97"],
+    ["G00", "G01", "G02", "G03"],
+]
+
+
+def modes_after(text: str) -> Modes:
+    """The modes once a text has been executed up to its last block, an M00."""
+    execution = execute(read(text + "\nM00"), Control(radii={33: 100.0}))
+    next(event for event in execution if type(event).__name__ == "ProgramStop")
+    return replace(execution.modes, feed=None)
+
+
+def test_power_up() -> None:
+    assert asdict(modes_after("")) == POWER_UP
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group[0])
+def test_a_code_holds_until_another_of_its_group(group: list[str]) -> None:
+    others = " ".join(codes[-1] for codes in GROUPS if codes is not group)
+    states = [modes_after(f"{code}\nM08\n{others}\nM09") for code in group]
+    assert len(set(states)) == len(group)
+    for first in group:
+        for second, state in zip(group, states, strict=True):
+            assert modes_after(f"{first}\n{others}\n{second}") == state
+
+
+@pytest.mark.parametrize("end", ["M02", "M30"])
+def test_the_end_of_the_program_restores_the_modes(end: str) -> None:
+    execution = execute(read(f"G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100\n{end}"))
+    assert asdict(modes_after("G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100")) != POWER_UP
+    list(execution)
+    assert asdict(execution.modes) == POWER_UP
+
+
+def test_codes_of_the_control_are_executed_or_named() -> None:
+    for code in ("G84", "G85", "G86", "G33", "G34", "G20"):
+        assert refusal(code).name == "not-supported"
+    for code in ("G05", "G60", "G87.2", "G100"):
+        assert refusal(code).name == "unknown-word"
+    for codes in GROUPS:
+        assert all(run(code, radii={33: 100.0}) for code in codes)
+
+
+def test_g02_turns_clockwise_in_the_default_plane() -> None:
+    # ZX with Z to the right and X up: clockwise from the top leads to the right
+    (arc,) = motions("G02 Z10. X-10. R10. F100.")
+    assert isinstance(arc, Arc) and arc.plane == "G18" and arc.rotation == -1
+    assert arc.centre == pytest.approx((-10.0, 0.0, 0.0))
+    (back,) = motions("G03 Z10. X-10. R10. F100.")
+    assert isinstance(back, Arc) and back.centre == pytest.approx((0.0, 0.0, 10.0))
+
+
+def test_centres_are_incremental_always() -> None:
+    text = "G00 X5. Z5.\nG01 F77.\n{} G03 X{} Z{} I0 K10."
+    absolute = motions(text.format("G90", 15.0, 15.0))[-1]
+    incremental = motions(text.format("G91", 10.0, 10.0))[-1]
+    assert isinstance(absolute, Arc) and isinstance(incremental, Arc)
+    assert absolute.centre == incremental.centre == (5.0, 0.0, 15.0)
+    assert absolute.end == incremental.end and absolute.feed == 77.0
+
+
+def test_stored_values_survive_a_change_of_units() -> None:
+    line = motions("G01 F254. X25.4\nG70 X2.\nG91 X1.")
+    assert [move.end[0] for move in line] == pytest.approx([25.4, 50.8, 76.2])
+    assert {move.feed for move in line if isinstance(move, Line)} == {254.0}
+    assert ends("G92 X25.4\nG70 G00 X1.", start=(100.0, 0.0, 0.0)) == []
+    assert ends("G10 L2 P1 X25.4\nG70 G00 X1.")[0][0] == pytest.approx(50.8)
+
+
+def test_m_words_act_before_or_after_the_motion() -> None:
+    events = run("S500 M03 G00 X1. M00\nX2. M05\nX3. M30")
+    kinds = [type(event).__name__ for event in events]
+    assert kinds == ["Spindle", "Rapid", "ProgramStop", "Rapid", "Rapid", "ProgramEnd"]
+    # M902 acts before the pre-dress of its own block
+    dress = "\nM30\nO9\nG00 X1.\nX2.\nX3.\nM99"
+    back = [move for move in motions("M902 G81.1 Y9. E100. P9" + dress) if move.source.value == "retrace"]
+    assert [move.end[0] for move in back] == [2.0, 1.0, 0.0]
+
+
+def test_labels_may_repeat() -> None:
+    assert ends("N10 G00 X1.\nN10 X2.\nN5 X3.") == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
+
+
+def test_a_slash_in_a_comment_is_a_character() -> None:
+    assert ends("(A/B) G00 X1. (/)", block_delete=True) == [(1.0, 0.0, 0.0)]
+
+
+def test_words_left_of_the_motion_code_belong_to_it() -> None:
+    (line,) = motions("F60. X10. G01 Y5.")
+    assert isinstance(line, Line) and line.end == (10.0, 5.0, 0.0)
+    (rapid,) = motions("X10. G00 Y5.")
+    assert isinstance(rapid, Rapid) and rapid.end == (10.0, 5.0, 0.0)
+
+
+def test_the_external_offset_is_there_at_every_power_up() -> None:
+    control = Control(external_offset=(0.5, 0.0, 0.0))
+    for _ in range(2):
+        moves = [event for event in execute(read("G10 L2 P1 X1.\nG00 X1."), control) if isinstance(event, Motion)]
+        assert [move.end[0] for move in moves] == [2.5]
+
+
+def test_a_full_circle_needs_no_end_words() -> None:
+    (circle,) = motions("G17 G03 I10. F600.", acceleration=1e9)
+    assert circle.end == pytest.approx(circle.start) and circle.seconds == pytest.approx(
+        math.tau * 10.0 / 10.0, rel=1e-6
+    )

@@ -1,0 +1,86 @@
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from agents.scripted import Fixed
+from agents.video import watch
+from grind_env.envs.names import task_names
+from grind_env.envs.tasks import load_task
+from grind_env.render.canvas import Box, Canvas, text_width
+from grind_env.render.frames import TALL, WIDE
+from grind_env.render.layout import draw_tall, draw_wide
+from grind_env.render.view import View
+from tests.render.harness import VIEW, with_last
+
+DRAW = {WIDE: draw_wide, TALL: draw_tall}
+
+
+def boxes(canvas: Canvas) -> Iterator[tuple[str, Box]]:
+    """The texts and the room that each takes: 0.75 of its size above the base line, 0.2 below."""
+    for text in canvas.texts:
+        if text.text:
+            width = text_width(text.text, text.size, text.strong)
+            left = text.at[0] - (width if text.anchor == "rs" else 0.0)
+            yield text.text, Box(left, text.at[1] - 0.75 * text.size, left + width, text.at[1] + 0.2 * text.size)
+
+
+def assert_legible(view: View, size: tuple[int, int]) -> None:
+    placed = list(boxes(DRAW[size](view, *size)))
+    assert len(placed) >= 10
+    for text, box in placed:
+        assert box.left >= 0 and box.top >= 0 and box.right <= size[0] and box.bottom <= size[1], text
+    for (first, a), (second, b) in combinations(placed, 2):
+        apart = a.right <= b.left or b.right <= a.left or a.bottom <= b.top or b.bottom <= a.top
+        assert apart, f"{first!r} runs into {second!r}"
+
+
+@pytest.mark.parametrize("size", [WIDE, TALL])
+@pytest.mark.parametrize("name", task_names())
+def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int, int]) -> None:
+    task = load_task(name)
+    fastest = max(task.action.speed_levels or task.action.speed_range or ())
+    for k, view in enumerate(watch(Fixed(fastest, task.action.executions), task, 1, 2)):
+        if k % 7 in (0, 1) or k == 2 * task.blocks:
+            assert_legible(replace(view, job=replace(view.job, title=task.title)), size)
+
+
+@pytest.mark.parametrize("size", [WIDE, TALL])
+def test_there_is_room_for_the_worst(size: tuple[int, int]) -> None:
+    worst = with_last(power=98765.0, rise=1800.0, roughness=9.99, size_error=-400.0, good=0.0, cost=98765.43)
+    assert_legible(replace(worst, wheel=worst.wheel._replace(ds=180.0, A=0.15, lam=1.0)), size)
+    assert_legible(with_last(finished=False, good=0.0), size)
+
+
+@pytest.mark.parametrize("size", [WIDE, TALL])
+@pytest.mark.parametrize(
+    ("title", "shown"), [("Plates", "Plates"), ("Plates " * 6, "Plates " * 6), ("Plates " * 40, "Plates Plates")]
+)
+def test_a_long_title_gets_smaller_then_shorter(title: str, shown: str, size: tuple[int, int]) -> None:
+    view = replace(VIEW, job=replace(VIEW.job, title=title))
+    assert_legible(view, size)
+    heading = next(text for text in DRAW[size](view, *size).texts if text.text.startswith("Plates"))
+    assert heading.text.startswith(shown)
+    assert (heading.text == title) == (title == shown)
+
+
+def test_the_micro_sign_is_a_u_with_a_tail() -> None:
+    def written(text: str) -> np.ndarray:
+        canvas = Canvas(40, 40)
+        canvas.text((5.0, 20.0), text, 14)
+        return canvas.pixels()
+
+    differs = (written("µm") != written("um")).any(axis=2)
+    rows, columns = np.nonzero(differs)
+    assert rows.min() >= 18 and rows.max() > 21
+    assert columns.max() < 10
+
+
+def test_the_dresses_of_a_job_of_many_blocks_are_seen() -> None:
+    many = tuple(replace(VIEW.ground[0], executions=1) for _ in range(2000))
+    view = replace(VIEW, ground=many, job=replace(VIEW.job, blocks=2000, parts=2000))
+    below = draw_wide(view, *WIDE).pixels()[455:480, 500:930].astype(int)
+    # half way from white to orange at least
+    assert ((below[..., 0] - below[..., 2]).max(axis=0) > 80).all()
