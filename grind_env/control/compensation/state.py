@@ -148,7 +148,8 @@ class Compensation:
         try:
             junction = self._junction(command, element, coming, ahead, before, after)
         except CompensationFault as fault:
-            raise _error(fault, place) from None
+            own = fault.name == TOO_SMALL and fault.element is element
+            raise _error(fault, command.block.place if own else place) from None
         generated = junction.generated
         if before.radius != after.radius and isinstance(element, Bow):
             arrival = before.beside_end(element)
@@ -193,7 +194,12 @@ class Compensation:
         if beyond.side != after.side:
             self.offset = beyond
             return side_change(element, coming_path, after, beyond)
-        return corner(element, coming_path, after, circular, settings.minimum_generated_block)
+        try:
+            return corner(element, coming_path, after, circular, settings.minimum_generated_block)
+        except CompensationFault as fault:
+            if self.detect or fault.name == TOO_SMALL:
+                raise
+            return side_change(element, coming_path, after, after)
 
     def _lapse(self, coming: Prospect | Barrier, end: Position, plane: str, at: Point) -> list[Piece]:
         """End the compensation where no motion in the plane comes soon enough (15-20, lathe 21-17)."""
