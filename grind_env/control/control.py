@@ -108,6 +108,9 @@ class Control:
             if not math.isfinite(radius):
                 entry = "radius" if number is None else f"radius {number}"
                 raise ControlError("setting", f"{entry} is {radius}; it must be a finite number in mm")
+        for number, value in self.variables.items():
+            if not isinstance(value, int | float) or not math.isfinite(value):
+                raise ControlError("setting", f"variable #{number} is {value!r}; it must be a finite number")
         points = {"start": self.start, "external_offset": self.external_offset}
         points |= {f"the origin of {code}": point for code, point in self.work_offsets.items()}
         points |= {f"length offset {number}": point for number, point in self.lengths.items()}

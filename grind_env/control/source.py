@@ -78,13 +78,13 @@ def text_of(text: str, name: str) -> Text:
 def text_in(path: Path) -> Text:
     """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
 
-    What can be read only once, such as a pipe, is kept whatever its size.
+    What can be read only once, such as a pipe, has no size and is kept as well.
 
     Raises:
         ControlError: file, it cannot be read.
     """
     with _opened(path) as handle:
-        if not handle.seekable() or os.fstat(handle.fileno()).st_size <= HELD:
+        if os.fstat(handle.fileno()).st_size <= HELD:
             return Text(path.name, str(path), functools.partial(io.BytesIO, _whole(handle, path)))
         return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
 
@@ -122,13 +122,14 @@ class Scanner:
 
     @property
     def mark(self) -> Mark:
-        """Where the text goes on after the block that came last."""
+        """Where the text goes on after the block that came last; before a ``%``, which ends it there."""
         if self._last is None:
             return self._start
         match, offset, line, line_begin = self._last
-        offset += len(match.string[: match.end()].encode())
+        end = match.end(1) if match[2] == "%" else match.end()
+        offset += len(match.string[:end].encode())
         if match[2] in _WITHIN_LINE:
-            return Mark(offset, line, match.end() - line_begin + 1)
+            return Mark(offset, line, end - line_begin + 1)
         return Mark(offset, line + 1, 1)
 
     def _pieces(self) -> Iterator[tuple[int, str]]:

@@ -208,6 +208,15 @@ def test_feeds_are_clamped() -> None:
         {"block_budget": 0},
         {"start": (0.0, float("inf"), 0.0)},
         {"operator_dress_at": (2.0, 1.0)},
+        {"variables": {1: float("nan")}},
+        {"variables": {1: "2"}},
+        {"radius": float("inf")},
+        {"radii": {1: float("nan")}},
+        {"lengths": {1: (0.0, 0.0)}},
+        {"compensation_type": "C"},
+        {"minimum_feed_reduction": 0.0},
+        {"non_motion_blocks": -1},
+        {"groove_retract": 0.0},
     ],
 )
 def test_settings_are_checked(settings: dict[str, object]) -> None:

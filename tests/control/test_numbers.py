@@ -122,6 +122,12 @@ def test_excess_decimals_are_cut_or_rounded(form: tuple[int, int], number: int, 
         assert refusal(word, rounding).name == "number-format"
 
 
+def test_a_number_rounded_beyond_its_digits_is_refused() -> None:
+    form = NumberFormat(metric=(1, 1), excess_decimals="round")
+    assert length("X9.94", form) == 9.9
+    assert refusal("X9.95", form).message.startswith("X9.95 is rounded to 2 integer digits; 1 are allowed")
+
+
 def test_inch_words_have_their_own_format() -> None:
     assert length("X1234", NumberFormat("leading", inch=(2, 4)), inch=True) == pytest.approx(0.1234 * 25.4)
     assert length("X1234", NumberFormat("trailing", inch=(2, 4)), inch=True) == pytest.approx(12.34 * 25.4)
@@ -145,6 +151,8 @@ def test_feeds_and_speeds_have_the_format_of_lengths() -> None:
         with pytest.raises(ControlError, match=f"it must be {least} or more") as caught:
             numbers.feed(*read_word(word), False, form)
         assert caught.value.name == "out-of-range"
+    with pytest.raises(ControlError, match=r"it must be 0\.0001 or more"):
+        numbers.feed(*read_word("F.00001"), True)
     with pytest.raises(ControlError, match="S-1 is negative"):
         numbers.plain(*read_word("S-1"))
 

@@ -2,12 +2,12 @@ import os
 import re
 import threading
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import source as source_module
@@ -57,14 +57,42 @@ programs_text = st.lists(
 ).map("".join)
 
 
+LEADERS = ["", "%", "\n%\r\n", "(A)\n%\n", "X1\n%\n", "%X1\n", "% (A) %", "%\n%\n", ";%;", "X1%"]
+EVERYTHING = "O1 (É); G00 X1\r\n\r\n/N5 Y2;(%);Z3 \rO2\nO3\n(UNCLOSED % ; X4\r\r\n  X5 (A)(B;C) % X6\nX7"
+
+
+def test_blocks_are_those_of_a_reading_by_characters() -> None:
+    for leader in LEADERS:
+        compare_scan(leader + EVERYTHING)
+
+
+@settings(max_examples=300)
 @given(programs_text, st.integers(1, 9))
-def test_blocks_are_those_of_a_reading_by_characters(text: str, chunk: int) -> None:
-    whole = text_of(text, "t")
-    with pytest.MonkeyPatch.context() as patch, whole.open() as handle:
-        patch.setattr(source_module, "CHUNK", chunk)
-        assert seen(iter(Scanner(handle, whole, Mark()))) == naive_blocks(text)
+def test_any_text_has_the_blocks_of_a_reading_by_characters(text: str, chunk: int) -> None:
+    compare_scan(text, (chunk,))
 
 
+def compare_scan(text: str, chunks: Sequence[int] = (*range(1, 30), 1 << 16)) -> None:
+    """Compare the blocks of a text, and those that come after every block, with a reading by characters."""
+    whole, expected = text_of(text, "t"), naive_blocks(text)
+    with pytest.MonkeyPatch.context() as patch:
+        for chunk in chunks:
+            patch.setattr(source_module, "CHUNK", chunk)
+            scanner = Scanner(whole.open(), whole, Mark())
+            found, marks = [], [scanner.mark]
+            for source in scanner:
+                found.append((source.line, source.column, source.text))
+                marks.append(scanner.mark)
+            assert found == expected
+            for taken, mark in enumerate(marks):
+                assert seen(iter(Scanner(whole.open(), whole, mark))) == expected[taken:]
+
+
+@settings(max_examples=300)
+@example("(o)\nO1\nO2\nG01 X-1.5 (o)\r\nO3\nM99", 3)
+@example("(o)\n(o)\nX1", 3)
+@example("(o)(\nO1", 3)
+@example("G\nO1", 3)
 @given(programs_text, st.integers(1, 9))
 def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> None:
     with pytest.MonkeyPatch.context() as patch:
@@ -195,6 +223,12 @@ def test_a_file_that_changes_is_not_read_on(tmp_path: Path, monkeypatch: pytest.
         list(started)
     with pytest.raises(ControlError, match="has changed"):
         list(blocks)
+    path.write_text("X1\n" * 20_000)
+    again = read_file(path).main.blocks
+    path.write_text("X2\n" * 20_000)
+    os.utime(path, (0.0, 1.0))
+    with pytest.raises(ControlError, match="has changed"):
+        list(again)
     path.unlink()
     with pytest.raises(ControlError, match=r"part\.nc cannot be read \(No such file or directory\)"):
         list(blocks)
@@ -337,6 +371,7 @@ def test_labels_of_up_to_five_digits(text: str) -> None:
         ("X1 Y", "number-format", 4),
         ("X1 Y.", "number-format", 4),
         ("X+-1", "number-format", 1),
+        ("X.[1]", "number-format", 1),
         ("X1.2.3", "block-format", 5),
         ("X1 2.3 .4", "block-format", 8),
         ("X" + "1" * 31, "number-format", 1),
