@@ -129,6 +129,37 @@ def run(
         raise typer.Exit(SCRAP)
 
 
+@app.command(epilog="Example: grind facts --mark decided --page 16-4")
+def facts(
+    mark: Annotated[str | None, typer.Option(help="Only facts with this mark: seen, inferred or decided.")] = None,
+    page: Annotated[str | None, typer.Option(help="Only facts of this page of a manual, such as 16-13.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the facts as a JSON list.")] = False,
+) -> None:
+    """List what the control is built on: statements of the manuals, decisions, and the tests that hold them."""
+    from dataclasses import asdict
+
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    from grind_env.control.facts import MARKS, load_facts
+
+    if mark is not None and mark not in MARKS:
+        raise GrindError(f"there is no mark {mark!r}; marks are {', '.join(MARKS)}")
+    known = load_facts()
+    pages = {fact.page for fact in known if fact.page}
+    if page is not None and page not in pages:
+        raise GrindError(f"no fact is of page {page!r}; pages are {', '.join(sorted(pages))}")
+    chosen = [fact for fact in known if mark in (None, fact.mark) and page in (None, fact.page)]
+    if as_json:
+        print(json.dumps([asdict(fact) for fact in chosen]))
+        return
+    table = Table("id", "page", "mark", "fact", Column("test", overflow="fold"))
+    for fact in chosen:
+        tests = "\n".join(test.removeprefix("tests/").removeprefix("control/") for test in fact.tests)
+        table.add_row(fact.id, fact.page, fact.mark, fact.text, tests or f"outside: {fact.outside}")
+    Console(markup=False, highlight=False).print(table)
+
+
 def _control(
     strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float
 ) -> "Control":

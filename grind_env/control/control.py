@@ -10,6 +10,7 @@ from grind_env.control.numbers import STANDARD, NumberFormat
 from grind_env.control.operator import Interrupt, Panel, override_factor
 
 ORIGIN: Position = (0.0, 0.0, 0.0)
+MOST_NON_MOTION_BLOCKS = 999
 WHEEL_RADIUS = 33
 """Entry of the radius table that the in-process dresser keeps up to date (15-11)."""
 
@@ -96,9 +97,13 @@ class Control:
         for name in ("reversal_dwell", "minimum_generated_block", "minimum_radius", "dress_amount"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 0 or more")
-        for name, least in (("strokes", 1), ("block_budget", 1), ("non_motion_blocks", 0)):
-            if getattr(self, name) < least:
-                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be {least} or more")
+        for name in ("strokes", "block_budget"):
+            if getattr(self, name) < 1:
+                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 1 or more")
+        if not 0 <= self.non_motion_blocks <= MOST_NON_MOTION_BLOCKS:
+            raise ControlError(
+                "setting", f"non_motion_blocks is {self.non_motion_blocks}; it must be 0 to {MOST_NON_MOTION_BLOCKS}"
+            )
         if not 0.0 < self.minimum_feed_reduction <= 1.0:
             share = self.minimum_feed_reduction
             raise ControlError("setting", f"minimum_feed_reduction is {share}; it must be above 0 and at most 1")

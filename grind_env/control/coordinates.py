@@ -7,6 +7,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.modes import WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import AXES, displaced
+from grind_env.control.reader import HIGHEST_PROGRAM
 
 
 class WorkSystems:
@@ -58,7 +59,7 @@ class WorkSystems:
         if numbers.integer(block, words["L"], 0, 99) != 2:
             raise command.error("not-supported", f"G10 {words['L']} is not supported; G10 L2 loads work systems", "L")
         system = WORK_SYSTEMS[numbers.integer(block, words["P"], 1, len(WORK_SYSTEMS)) - 1]
-        scope = numbers.integer(block, words["O"], 0, 9) if "O" in words else 0
+        scope = numbers.integer(block, words["O"], 0, HIGHEST_PROGRAM) if "O" in words else 0
         diameter = {1: False, 2: True}.get(scope, command.modes.diameter)
         letters = list(words)
         axes = [letter for letter in AXES if letter in words]

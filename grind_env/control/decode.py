@@ -134,7 +134,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
 
 
 def recognise(block: Block, form: NumberFormat) -> None:
-    """Check what a block means without the modes that it will be executed in: its codes and M numbers.
+    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows.
 
     Raises:
         ControlError: unknown-word, not-supported, number-format or out-of-range.
@@ -146,6 +146,8 @@ def recognise(block: Block, form: NumberFormat) -> None:
             code = numbers.g_code(block, word, form)
             if not (code in SWITCHES or code in ACTIONS):
                 raise _refused(block, word, code)
+        elif word.letter in LENGTHS:
+            numbers.length(block, word, form.inch[0] > form.metric[0], form)
 
 
 def _refused(block: Block, word: Word, code: str) -> ControlError:

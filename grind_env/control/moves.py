@@ -129,7 +129,11 @@ class Mover:
         self.compensation.programmed = None
         for stop in stops:
             here = self.timeline.position
-            yield from self._advance(command.block.place, Straight(here, _moved(here, stop, axes)), None)
+            path = Straight(here, _moved(here, stop, axes))
+            if path.length > 0.0:
+                away = yield from self._advance(command.block.place, path, None, self.source)
+                if away:
+                    break
 
     def groove(self, command: Command) -> Iterator[Event]:
         """G76 or G77, and a stop after each groove in single block.
@@ -139,6 +143,7 @@ class Mover:
         """
         if self._reciprocating is not None:
             raise command.error("axis-conflict", f"{command.action} is programmed during reciprocation; G80 is needed")
+        self.refuse_displaced(command)
         origin, place = self._origin(command), command.block.place
         plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), self.control.groove_retract)
         feed, groove = self.rate(command), 1
@@ -152,6 +157,13 @@ class Mover:
             yield from self.timeline.move(place, path, rate, Source.CYCLE, groove=mark)
             if self.recorder is not None:
                 self.recorder.note(path, rate)
+
+    def refuse_displaced(self, command: Command) -> None:
+        """Refuse a cycle under G40 while the exit move of the compensation is still owed."""
+        if command.modes.compensation == "G40" and self.position != self.timeline.position:
+            raise command.error(
+                "compensation", f"{command.action} comes before the exit move of the compensation; move to exit first"
+            )
 
     def rate(self, command: Command) -> float:
         """F in mm/min for a block.
@@ -186,7 +198,10 @@ class Mover:
         for piece in self._pieces(command, path, actual, ahead):
             if piece.path.length > 0.0:
                 share = None if feed is None else feed * piece.share
-                yield from self._advance(place, piece.path, share, Source.COMPENSATION if piece.generated else None)
+                source = Source.COMPENSATION if piece.generated else self.source
+                away = yield from self._advance(place, piece.path, share, source)
+                if away:
+                    break
         self.goal = None
 
     def _pieces(self, command: Command, path: Path, actual: Position, ahead: Ahead) -> list[Piece]:
@@ -213,24 +228,28 @@ class Mover:
         axes = [axis for axis in range(3) if not compensated or path.start[axis] != path.end[axis]]
         return [Piece(Straight(actual, _moved(actual, path.end, axes)))]
 
-    def _advance(self, place: Place, path: Path, feed: float | None, source: Source | None = None) -> Iterator[Event]:
-        """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6)."""
+    def _advance(self, place: Place, path: Path, feed: float | None, source: Source) -> Generator[Event, None, bool]:
+        """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6).
+
+        Returns:
+            whether an interrupt has left the axes elsewhere.
+        """
         timeline = self.timeline
-        while path.length > 0.0:
+        while True:
             yield from timeline.wait()
             time = self.interruption(timeline.time, timeline.time + timeline.duration(path, feed))
             rest: Path | None = None
             if time is not None:
                 fraction = timeline.braked(path, feed, time - timeline.time)
                 path, rest = split(path, fraction) if fraction < 1.0 else (path, None)
-            yield from timeline.move(place, path, feed, source or self.source)
+            yield from timeline.move(place, path, feed, source)
             if self.recorder is not None:
                 self.recorder.note(path, feed)
             if time is None:
-                return
+                return False
             away = yield from self.interrupt()
             if away or rest is None:
-                return
+                return away
             path = rest
 
 

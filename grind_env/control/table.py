@@ -42,6 +42,7 @@ class Table:
     def cycle(self, command: Command) -> Iterator[Event]:
         """Plan a G81, G82 or G83, let it take over the table, and work it off (G81 goes on by itself)."""
         timeline, table = self.timeline, self.timeline.reciprocation
+        self.mover.refuse_displaced(command)
         origin = self.mover.work.origin(command.modes.work_system)
         x, y, z = (displaced(here, -there) for here, there in zip(timeline.position, origin, strict=True))
         situation = Situation(
@@ -119,7 +120,7 @@ class Table:
     def _refuse_compensation(self, command: Command, plan: CyclePlan) -> None:
         """No cycle may move an axis of the plane in which the radius is compensated."""
         side = command.modes.compensation
-        if side == "G40" and self.mover.compensation.offset is None:
+        if side == "G40":
             return
         moved = [axis for axis in (plan.axis, plan.plunge_axis, plan.cross_axis) if axis is not None]
         for axis in moved:

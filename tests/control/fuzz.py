@@ -2,7 +2,8 @@
 
 Whatever a program holds, the control answers with motions or with a `ControlError` that names line and column; it
 does not take long, nor outrun its block budget, nor keep memory. The results of each thousand programs are added to a
-file, so that a run which was interrupted goes on where it stopped. Exit status 1 tells of findings.
+file, so that a run which was interrupted goes on where it stopped. Exit status 1 tells of findings, 130 of an
+interruption.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,7 @@ WARM = 5
 MOST_GROWTH = 50.0
 """MB by which a worker may grow after that."""
 MEGABYTE = 1 << 20
+INTERRUPTED = 130
 
 Record = dict[str, Any]
 
@@ -57,7 +60,7 @@ def run_chunk(seeds: range) -> Record:
         "worker": os.getpid(),
         "memory": _memory(),
         "ends": ends,
-        "slowest": slowest,
+        "slowest": list(slowest),
         "counts": counts,
         "findings": [smallest(finding).record() for finding in first.values()],
     }
@@ -83,24 +86,32 @@ def main() -> int:
     path = options.out / f"seed-{options.seed}.jsonl"
     console = Console(stderr=True)
     records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    done = {record["first"] for record in records}
+    known = {(record["first"], record["programs"]) for record in records}
     origin = options.seed * STREAM
-    starts = [start for start in range(origin, origin + options.programs, CHUNK) if start not in done]
-    chunks = [range(start, min(start + CHUNK, origin + options.programs)) for start in starts]
+    end = origin + options.programs
+    chunks = [range(start, min(start + CHUNK, end)) for start in range(origin, end, CHUNK)]
+    left = [chunk for chunk in chunks if (chunk.start, len(chunk)) not in known]
     with (
         Progress(console=console) as progress,
         ProcessPoolExecutor(options.jobs) as pool,
         path.open("a") as results,
     ):
-        task = progress.add_task("programs", total=options.programs, completed=len(done) * CHUNK)
-        for future in as_completed([pool.submit(run_chunk, chunk) for chunk in chunks]):
-            record = future.result()
-            records.append(record)
-            results.write(json.dumps(record) + "\n")
-            results.flush()
-            progress.advance(task, record["programs"])
-            for finding in record["findings"]:
-                progress.console.print(f"[red]{finding['signature']}[/red], seed {finding['seed']}")
+        done = options.programs - sum(map(len, left))
+        task = progress.add_task("programs", total=options.programs, completed=done)
+        futures = [pool.submit(run_chunk, chunk) for chunk in left]
+        try:
+            for future in as_completed(futures):
+                record = future.result()
+                records.append(record)
+                results.write(json.dumps(record) + "\n")
+                results.flush()
+                progress.advance(task, record["programs"])
+                for finding in record["findings"]:
+                    progress.console.print(f"[red]{finding['signature']}[/red], seed {finding['seed']}")
+        except (KeyboardInterrupt, BrokenProcessPool):
+            pool.shutdown(wait=False, cancel_futures=True)
+            console.print("interrupted; the same command goes on from here")
+            return INTERRUPTED
     grown = growth(records)
     _report(records, grown, console)
     return int(any(record["counts"] for record in records) or any(mb > MOST_GROWTH for mb in grown.values()))

@@ -246,6 +246,8 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
         ("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", "backwards-motion", 4),
         ("G41 G01 Z10 F100\nG82 Y9 J0 Z12 K1 E100\nM30", "compensation", 2),
         ("G41 G01 Z10 F100\nZ30\nG77 X1 I1 D0", "compensation", 3),
+        ("G41 G01 Z10 F100\nZ30\nG40 G77 X-5 I1 D0", "compensation", 3),
+        ("G41 G01 Z10 F100\nZ30\nG40 G82 Y9 J0 Z12 K1 E100", "compensation", 3),
         ("G81 X9 I0 E100\nG41 G01 Z10 F100\nG40 Z20", "axis-conflict", 2),
         ("G41 G01 Z10 F100\nZ30\nM08\nM08\nM08\nG40 G02 Z40 X10 R20", "block-format", 6),
     ],

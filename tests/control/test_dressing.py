@@ -32,7 +32,7 @@ def test_m90x_in_the_cycle_block() -> None:
 def test_the_count_ends_with_the_program() -> None:
     programs = read("M901\nG81.1 Y9. E100. P7\nM30\nO7\n" + SIX + "M99\n")
     control = Control()
-    first, second = ([event for event in execute(programs, control)] for _ in range(2))
+    first, second = (list(execute(programs, control)) for _ in range(2))
     assert back(dress_moves(first)) == back(dress_moves(second))
     without = read("G81.1 Y9. E100. P7\nM30\nO7\n" + SIX + "M99\n")
     assert len(back(dress_moves(list(execute(without, control))))) == 5

@@ -1,0 +1,195 @@
+"""Every message of the control, word by word; none is without a program that causes it."""
+
+import ast
+import contextlib
+import io
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+import grind_env.control
+from grind_env.cli import main
+from grind_env.control import (
+    Control,
+    ControlError,
+    Interrupt,
+    NumberFormat,
+    check,
+    dress_program_moves,
+    execute,
+    read,
+    read_file,
+)
+from grind_env.control.compensation.corners import CompensationFault
+from grind_env.control.decode import decode
+from grind_env.control.expressions import evaluated
+from grind_env.control.geometry import ImpossibleArc
+from grind_env.control.modes import Modes
+from grind_env.control.source import HELD
+from grind_env.control.words import Block, read_block
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
+SOURCES = Path(grind_env.control.__file__).parent
+FAULTS = (ControlError, CompensationFault, ImpossibleArc)
+MAKERS = {*(fault.__name__ for fault in FAULTS), "error", "_error"}
+"""What a call that makes an error is named."""
+
+Site = tuple[str, int]
+
+
+class Outcome(NamedTuple):
+    """What a message was printed as, and the lines of the sources that took part in making it."""
+
+    text: str
+    sites: set[Site]
+
+
+def printed(message: dict[str, Any], folder: Path) -> str:
+    """What the control says of a message's program, settings or call."""
+    if "call" in message:
+        with pytest.raises(ControlError) as caught:
+            CALLS[message["call"]](folder)
+        return str(caught.value).replace(f"{folder}/", "")
+    if "settings" in message:
+        try:
+            errors = check(read(message["program"], "part.nc"), settings(message["settings"])).errors
+        except ControlError as error:
+            errors = [error]
+        return "\n".join(map(str, errors))
+    path = folder / "part.nc"
+    path.write_text(message["program"], encoding="utf-8")
+    errors_shown = io.StringIO()
+    with contextlib.redirect_stderr(errors_shown), pytest.raises(SystemExit) as left:
+        main(["check", str(path), *message.get("options", ())])
+    assert left.value.code == 2
+    return errors_shown.getvalue().strip().removeprefix("grind: ")
+
+
+def settings(values: dict[str, Any]) -> Control:
+    """A control with settings as TOML can hold them: lists for tuples, strings for the keys of tables."""
+    keywords = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    for name in ("radii", "variables"):
+        if name in keywords:
+            keywords[name] = {int(key): value for key, value in keywords[name].items()}
+    if "interrupts" in keywords:
+        keywords["interrupts"] = tuple(Interrupt(**request) for request in keywords["interrupts"])
+    if "number_format" in keywords:
+        form = {name: tuple(v) if isinstance(v, list) else v for name, v in keywords["number_format"].items()}
+        keywords["number_format"] = NumberFormat(**form)
+    return Control(**keywords)
+
+
+def hold(folder: Path) -> None:
+    control = Control()
+    control.feedhold()
+    list(execute(read("G00 X1."), control))
+
+
+def encoding(folder: Path) -> None:
+    (folder / "part.nc").write_bytes(b"G00 X1.\n(R\xfcckzug)\n")
+    read_file(folder / "part.nc")
+
+
+def changed_file(folder: Path) -> None:
+    path = folder / "part.nc"
+    path.write_text("G00 X1.\n" * (HELD // 8 + 1))
+    programs = read_file(path)
+    path.write_text("G00 X1.\n")
+    list(programs.main.blocks)
+
+
+def block(text: str) -> Block:
+    return read_block(next(iter(read(text, "part.nc").main.blocks)))
+
+
+def unevaluated(folder: Path) -> None:
+    decode(block("G00 X#1"), Modes(), NumberFormat())
+
+
+CALLS: dict[str, Callable[[Path], object]] = {
+    "override": lambda folder: Control().override(201.0),
+    "hold": hold,
+    "wheel radius": lambda folder: execute(read("G00 X1.")).set_wheel_radius(-1.0),
+    "dress program": lambda folder: dress_program_moves(read("G00 X1.", "part.nc"), 5),
+    "missing file": lambda folder: read_file(folder / "part.nc"),
+    "encoding": encoding,
+    "changed file": changed_file,
+    "unevaluated": unevaluated,
+    "variable": lambda folder: evaluated(block("G00 X#1"), {1: math.inf}),
+}
+"""What no program and no setting can cause."""
+
+
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
+    """Every message once, in the order of the file."""
+    result = []
+    for message in MESSAGES:
+        folder = tmp_path_factory.mktemp("message")
+        with noted_sites() as noted:
+            text = printed(message, folder)
+        sites = [made for error, made in noted if str(error).replace(f"{folder}/", "") in text.splitlines()]
+        result.append(Outcome(text, set().union(*sites)))
+    return result
+
+
+@contextlib.contextmanager
+def noted_sites() -> Iterator[list[tuple[Exception, set[Site]]]]:
+    """Every error and the places where it was made; one that is made while another is handled has both's places."""
+    noted: list[tuple[Exception, set[Site]]] = []
+
+    def watched(fault: type[Exception]) -> Callable[..., None]:
+        make = fault.__init__
+
+        def init(self: Exception, *args: Any, **keywords: Any) -> None:
+            make(self, *args, **keywords)
+            handled = sys.exc_info()[1]
+            noted.append((self, set(_frames()).union(*(sites for error, sites in noted if error is handled))))
+
+        return init
+
+    with pytest.MonkeyPatch.context() as patch:
+        for fault in FAULTS:
+            patch.setattr(fault, "__init__", watched(fault), raising=False)
+        yield noted
+
+
+def _frames() -> Iterator[Site]:
+    frame = sys._getframe(2)
+    while frame is not None:
+        yield frame.f_code.co_filename, frame.f_lineno
+        frame = frame.f_back
+
+
+@pytest.mark.parametrize("index", range(len(MESSAGES)))
+def test_every_message_is_as_recorded(index: int, outcomes: list[Outcome]) -> None:
+    assert outcomes[index].text == MESSAGES[index]["text"]
+    assert re.fullmatch(r"(part\.nc:\d+:\d+: )?[^:].* \[[a-z-]+\]", outcomes[index].text)
+
+
+def test_every_place_that_makes_an_error_has_a_message(outcomes: list[Outcome]) -> None:
+    reached = set().union(*(outcome.sites for outcome in outcomes))
+    silent = []
+    for path in sorted(SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and _called(node) in MAKERS:
+                lines = range(node.lineno, (node.end_lineno or node.lineno) + 1)
+                if not any((str(path), line) in reached for line in lines):
+                    silent.append(f"{path.name}:{node.lineno}: {ast.unparse(node)}")
+    assert silent == []
+
+
+def _called(node: ast.Call) -> str:
+    if isinstance(node.func, ast.Name):
+        return node.func.id
+    return node.func.attr if isinstance(node.func, ast.Attribute) else ""
