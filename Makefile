@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup test lint format benchmark speed notebooks core clean
+.PHONY: setup test lint format benchmark speed notebooks docs core clean
 
 setup: $(STAMP)
 
@@ -35,6 +35,10 @@ speed: setup
 
 notebooks: setup
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks notebooks/*.ipynb
+
+# One page for each registered environment, written from the code, and their index.
+docs: setup
+	$(BIN)/python -m grind_env.envs.pages build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

@@ -160,6 +160,35 @@ def facts(
     Console(markup=False, highlight=False).print(table)
 
 
+@app.command(epilog="Example: grind tasks grind/Rush-v0")
+def tasks(
+    env_id: Annotated[str | None, typer.Argument(metavar="ID", help="Print the page of this id.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list of one object an id.")] = False,
+) -> None:
+    """List the registered environments, or print the page of one: spaces, reward, start, arguments, example."""
+    from dataclasses import asdict
+
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    from grind_env.envs.pages import page, summaries, summary
+
+    if env_id is not None and not as_json:
+        print(page(env_id), end="")
+        return
+    rows = summaries() if env_id is None else [summary(env_id)]
+    if as_json:
+        print(json.dumps([asdict(row) for row in rows]))
+        return
+    table = Table(
+        Column("id", no_wrap=True), "steps", Column("actions", no_wrap=True), "obs.", "easy or hard", box=SIMPLE
+    )
+    for row in rows:
+        table.add_row(row.id, str(row.steps or "-"), "\n".join(row.actions), str(row.observation), row.hard)
+    Console(markup=False, highlight=False).print(table)
+
+
 def _control(
     strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float
 ) -> "Control":

@@ -33,7 +33,7 @@ from grind_env.machine.batch import (
     run_blocks,
     run_scalar,
 )
-from tests import speed_control
+from tests import speed_control, speed_envs
 
 START = """
 import time; begin = time.perf_counter()
@@ -139,6 +139,7 @@ def main() -> None:
     table.add_row("imports before it", f"{imports:.2f} s", "")
     Console().print(table)
     Console().print(speed_control.table(fresh_process))
+    Console().print(speed_envs.table(fresh_process))
 
 
 if __name__ == "__main__":

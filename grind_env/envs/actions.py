@@ -1,11 +1,20 @@
-"""From an action to E and D, and back.
+"""From an action to E, D and the pre-dress, and back.
 
-The default action is `Box(-1, 1, (2,))`. Its first component chooses E, geometrically over the speed range
-(or in equal bins over the speed levels) and rounded to whole mm/min, as a part program would say it; the
-second chooses D in equal-width floor bins, so that a uniform action gives every D the same chance.
+The same decision can be taken in four forms (`action=...` of the environments):
+
+* `box`: `Box(-1, 1)`. The first component chooses E, geometrically over the speed range (or in equal bins over the
+  speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D in
+  equal-width floor bins, so that a uniform action gives every D the same chance.
+* `multidiscrete`: the number of a level of E, and D. The levels are those of the task, or `SPEED_LEVELS` that divide
+  its range geometrically, both ends included.
+* `discrete`: the same numbers as one, the last running fastest.
+* `dict`: E in mm/min, rounded to whole ones (or to the nearest level), and D, in physical units.
+
+With a pre-dress a third component, factor or key says whether the block begins with a dress (G82.1).
 """
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -15,88 +24,241 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.kernel import entry, exp, log
 
+ACTIONS = ("box", "multidiscrete", "discrete", "dict")
+"""Forms of the action."""
+SPEED_LEVELS = 24
+"""Levels of E of a discrete action, about 10 % apart where the range spans a decade."""
+KEYS = ("E", "D", "predress")
+"""Keys of an action of the form `dict`, and names of the columns of a decoded one."""
+
+Table = NDArray[np.float64]
+
 
 class ActionError(GrindError):
     """An action that is not in the action space."""
 
 
-def action_array(actions: ArrayLike, count: int | None = None) -> NDArray[np.float64]:
-    """Actions as numbers, shape (count, 2); any count if none is given.
+class Column(NamedTuple):
+    """One number of an action."""
 
-    Raises:
-        ActionError: if they are not numbers or have another shape.
-    """
-    try:
-        values = np.asarray(actions, np.float64)
-    except (TypeError, ValueError):
-        raise ActionError(f"actions are {actions!r}, but must be an array of numbers, E and D of each env") from None
-    if values.ndim != 2 or values.shape != (count or len(values), 2):
-        raise ActionError(
-            f"actions have shape {values.shape}, but must have shape ({count or 'N'}, 2): E and D of each env"
-        )
-    return values
+    name: str
+    low: float
+    high: float
+    whole: bool
+    """Whether it must be a whole number."""
+    legal: str
+    """What it must do, for messages."""
 
 
 class ActionCodec:
-    """The action space of a task and the way between an action and (E, D)."""
+    """The action space of a task and the way between an action and (E, D), or (E, D, pre-dress).
 
-    def __init__(self, task: Task) -> None:
-        low, high = task.action.speed_range or (0.0, 0.0)
-        self.levels = 1000.0 * np.array(task.action.speed_levels or (), np.float64)
-        self.low, self.high = 1000.0 * low, 1000.0 * high
+    Args:
+        task: the task.
+        action: form of the action, one of `ACTIONS`.
+        predress: whether an action can ask for a dress before the first plunge.
+
+    Raises:
+        ActionError: if there is no such form.
+    """
+
+    def __init__(self, task: Task, action: str = "box", *, predress: bool = False) -> None:
+        if action not in ACTIONS:
+            raise ActionError(f"action is {action!r}, but must be one of {', '.join(ACTIONS)}")
+        speeds = task.action.speed_levels or task.action.speed_range or ()
+        self.low, self.high = 1000.0 * min(speeds), 1000.0 * max(speeds)
+        self.action = action
         self.executions = task.action.executions
-        self.space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.names = KEYS if predress else KEYS[:2]
+        self.levels = 1000.0 * np.array(task.action.speed_levels or (), np.float64)
+        if self.levels.size == 0 and action in ("multidiscrete", "discrete"):
+            self.levels = np.floor(np.geomspace(self.low, self.high, SPEED_LEVELS) + 0.5)
+        self.sizes = (len(self.levels), self.executions + 1, 2)[: len(self.names)]
+        self.space = self._space()
+        self.columns = self._columns()
+        self._low = np.array([column.low for column in self.columns])
+        self._high = np.array([column.high for column in self.columns])
+        self._whole = np.array([column.whole for column in self.columns])
+        self.neutral = np.clip(0.0, self._low, self._high)
+        """Some legal row of `table`."""
 
-    def decode(self, actions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """E in mm/min and D, each shape (N,), of actions of shape (N, 2).
+    def _space(self) -> spaces.Space[Any]:
+        if self.action == "box":
+            return spaces.Box(-1.0, 1.0, (len(self.names),), np.float32)
+        if self.action == "multidiscrete":
+            return spaces.MultiDiscrete(np.array(self.sizes))
+        if self.action == "discrete":
+            return spaces.Discrete(int(np.prod(self.sizes)))
+        numbers = {"D": self.executions + 1, "predress": 2}
+        choices = {name: spaces.Discrete(numbers[name]) for name in self.names[1:]}
+        return spaces.Dict({"E": spaces.Box(self.low, self.high, (1,), np.float32), **choices})
+
+    def _columns(self) -> list[Column]:
+        if self.action == "box":
+            legal = "lie between -1 and 1: clip it first"
+            return [Column(name, -1.0, 1.0, False, legal) for name in self.names]
+        if self.action == "discrete":
+            return [_whole(" and ".join(self.names), int(np.prod(self.sizes)))]
+        columns = [_whole(name, size) for name, size in zip(self.names, self.sizes, strict=True)]
+        if self.action == "dict":
+            legal = f"lie between {self.low:g} and {self.high:g} mm/min"
+            columns[0] = Column("E", self.low, self.high, False, legal)
+        return columns
+
+    def table(self, actions: Any, count: int | None = None) -> Table:
+        """A batch of actions as numbers, shape (N, columns); of `count` actions if that is given.
 
         Raises:
-            ActionError: if an action has another shape, is not a number or lies outside -1..1.
+            ActionError: if they are not numbers or have another shape.
         """
-        values = action_array(actions)
-        good = np.abs(values) <= 1.0
-        if not good.all():
-            i, k = np.argwhere(~good)[0]
-            name = ("E", "D")[k]
-            raise ActionError(f"action {i} has {values[i, k]} for {name}, but must lie between -1 and 1: clip it first")
-        speeds, executions = np.empty(len(values)), np.empty(len(values))
-        _decode(values, self.levels, self.low, self.high, float(self.executions), speeds, executions)
-        return speeds, executions
+        if self.action == "dict":
+            values = self._dict_table(actions)
+        else:
+            values = _numbers(actions)
+            if self.action == "discrete" and values.ndim == 1:
+                values = values[:, None]
+        width = len(self.columns)
+        if values.ndim != 2 or values.shape != (count or len(values), width):
+            shape = np.shape(_numbers(actions)) if self.action != "dict" else values.shape
+            wanted = f"({count or 'N'},)" if self.action == "discrete" else f"({count or 'N'}, {width})"
+            names = " and ".join(column.name for column in self.columns)
+            raise ActionError(f"actions have shape {shape}, but must have shape {wanted}: {names} of each env")
+        return values
 
-    def encode(self, speeds: ArrayLike, executions: ArrayLike) -> NDArray[np.float32]:
-        """Actions, shape (N, 2), that choose E in mm/min and D, each shape (N,); the middle of every bin.
+    def _dict_table(self, actions: Any) -> Table:
+        if not isinstance(actions, Mapping) or set(actions) != set(self.names):
+            found = f"the keys {', '.join(map(str, actions))}" if isinstance(actions, Mapping) else repr(actions)
+            raise ActionError(f"actions are {found}, but must be a dict with the keys {', '.join(self.names)}")
+        columns = [_numbers(actions[name]) for name in self.names]
+        if columns[0].ndim == 2 and columns[0].shape[1] == 1:
+            columns[0] = columns[0][:, 0]
+        if any(column.ndim != 1 or column.shape != columns[0].shape for column in columns):
+            shapes = ", ".join(f"{name} {column.shape}" for name, column in zip(self.names, columns, strict=True))
+            raise ActionError(f"actions have the shapes {shapes}, but each must have one number of each env")
+        return np.stack(columns, axis=1)
+
+    def single(self, action: Any) -> Table:
+        """One action as a batch of one, shape (1, columns).
 
         Raises:
-            ActionError: if E or D cannot be chosen in this task.
+            ActionError: as `table`.
         """
-        E = np.atleast_1d(np.asarray(speeds, np.float64))
-        D = np.atleast_1d(np.asarray(executions, np.float64))
-        good = np.isin(D, np.arange(self.executions + 1))
-        if not good.all():
-            raise ActionError(f"D is {D[~good][0]:g}, but must be a whole number from 0 to {self.executions}")
-        if len(self.levels):
-            distance = np.abs(E[:, None] - self.levels)
+        if isinstance(action, Mapping):
+            return self.table({name: [value] for name, value in action.items()}, 1)
+        return self.table([action], 1)
+
+    def choose(self, values: Table) -> tuple[Table, ...]:
+        """E in mm/min, D and, if an action can ask for it, 1 for a pre-dress; each shape (N,), of a `table`.
+
+        Raises:
+            ActionError: if a number is not in the action space.
+        """
+        bad = _first_bad(values, self._low, self._high, self._whole)
+        if bad >= 0:
+            i, k = divmod(bad, len(self.columns))
+            column = self.columns[k]
+            raise ActionError(f"action {i} has {values[i, k]:g} for {column.name}, but must {column.legal}")
+        if self.action == "discrete":
+            return self._of_numbers(np.stack(np.unravel_index(values[:, 0].astype(np.int64), self.sizes), axis=1))
+        if self.action == "multidiscrete":
+            return self._of_numbers(values.astype(np.int64))
+        if self.action == "dict":
+            return (self._nearest(values[:, 0]), *np.ascontiguousarray(values[:, 1:].T))
+        choice = np.empty((len(self.names), len(values)))
+        _decode(values, self.levels, self.low, self.high, float(self.executions), choice)
+        return tuple(choice)
+
+    def decode(self, actions: Any) -> tuple[Table, ...]:
+        """As `choose`, of a batch of actions.
+
+        Raises:
+            ActionError: if they are not in the action space.
+        """
+        return self.choose(self.table(actions))
+
+    def _of_numbers(self, numbers: NDArray[np.int64]) -> tuple[Table, ...]:
+        return (self.levels[numbers[:, 0]], *np.ascontiguousarray(numbers[:, 1:].T.astype(np.float64)))
+
+    def _nearest(self, speeds: Table) -> Table:
+        if self.levels.size == 0:
+            return np.floor(speeds + 0.5)
+        return np.asarray(self.levels[np.abs(np.log(speeds[:, None] / self.levels)).argmin(axis=1)])
+
+    def encode(self, speeds: ArrayLike, executions: ArrayLike, pre_dresses: ArrayLike = 0.0) -> Any:
+        """A batch of actions that choose E in mm/min, D and the pre-dress, each shape (N,); the middle of every bin.
+
+        Raises:
+            ActionError: if one of them cannot be chosen in this task.
+        """
+        E, D = np.atleast_1d(_numbers(speeds)), np.atleast_1d(_numbers(executions))
+        dress = np.broadcast_to(_numbers(pre_dresses), D.shape)
+        most = 1 if "predress" in self.names else 0
+        for name, values, high in (("D", D, self.executions), ("predress", dress, most)):
+            good = np.isin(values, np.arange(high + 1))
+            if not good.all():
+                raise ActionError(f"{name} is {values[~good][0]:g}, but must be a whole number from 0 to {high}")
+        numbers = (self._level_of(E), D.astype(np.int64), dress.astype(np.int64))[: len(self.names)]
+        if self.action == "multidiscrete":
+            return np.stack(numbers, axis=1)
+        if self.action == "discrete":
+            return np.ravel_multi_index(numbers, self.sizes)
+        if self.action == "dict":
+            nearest = np.clip(np.floor(E + 0.5), self.low, self.high)[:, None].astype(np.float32)
+            return {"E": nearest, **dict(zip(self.names[1:], numbers[1:], strict=True))}
+        if self.levels.size > 0:
+            u0 = 2.0 * (numbers[0] + 0.5) / len(self.levels) - 1.0
+        else:
+            u0 = 2.0 * np.log(E / self.low) / np.log(self.high / self.low) - 1.0
+        bins = [2.0 * (number + 0.5) / size - 1.0 for number, size in zip(numbers[1:], self.sizes[1:], strict=True)]
+        return np.clip(np.stack([u0, *bins], axis=1), -1.0, 1.0).astype(np.float32)
+
+    def _level_of(self, speeds: Table) -> NDArray[np.int64]:
+        """Number of the level of each E; 0 where every E of the range can be chosen."""
+        if self.levels.size > 0:
+            distance = np.abs(speeds[:, None] - self.levels)
             good = distance.min(axis=1) <= 0.5
             if not good.all():
                 levels = ", ".join(f"{level:g}" for level in self.levels)
-                raise ActionError(f"E is {E[~good][0]:g} mm/min, but must be one of {levels} mm/min")
-            u0 = 2.0 * (distance.argmin(axis=1) + 0.5) / len(self.levels) - 1.0
-        else:
-            good = (self.low - 0.5 <= E) & (self.high + 0.5 >= E)
-            if not good.all():
-                raise ActionError(f"E is {E[~good][0]:g} mm/min, but must be from {self.low:g} to {self.high:g} mm/min")
-            u0 = 2.0 * np.log(E / self.low) / np.log(self.high / self.low) - 1.0
-        u1 = 2.0 * (D + 0.5) / (self.executions + 1) - 1.0
-        actions: NDArray[np.float32] = np.clip(np.stack([u0, u1], axis=1), -1.0, 1.0).astype(np.float32)
-        return actions
+                raise ActionError(f"E is {speeds[~good][0]:g} mm/min, but must be one of {levels} mm/min")
+            return np.asarray(distance.argmin(axis=1))
+        good = (self.low - 0.5 <= speeds) & (self.high + 0.5 >= speeds)
+        if not good.all():
+            legal = f"from {self.low:g} to {self.high:g} mm/min"
+            raise ActionError(f"E is {speeds[~good][0]:g} mm/min, but must be {legal}")
+        return np.zeros(len(speeds), np.int64)
+
+
+def _whole(name: str, size: int) -> Column:
+    return Column(name, 0.0, size - 1.0, True, f"be a whole number from 0 to {size - 1}")
+
+
+def _numbers(values: Any) -> Table:
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise ActionError(f"actions are {values!r}, but must be an array of numbers, E and D of each env") from None
 
 
 @entry
-def _decode(actions: Any, levels: Any, low: float, high: float, most: float, speeds: Any, executions: Any) -> None:
+def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
+    """Position of the first number that is not legal, counted row by row; -1 for none."""
+    for i in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            value = values[i, k]
+            # false for NaN, too
+            if not (low[k] <= value <= high[k]) or (whole[k] and np.floor(value) != value):
+                return int(i * values.shape[1] + k)
+    return -1
+
+
+@entry
+def _decode(actions: Any, levels: Any, low: float, high: float, most: float, choice: Any) -> None:
     for i in range(actions.shape[0]):
         u = 0.5 * (actions[i, 0] + 1.0)
         if levels.size > 0:
-            speeds[i] = levels[min(int(u * levels.size), levels.size - 1)]
+            choice[0, i] = levels[min(int(u * levels.size), levels.size - 1)]
         else:
-            speeds[i] = np.floor(low * exp(u * log(high / low)) + 0.5)
-        executions[i] = min(np.floor(0.5 * (actions[i, 1] + 1.0) * (most + 1.0)), most)
+            choice[0, i] = np.floor(low * exp(u * log(high / low)) + 0.5)
+        choice[1, i] = min(np.floor(0.5 * (actions[i, 1] + 1.0) * (most + 1.0)), most)
+        if choice.shape[0] > 2:
+            choice[2, i] = 1.0 if actions[i, 2] > 0.0 else 0.0

@@ -8,19 +8,23 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.contexts import Given, read_options
+from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import CycleBlock, block_text, coming_block, part_program
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task, TaskError, load_task
-
-REWARD_TERMS = ("time", "wheel", "dress", "scrap", "handover")
-"""The terms of the reward, in the order of the first columns of `Outcome`."""
+from grind_env.envs.view import view_of
+from grind_env.render import ansi, frames
 
 OBSERVATIONS = ("measured", "full")
+RENDER_MODES = ("rgb_array", "human", "ansi")
+METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
+REWARD = Outcome._fields.index("reward")
 
 
-class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class GrindEnv(gym.Env[NDArray[np.float32], Any]):
     """Choose the table speed and the dressing of every cycle block of a batch.
 
     ## Description
@@ -33,8 +37,12 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Action space
 
-    `Box(-1, 1, (2,), float32)`: E geometric over the speed range of the task (or equal bins over its speed
-    levels), D in equal-width bins from 0 to the most executions that the task allows.
+    By default `Box(-1, 1, (2,), float32)`: E geometric over the speed range of the task (or equal bins over its speed
+    levels), D in equal-width bins from 0 to the most executions that the task allows. The same decision is taken with
+    `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, with `action="discrete"`, the pair as one number, or
+    with `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have 24 levels of E that divide its
+    range geometrically, or those of the task. `predress=True` adds a third component (a dress if it is above 0), factor
+    or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
 
     ## Observation space
 
@@ -44,39 +52,52 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Reward
 
     Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
-    cost of scrap, and with the last block the price of handing over a dull wheel. The best fixed plan earns
-    about -1 a step, a good policy -0.6; a scrapped part costs 10 and more. `info["reward_terms"]` holds the
-    terms, `info["cost"]` the probability that the part which this block finished is scrap.
+    cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
+    and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
+    more. `info["reward_terms"]` holds the terms, `info["cost"]` the probability that the part which this block
+    finished is scrap.
 
     ## Episode
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
-    block. All that is random is drawn at reset.
+    block. All that is random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
+    restricts what they are drawn from (`grind_env.envs.contexts`).
 
     Args:
         task: name of the task, for example `"power_limited"`.
         observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
-        render_mode: none yet.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: let an action ask for a dress before the first plunge.
+        render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
+            episode (without a screen, text in the terminal), `"ansi"` for text.
     """
+
+    metadata = METADATA
 
     def __init__(
         self,
         task: str = "power_limited",
         observation: str | None = None,
         show_block: bool = True,
+        action: str = "box",
+        predress: bool = False,
         render_mode: str | None = None,
     ) -> None:
         self.task: Task = load_task(task)
-        refuse_render(render_mode)
-        self.simulation = Simulation(self.task, full=wants_full(self.task, observation))
-        self.codec = ActionCodec(self.task)
+        refuse_render(render_mode, RENDER_MODES)
+        self.simulation = Simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
+        self.codec = ActionCodec(self.task, action, predress=predress)
+        self.infos = InfoWriter(self.task, self.codec.names)
         self.render_mode = render_mode
         self.show_block = show_block
-        self.action_space = self.codec.space
+        self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.given = Given()
         self.episodes: Episodes | None = None
         self.blocks: list[CycleBlock] = []
+        self.outcomes: list[Outcome] = []
+        self.follower: frames.Follower | None = None
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -89,16 +110,26 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; the same seed draws the same episode."""
+        """Start an episode; the same seed draws the same episode.
+
+        Args:
+            seed: of the generator, which else goes on.
+            options: `"context"` and `"split"`, see `grind_env.envs.contexts`; they hold until others are given.
+
+        Raises:
+            ContextError: if an option is not legal.
+        """
+        given = read_options(self.task, options, self.given)
         super().reset(seed=seed)
-        self.blocks = []
+        self.given, self.blocks, self.outcomes = given, [], []
         if self.episodes is None:
-            self.episodes = self.simulation.start([self.np_random])
+            self.episodes = self.simulation.start([self.np_random], [given])
         else:
-            self.simulation.restart(self.episodes, 0, self.np_random)
+            self.simulation.restart(self.episodes, 0, self.np_random, given)
+        self._follow()
         return self.simulation.observe(self.episodes)[0], {}
 
-    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Grind one block.
 
         Raises:
@@ -108,36 +139,59 @@ class GrindEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         episodes = self.episodes
         if episodes is None or self.simulation.over(episodes)[0]:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
-        speeds, executions = self.codec.decode([action])
-        block = coming_block(self.task, episodes, 0, speeds[0], executions[0])
+        choice = self.codec.choose(self.codec.single(action))
+        block = coming_block(self.task, episodes, 0, *(float(values[0]) for values in choice))
         self.blocks.append(block)
-        outcomes, _ = self.simulation.step(episodes, speeds, executions)
-        outcome = Outcome(*outcomes[0].tolist())
-        info: dict[str, Any] = {
-            "reward_terms": {
-                name: 0.0 - value / self.task.reference_cost for name, value in zip(REWARD_TERMS, outcome, strict=False)
-            },
-            "cost": outcome.finished - outcome.good,
-            "block_cost": outcome.cost,
-            "good_parts": outcome.good,
-            "seconds": outcome.seconds,
-            "E": block.speed,
-            "D": float(block.executions),
-        }
+        outcomes, _ = self.simulation.step(episodes, *choice)
+        self.outcomes.append(Outcome(*outcomes[0].tolist()))
+        self._follow()
+        info = self.infos.single(outcomes, choice)
         if self.show_block:
             info["block"] = block_text(self.task, block)
         terminated = bool(self.simulation.over(episodes)[0])
-        return self.simulation.observe(episodes)[0], outcome.reward, terminated, False, info
+        return self.simulation.observe(episodes)[0], float(outcomes[0, REWARD]), terminated, False, info
+
+    def render(self) -> Any:
+        """The machine after the last block: a picture, uint8 of shape (540, 960, 3), or text; None for a human.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+            RenderError: if what draws it is not installed, or the user has closed the window.
+        """
+        if self.episodes is None:
+            raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
+        if self.render_mode is None:
+            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")
+            return None
+        view = view_of(self.task, self.episodes, 0, self.blocks, self.outcomes)
+        if self.render_mode == "ansi":
+            return ansi.panel(view)
+        if self.render_mode == "rgb_array":
+            return frames.render(view)
+        self.follower = self.follower or frames.Follower(self.task.title)
+        self.follower.show(view)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self.follower is not None:
+            self.follower.close()
+            self.follower = None
+
+    def _follow(self) -> None:
+        if self.render_mode == "human":
+            self.render()
 
 
-def refuse_render(render_mode: str | None) -> None:
+def refuse_render(render_mode: str | None, known: tuple[str, ...] = ()) -> None:
     """Check the render mode.
 
     Raises:
-        TaskError: if there is one, since none is known yet.
+        TaskError: if it is none of the known ones.
     """
-    if render_mode is not None:
-        raise TaskError(f"render_mode is {render_mode!r}, but the environment has none: leave it out")
+    if render_mode is not None and render_mode not in known:
+        modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
+        raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
 
 
 def wants_full(task: Task, observation: str | None) -> bool:

@@ -4,11 +4,14 @@ A reading is computed in physical units and handed out as `(value - offset) / sc
 the range of its sensor. `HIDDEN` readings are only in `observation="full"`.
 """
 
+import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.contexts import materials
 from grind_env.envs.tasks import Task
 
 POWER_NOISE = 0.03
@@ -21,6 +24,8 @@ ROUGHNESS_NOISE = 0.06
 """Relative standard deviation of the roughness gauge."""
 GAUGE_EVERY = 3
 """Parts from one roughness gauging to the next."""
+LEAST_SLACK = 0.05
+"""Time left over work left below which the slack reads the same; `time_to_due` goes on."""
 
 
 class Readings(NamedTuple):
@@ -50,6 +55,10 @@ class Readings(NamedTuple):
     scrap: float
     new_lot: float
     remaining: float
+    last_pre_dress: float
+    executions_left: float
+    time_to_due: float
+    slack: float
     wear_flat: float
     loading: float
     waviness: float
@@ -78,17 +87,30 @@ class Reading(NamedTuple):
     meaning: str
 
 
-HIDDEN = Readings._fields.index("wear_flat")
-"""Number of readings that a real machine has; those after it are hidden."""
+HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
+"""Readings that no real machine has."""
 
 
-def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
-    """The observation of a task, entry by entry.
+def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
+    """The observation of a task, entry by entry; what means nothing in a task is left out.
 
     Args:
         task: the task.
         full: with the hidden state, for oracles and tests.
+        pre_dress: whether an action can ask for a pre-dress.
     """
+    absent: set[str] = set() if full else set(HIDDEN)
+    if not pre_dress:
+        absent.add("last_pre_dress")
+    if task.wheel_change is None:
+        absent.add("executions_left")
+    if task.due is None:
+        absent |= {"time_to_due", "slack"}
+    return (*(reading for reading in _table(task) if reading.name not in absent), *_one_hot(task))
+
+
+def _table(task: Task) -> list[Reading]:
+    """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
     speeds = task.action.speed_range or (
         min(task.action.speed_levels or ()),
@@ -97,6 +119,9 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     centre, half = (speeds[0] + speeds[1]) / 2.0, (speeds[1] - speeds[0]) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
+    period = (
+        max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
+    )
     factor = task.spread.measurement
     power_noise, size_noise, ra_noise = (
         (
@@ -139,6 +164,12 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("scrap", "$", 0.0, 100.0, 0.0, 5.0, "exact", "price of scrapping the coming part"),
         Reading("new_lot", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming part begins a new lot"),
         Reading("remaining", "of all", 0.0, 1.0, 0.0, 1.0, "exact", "blocks still to grind"),
+        Reading("last_pre_dress", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the last block began with a dress"),
+        Reading("executions_left", "", 0.0, 50.0, 0.0, 10.0, "exact",
+                "dress executions before the wheel is below its minimum diameter"),
+        Reading("time_to_due", "s", 0.0, period, -50.0, 10.0, "exact", "time to the next due date, negative if late"),
+        Reading("slack", "log", 0.0, 1.0, math.log(LEAST_SLACK), 5.0, "exact",
+                "ln of the time to the next due date over the nominal time of the work up to it"),
         Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
         Reading("loading", "", 0.0, 1.0, 0.0, 1.0, "hidden", "loading"),
         Reading("waviness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "waviness amplitude"),
@@ -155,13 +186,50 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
                 "specific volume since the last dress as the wheel feels it: a dress leaves a part of it"),
     ]  # fmt: skip
     assert tuple(reading.name for reading in table) == Readings._fields
-    kinds = [
-        Reading(f"{when}_{kind.name}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the {when} block is a {kind.name}")
-        for when in ("coming", "following")
-        for kind in task.kinds
-        if len(task.kinds) > 1
-    ]
-    return (*table[: None if full else HIDDEN], *kinds)
+    return table
+
+
+def _one_hot(task: Task) -> Iterable[Reading]:
+    """Entries that name the kind and the material of a block, where there are several."""
+    if len(task.kinds) > 1:
+        for when in ("coming", "following"):
+            for kind in task.kinds:
+                yield _flag(f"{when}_{kind.name}", f"1 if the {when} block is a {kind.name}")
+    for name in task_materials(task):
+        yield _flag(f"material_{name}", f"1 if the coming block is of {name}")
+
+
+def _flag(name: str, meaning: str) -> Reading:
+    return Reading(name, "", 0.0, 1.0, 0.0, 1.0, "exact", meaning)
+
+
+def task_materials(task: Task) -> list[str]:
+    """Materials that are told apart: those of the kinds, if there are several."""
+    names = [name for name in materials() if any(kind.material == name for kind in task.kinds)]
+    return names if len(names) > 1 else []
+
+
+class Layout(NamedTuple):
+    """Where the entries of an observation come from."""
+
+    columns: NDArray[np.int64]
+    """Index into `Readings` of the first entries; flags of the kinds follow, then those of the materials."""
+    kinds: int
+    """Flags of the coming kind; as many of the following one come after them."""
+    materials: NDArray[np.int64]
+    """Entry of every material of the catalogue; -1 for none."""
+
+
+def layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
+    """The layout of an observation with these entries."""
+    names = [entry.name for entry in entries]
+    columns = [Readings._fields.index(name) for name in names if name in Readings._fields]
+    flags = [f"material_{name}" for name in materials()]
+    return Layout(
+        np.array(columns),
+        len(task.kinds) if len(task.kinds) > 1 else 0,
+        np.array([names.index(flag) if flag in names else -1 for flag in flags]),
+    )
 
 
 def bounds(entries: tuple[Reading, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.episode import FACTORS, TapeRow
+from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
+from grind_env.envs.tape import FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
@@ -23,6 +24,7 @@ from grind_env.process.catalogue import load_catalogue
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
+WHEEL_CHANGES = Memory._fields.index("wheel_changes")
 PICK_FEED = 60.0
 """mm/min; a pick is over long before the wheel is back at the middle of the part."""
 
@@ -39,6 +41,10 @@ class CycleBlock(NamedTuple):
     """E, mm/min."""
     executions: int
     """D."""
+    pre_dress: bool
+    """Whether the block begins with a dress (G82.1)."""
+    wheel_changes: int
+    """Wheel changes of the episode before the block."""
 
 
 def number(value: float) -> str:
@@ -47,12 +53,15 @@ def number(value: float) -> str:
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
 
 
-def coming_block(task: Task, episodes: Episodes, i: int, speed: float, executions: float) -> CycleBlock:
-    """The block that episode i runs next with E `speed` (mm/min) and D `executions`."""
+def coming_block(
+    task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
+) -> CycleBlock:
+    """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     kind = task.kinds[int(row.kind)]
     surface = 0.0 if kind.starts_part else PartState(*episodes.parts[i].tolist()).Z
-    return CycleBlock(kind, surface, row.stock, float(speed), int(executions))
+    changes = int(episodes.memory[i, WHEEL_CHANGES])
+    return CycleBlock(kind, surface, row.stock, float(speed), int(executions), pre_dress > 0.0, changes)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
@@ -69,11 +78,14 @@ def block_text(task: Task, block: CycleBlock) -> str:
         f"P{DRESS_PROGRAM}",
         f"D{block.executions}",
     )
-    return "G82 " + " ".join(words)
+    return ("G82.1 " if block.pre_dress else "G82 ") + " ".join(words)
 
 
 def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
-    """A main program that runs the blocks, M00 before each further part, and the dress program."""
+    """A main program that runs the blocks, M00 before each further part, and the dress program.
+
+    Where the episode changed the wheel, the operator does so at that M00; `machine.grind` has no such change.
+    """
     lines = [
         "O0001 (" + task.title.upper() + ")",
         "G71 G90 G94 G19 G40",
@@ -81,8 +93,9 @@ def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
     ]
     for k, block in enumerate(blocks):
         if k > 0:
+            change = "CHANGE THE WHEEL, " if block.wheel_changes > blocks[k - 1].wheel_changes else ""
             starts = block.kind.starts_part
-            lines.append("M00 (NEXT PART, TOUCH OFF AT Y0)" if starts else "M01 (GAUGE THE PART)")
+            lines.append(f"M00 ({change}NEXT PART, TOUCH OFF AT Y0)" if starts else f"M01 ({change}GAUGE THE PART)")
         first = min(block.surface + block.kind.pick, block.surface + block.stock)
         lines += [
             f"G00 X{number(-task.setup.overrun)} Y{number(-first)}",
@@ -108,11 +121,13 @@ def dress_program(task: Task) -> list[str]:
     return [*lines, "G90 G00 Y20.", "M99"]
 
 
-def job(task: Task, kind: Kind) -> Job:
-    """The job of parts of one kind, for `machine.grind`.
+def job(task: Task, *kinds: Kind) -> Job:
+    """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
-    Its dress set-up time is what the task counts for a dress beyond the motions of the dress program.
+    Its dress set-up time is what the task counts for a dress beyond the motions of the dress program. The limits of
+    the part are those of its last block: `machine.grind` judges no block before it.
     """
+    kind = kinds[-1]
     catalogue = load_catalogue()
     setup = Setup(
         wheel=task.wheel,
@@ -125,27 +140,37 @@ def job(task: Task, kind: Kind) -> Job:
         material=catalogue.material(kind.material),
         length=kind.length,
         width=kind.width,
-        stock=kind.stock,
+        stock=sum(kind.stock for kind in kinds),
         roughness_limit=kind.roughness_limit,
         tolerance=kind.tolerance,
         scrap_cost=kind.scrap,
         rise_allowance=kind.rise_allowance,
     )
     bare = Job(part=part, setup=setup, times=Times(load=task.setup.load, dress_setup=0.0))
-    position = (-task.setup.overrun, -kind.pick, 0.0)
+    position = (-task.setup.overrun, -kinds[0].pick, 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
     return replace(bare, times=replace(bare.times, dress_setup=task.dress_seconds - motions.seconds))
 
 
 def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
-    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
+    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`).
+
+    The factors are those of the first wheel, up to a wheel change.
+    """
     rows = [TapeRow(*row) for row in tape.tolist()]
-    starts = [row for row in rows if task.kinds[int(row.kind)].starts_part]
+    parts: list[list[TapeRow]] = []
+    for row in rows:
+        if task.kinds[int(row.kind)].starts_part:
+            parts.append([])
+        parts[-1].append(row)
     return [
         PartConditions(
-            stock=row.stock,
-            factors={**task.factors, **{name: getattr(row, name) * task.factors.get(name, 1.0) for name in FACTORS}},
+            stock=sum(row.stock for row in part),
+            factors={
+                **task.factors,
+                **{name: getattr(part[0], name) * task.factors.get(name, 1.0) for name in FACTORS},
+            },
         )
-        for row in starts
+        for part in parts
     ]

@@ -1,7 +1,15 @@
-"""The numbers of a task and of an episode that the compiled step works on, as named tuples of floats."""
+"""The numbers of a task and of an episode that the compiled step works on, as named tuples of floats.
 
+`kind_table` and `parameter_table` have a row for every pair of kind and material, kind by kind.
+"""
+
+from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.contexts import materials
 from grind_env.envs.tasks import Kind, Task
 
 
@@ -40,6 +48,13 @@ class Shop(NamedTuple):
     wheel_price: float
     dress_price: float
     reference_cost: float
+    late_price: float
+    """Of lateness, $/h."""
+    least_diameter: float
+    """Below it the wheel is changed, mm; 0 for never."""
+    new_diameter: float
+    change_price: float
+    change_seconds: float
 
 
 class Memory(NamedTuple):
@@ -64,6 +79,11 @@ class Memory(NamedTuple):
     parts: float
     survival: float
     """Probability that the part in work is still good."""
+    pre_dress: float
+    """1 if the last block began with a dress."""
+    clock: float
+    """Time since the start of the episode, s."""
+    wheel_changes: float
 
 
 class Outcome(NamedTuple):
@@ -74,8 +94,11 @@ class Outcome(NamedTuple):
     dress_cost: float
     scrap_cost: float
     handover_cost: float
+    late_cost: float
+    change_cost: float
+    """Price of a new wheel."""
     cost: float
-    """Sum of the five terms, $."""
+    """Sum of the terms above, $."""
     reward: float
     """Minus that sum over the reference cost of a block."""
     good: float
@@ -83,6 +106,7 @@ class Outcome(NamedTuple):
     finished: float
     """1 if the block finished a part."""
     seconds: float
+    """Time of the block, with loading and wheel change."""
     burn_ratio: float
     rise: float
     peak_power: float
@@ -112,6 +136,20 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
     )
 
 
+def kind_table(task: Task) -> NDArray[np.float64]:
+    """Numbers of every kind in every material, shape (kinds x materials, fields of `KindRow`)."""
+    return np.array([kind_row(task, kind) for kind in _variants(task)])
+
+
+def parameter_table(task: Task) -> NDArray[np.float64]:
+    """Nominal parameters of every kind in every material, shape (kinds x materials, fields of `StrokeParameters`)."""
+    return np.array([task.parameters(kind) for kind in _variants(task)])
+
+
+def _variants(task: Task) -> list[Kind]:
+    return [replace(kind, material=name) for kind in task.kinds for name in materials()]
+
+
 def shop_row(task: Task) -> Shop:
     """The numbers that are the same for all blocks of a task."""
     rates = task.rates
@@ -126,4 +164,19 @@ def shop_row(task: Task) -> Shop:
         wheel_price=rates.wheel,
         dress_price=rates.dress,
         reference_cost=task.reference_cost,
+        late_price=task.due.late if task.due else 0.0,
+        least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
+        new_diameter=task.wheel.diameter,
+        change_price=task.wheel_change.price if task.wheel_change else 0.0,
+        change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,
     )
+
+
+def reward_terms(task: Task) -> dict[str, int]:
+    """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
+    names = ["time", "wheel", "dress", "scrap", "handover"]
+    if task.due is not None:
+        names.append("late")
+    if task.wheel_change is not None:
+        names.append("change")
+    return {name: Outcome._fields.index(f"{name}_cost") for name in names}

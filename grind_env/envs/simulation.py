@@ -11,10 +11,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.envs.contexts import Given, materials
 from grind_env.envs.episode import EpisodeGenerator, TapeRow
-from grind_env.envs.observations import HIDDEN, Reading, Readings, readings
-from grind_env.envs.rows import Memory, Outcome, kind_row, shop_row
-from grind_env.envs.step import observe_blocks, step_blocks
+from grind_env.envs.observations import Reading, layout, readings
+from grind_env.envs.observe import observe_blocks
+from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, shop_row
+from grind_env.envs.step import step_blocks
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import CycleResult, PartState
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -47,23 +49,24 @@ class Simulation:
     Args:
         task: the task.
         full: whether observations show the hidden state.
+        pre_dress: whether observations show if the last block began with a dress.
     """
 
-    def __init__(self, task: Task, *, full: bool = False) -> None:
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         self.task = task
-        self.entries: tuple[Reading, ...] = readings(task, full=full)
-        self.kinds = np.array([kind_row(task, kind) for kind in task.kinds])
-        self.base = np.array([task.parameters(kind) for kind in task.kinds])
+        self.entries: tuple[Reading, ...] = readings(task, full=full, pre_dress=pre_dress)
+        self.kinds, self.base = kind_table(task), parameter_table(task)
         self.shop = shop_row(task)
+        self._materials = len(materials())
+        self._layout = layout(task, self.entries)
         self._offset = np.array([entry.offset for entry in self.entries])
         self._scale = np.array([entry.scale for entry in self.entries])
         self._low = np.array([entry.low for entry in self.entries])
         self._high = np.array([entry.high for entry in self.entries])
-        self._plain = len(Readings._fields) if full else HIDDEN
         self._generator = EpisodeGenerator(task)
 
-    def start(self, rngs: Sequence[np.random.Generator]) -> Episodes:
-        """New episodes, one from each generator."""
+    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
+        """New episodes, one from each generator, with what is given of each."""
         n = len(rngs)
         episodes = Episodes(
             np.empty((n, self.task.blocks, len(TapeRow._fields))),
@@ -73,13 +76,14 @@ class Simulation:
             np.empty((n, len(Memory._fields))),
         )
         for i, rng in enumerate(rngs):
-            self.restart(episodes, i, rng)
+            self.restart(episodes, i, rng, None if given is None else given[i])
         return episodes
 
-    def restart(self, episodes: Episodes, i: int, rng: np.random.Generator) -> None:
+    def restart(self, episodes: Episodes, i: int, rng: np.random.Generator, given: Given | None = None) -> None:
         """Put a new episode in place of episode i."""
-        episodes.tape[i], diamond_flat = self._generator.draw(rng)
-        episodes.wheels[i] = self._generator.wheel(diamond_flat)
+        drawn = self._generator.draw(rng, given)
+        episodes.tape[i] = drawn.tape
+        episodes.wheels[i] = self._generator.wheel(drawn.diamond_flat, drawn.diameter)
         episodes.block[i] = 0
         episodes.parts[i] = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
         episodes.memory[i] = Memory(*[0.0] * len(Memory._fields))._replace(
@@ -87,7 +91,13 @@ class Simulation:
         )
 
     def step(
-        self, episodes: Episodes, speeds: Table, executions: Table, active: NDArray[np.int64] | None = None
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         """Grind the next block of the episodes in `active` (indices; all by default).
 
@@ -95,6 +105,7 @@ class Simulation:
             episodes: changed in place.
             speeds: E in mm/min, shape (N,).
             executions: D, shape (N,).
+            pre_dresses: 1 for a dress before the first plunge, else 0, shape (N,); none by default.
             active: indices of the episodes to step; they must not be over.
 
         Returns:
@@ -116,6 +127,8 @@ class Simulation:
             episodes.memory,
             speeds,
             executions,
+            np.zeros(n) if pre_dresses is None else pre_dresses,
+            self._materials,
             active,
             results,
             outcomes,
@@ -134,7 +147,8 @@ class Simulation:
             episodes.block,
             episodes.wheels,
             episodes.memory,
-            self._plain,
+            self.shop,
+            self._layout,
             self._offset,
             self._scale,
             self._low,

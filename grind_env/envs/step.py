@@ -1,19 +1,12 @@
-"""The compiled step: cycle parameters from E and D, the block kernel, cost, and the next readings."""
+"""The compiled step: cycle parameters from E and D, the block kernel, cost, and what is remembered of them."""
 
 from typing import Any
 
 import numpy as np
 
-from grind_env.envs.episode import FACTORS, TapeRow
-from grind_env.envs.observations import (
-    GAUGE_EVERY,
-    POWER_NOISE,
-    POWER_NOISE_FLOOR,
-    ROUGHNESS_NOISE,
-    SIZE_NOISE,
-    Readings,
-)
+from grind_env.envs.observations import GAUGE_EVERY, POWER_NOISE, POWER_NOISE_FLOOR, ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
+from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.batch import longest_first
@@ -23,12 +16,15 @@ from grind_env.machine.rules import motion_time
 from grind_env.process.cost import Limits, Rates, handover_cost, running_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
 
 WEAR = WheelState._fields.index("W")
 TARGET = Cycle._fields.index("target")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
+SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
-CYCLE_FIELDS, STROKE_FIELDS, READINGS = len(Cycle._fields), len(Stroke._fields), len(Readings._fields)
+CHANGES = Memory._fields.index("wheel_changes")
+CYCLE_FIELDS, STROKE_FIELDS = len(Cycle._fields), len(Stroke._fields)
 
 read_kind, read_row = column_reader(KindRow), column_reader(TapeRow)
 read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)
@@ -40,11 +36,12 @@ read_result, write_cycle, write_outcome = (
     column_writer(Cycle),
     column_writer(Outcome),
 )
-write_readings = column_writer(Readings)
 
 
 @inlined
-def cycle_of(kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, shop: Shop) -> Cycle:
+def cycle_of(
+    kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, shop: Shop, pre_dress: float = 0.0
+) -> Cycle:
     """The cycle of a block.
 
     The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
@@ -65,7 +62,7 @@ def cycle_of(kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, s
         kind.sparkout + 1.0,
         1.0,
         D,
-        0.0,
+        pre_dress,
         kind.width,
         kind.length,
         shop.dress_passes,
@@ -82,7 +79,7 @@ def measured(power: float, z: float) -> float:
 
 
 @entry
-def step_blocks(
+def prepare(
     kinds: Any,
     base: Any,
     shop: Any,
@@ -93,51 +90,54 @@ def step_blocks(
     memory: Any,
     speeds: Any,
     executions: Any,
+    pre_dresses: Any,
+    materials: int,
     active: Any,
-    results: Any,
-    outcomes: Any,
+    cycles: Any,
+    parameters: Any,
 ) -> None:
-    """Grind the next block of the episodes in `active`.
-
-    Args:
-        kinds: shape (kinds, fields of `KindRow`).
-        base: nominal parameters, shape (kinds, fields of `StrokeParameters`).
-        shop: numbers of the task.
-        tape: shape (N, blocks, fields of `TapeRow`).
-        block: number of the coming block, shape (N,), int64; updated.
-        wheels: shape (N, fields of `WheelState`); updated, like the next two.
-        parts: shape (N, fields of `PartState`).
-        memory: shape (N, fields of `Memory`).
-        speeds: E, mm/min, shape (N,).
-        executions: D, shape (N,).
-        active: indices of the episodes to step, int64.
-        results: shape (N, fields of `CycleResult`); written in the rows of `active`.
-        outcomes: shape (N, fields of `Outcome`); written likewise.
-    """
-    n = block.size
-    cycles = np.empty((n, CYCLE_FIELDS))
-    parameters = np.empty((n, base.shape[1]))
+    """Write the cycle of every block and its parameters, and load or gauge the parts; arguments as in `step_blocks`."""
     for i in active:
         row = read_row(tape[i], block[i])
-        number = int(row.kind)
+        number = int(row.kind) * materials + int(row.material)
         kind = read_kind(kinds, number)
-        cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop)
+        cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
         write_cycle(cycles, i, cycle)
         parameters[i] = base[number]
+        changed = memory[i, CHANGES] > 0.0
         for k in range(len(FACTOR_COLUMNS)):
-            parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block[i], FACTOR_COLUMNS[k]]
+            column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
+            parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block[i], column]
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         wheels[i, WEAR] = 0.0
         if kind.starts_part > 0.0:
             write_part(parts, i, PartState(0.0, 0.0, INITIAL_ROUGHNESS))
-    order = np.empty(active.size, np.int64)
-    longest_first(cycles, active, order)
-    run_blocks(cycles, parameters, wheels, parts, results, np.empty((n, 0, STROKE_FIELDS)), order, 0, 1)
 
+
+@entry
+def settle(
+    kinds: Any,
+    shop: Any,
+    tape: Any,
+    block: Any,
+    wheels: Any,
+    parts: Any,
+    memory: Any,
+    speeds: Any,
+    executions: Any,
+    pre_dresses: Any,
+    materials: int,
+    active: Any,
+    cycles: Any,
+    parameters: Any,
+    results: Any,
+    outcomes: Any,
+) -> None:
+    """Write what the blocks that were run have cost and shown; arguments as in `step_blocks`."""
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     for i in active:
         row = read_row(tape[i], block[i])
-        kind = read_kind(kinds, int(row.kind))
+        kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
         wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
         result, old = read_result(results, i), read_memory(memory, i)
         ends = kind.ends_part > 0.0
@@ -148,26 +148,37 @@ def step_blocks(
         alive = (1.0 if kind.starts_part > 0.0 else old.survival) * survival(
             rise, result.peak_power, part.Rs, size_error, limits
         )
-        time_cost = running_cost(result.seconds + kind.load, 0.0, 0.0, rates)
+        lead = dress_lead(wheel, shop.dress_feed, p)
+        change = 1.0 if wheel.ds < shop.least_diameter else 0.0
+        if change > 0.0:
+            wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
+            write_wheel(wheels, i, wheel)
+        seconds = result.seconds + kind.load + change * shop.change_seconds
+        clock = old.clock + seconds
+        time_cost = running_cost(seconds, 0.0, 0.0, rates)
         wheel_cost = running_cost(0.0, result.worn + result.dressed_off, 0.0, rates)
         dress_cost = running_cost(0.0, 0.0, result.dresses, rates)
-        scrap_cost = kind.scrap * (1.0 - alive) if ends else 0.0
+        finished = 1.0 if ends else 0.0
+        scrap_cost = finished * kind.scrap * (1.0 - alive)
+        late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
+        change_cost = change * shop.change_price
         handover = 0.0
         if block[i] + 1 == tape.shape[1]:
-            lead = dress_lead(wheel, shop.dress_feed, p)
             handover = handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates)
-        cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover
+        cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
         outcome = Outcome(
             time_cost=time_cost,
             wheel_cost=wheel_cost,
             dress_cost=dress_cost,
             scrap_cost=scrap_cost,
             handover_cost=handover,
+            late_cost=late_cost,
+            change_cost=change_cost,
             cost=cost,
             reward=-cost / shop.reference_cost,
-            good=alive if ends else 0.0,
-            finished=1.0 if ends else 0.0,
-            seconds=result.seconds + kind.load,
+            good=finished * alive,
+            finished=finished,
+            seconds=seconds,
             burn_ratio=result.burn_ratio,
             rise=rise,
             peak_power=result.peak_power,
@@ -180,6 +191,10 @@ def step_blocks(
         gauge_now = ends and int(old.parts) % GAUGE_EVERY == 0
         ratio = part.Rs / kind.roughness if kind.roughness > 0.0 else 0.0
         known = ends and old.gauged >= 0.0
+        # the executions stand evenly in the depth: an equal share of it is ground after the last one
+        volume = row.stock * kind.length / (result.dresses - pre_dresses[i] + 1.0)
+        volume = (0.0 if change > 0.0 else volume) + (0.0 if result.dresses + change > 0.0 else old.volume)
+        since_dress = 0.0 if result.dresses + change > 0.0 else old.blocks_since_dress + 1.0
         # by position: numba compiles no call with so many keywords and conditions
         write_memory(
             memory,
@@ -189,106 +204,102 @@ def step_blocks(
                 executions[i],
                 kind.pick,
                 kind.width,
-                measured(mean, row.mean_noise) if result.last_count > 0.0 else 0.0,
+                # of a new wheel nothing is known yet
+                measured(mean, row.mean_noise) if result.last_count > 0.0 and change == 0.0 else 0.0,
                 measured(first, row.first_noise) if result.first_count > 0.0 else 0.0,
                 measured(result.peak_power, row.peak_noise),
                 size_error + SIZE_NOISE * row.size_noise if ends else old.size_error,
                 old.gauged if known else old.roughness,
                 ratio * (1.0 + ROUGHNESS_NOISE * row.roughness_noise) if gauge_now else (-1.0 if ends else old.gauged),
                 1.0 if known else old.since_gauged + (1.0 if ends else 0.0),
-                # the executions stand evenly in the depth: an equal share of it is ground after the last one
-                row.stock * kind.length / (result.dresses + 1.0) + (0.0 if result.dresses > 0.0 else old.volume),
-                0.0 if result.dresses > 0.0 else old.blocks_since_dress + 1.0,
+                volume,
+                since_dress,
                 old.dresses + result.dresses,
                 old.parts + (1.0 if ends else 0.0),
                 alive,
+                pre_dresses[i],
+                clock,
+                old.wheel_changes + change,
             ),
         )
         block[i] += 1
 
 
 @entry
-def observe_blocks(
+def step_blocks(
     kinds: Any,
+    base: Any,
+    shop: Any,
     tape: Any,
     block: Any,
     wheels: Any,
+    parts: Any,
     memory: Any,
-    plain: int,
-    offset: Any,
-    scale: Any,
-    low: Any,
-    high: Any,
-    observations: Any,
+    speeds: Any,
+    executions: Any,
+    pre_dresses: Any,
+    materials: int,
+    active: Any,
+    results: Any,
+    outcomes: Any,
 ) -> None:
-    """Write the observations before the coming blocks.
+    """Grind the next block of the episodes in `active`.
 
     Args:
-        kinds: as for `step_blocks`, like the next four.
-        tape: noise tape.
-        block: coming block.
-        wheels: wheel states.
-        memory: what is remembered.
-        plain: number of readings shown, before those that name the kind of block.
-        offset: of each entry, shape (entries,), like the next three.
-        scale: of each entry.
-        low: of each entry.
-        high: of each entry.
-        observations: shape (N, entries), float32; written.
+        kinds: of `rows.kind_table`.
+        base: of `rows.parameter_table`.
+        shop: numbers of the task.
+        tape: shape (N, blocks, fields of `TapeRow`).
+        block: number of the coming block, shape (N,), int64; updated.
+        wheels: shape (N, fields of `WheelState`); updated, like the next two.
+        parts: shape (N, fields of `PartState`).
+        memory: shape (N, fields of `Memory`).
+        speeds: E, mm/min, shape (N,).
+        executions: D, shape (N,).
+        pre_dresses: 1 for a dress before the first plunge, shape (N,).
+        materials: number of materials in the two tables.
+        active: indices of the episodes to step, int64.
+        results: shape (N, fields of `CycleResult`); written in the rows of `active`.
+        outcomes: shape (N, fields of `Outcome`); written likewise.
     """
-    values = np.empty((1, READINGS))
-    total = tape.shape[1]
-    for i in range(block.size):
-        wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
-        ahead = block[i] < total
-        row = read_row(tape[i], min(block[i], total - 1))
-        number = int(row.kind)
-        kind = read_kind(kinds, number)
-        here = 1.0 if ahead else 0.0
-        reading = Readings(
-            mean_power=seen.mean_power,
-            first_power=seen.first_power,
-            peak_power=seen.peak_power,
-            last_speed=seen.speed,
-            last_executions=seen.executions,
-            last_pick=seen.pick,
-            last_width=seen.width,
-            size_error=seen.size_error,
-            roughness=seen.roughness,
-            parts_since_gauged=seen.since_gauged,
-            volume=seen.volume,
-            blocks_since_dress=seen.blocks_since_dress,
-            dresses=seen.dresses,
-            diameter=wheel.ds,
-            pick=here * kind.pick,
-            width=here * kind.width,
-            length=here * kind.length,
-            sparkout=here * kind.sparkout,
-            stock=here * row.gauged / kind.stock,
-            roughness_limit=here * kind.roughness,
-            tolerance=here * kind.size,
-            scrap=here * kind.scrap,
-            new_lot=here * row.new_lot,
-            remaining=(total - block[i]) / total,
-            wear_flat=wheel.A,
-            loading=wheel.lam,
-            waviness=wheel.alw,
-            diamond_flat=wheel.wd,
-            dressed_roughness=wheel.Rd,
-            dressed_density=wheel.Cd,
-            growth=row.kA,
-            pressure=row.pm,
-            fracture=row.fc,
-            wear=row.Gref,
-            convection=row.hf,
-            roughness_scale=row.ra_scale,
-            wheel_volume=wheel.V,
-        )
-        write_readings(values, 0, reading)
-        for k in range(plain):
-            observations[i, k] = min(max((values[0, k] - offset[k]) / scale[k], low[k]), high[k])
-        if kinds.shape[0] > 1 and ahead:
-            observations[i, plain + number] = 1.0
-            if block[i] + 1 < total:
-                after = int(read_row(tape[i], block[i] + 1).kind)
-                observations[i, plain + kinds.shape[0] + after] = 1.0
+    n = block.size
+    cycles = np.empty((n, CYCLE_FIELDS))
+    parameters = np.empty((n, base.shape[1]))
+    prepare(
+        kinds,
+        base,
+        shop,
+        tape,
+        block,
+        wheels,
+        parts,
+        memory,
+        speeds,
+        executions,
+        pre_dresses,
+        materials,
+        active,
+        cycles,
+        parameters,
+    )
+    order = np.empty(active.size, np.int64)
+    longest_first(cycles, active, order)
+    run_blocks(cycles, parameters, wheels, parts, results, np.empty((n, 0, STROKE_FIELDS)), order, 0, 1)
+    settle(
+        kinds,
+        shop,
+        tape,
+        block,
+        wheels,
+        parts,
+        memory,
+        speeds,
+        executions,
+        pre_dresses,
+        materials,
+        active,
+        cycles,
+        parameters,
+        results,
+        outcomes,
+    )

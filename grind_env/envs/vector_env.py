@@ -11,21 +11,20 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from grind_env.envs.actions import ActionCodec, action_array
-from grind_env.envs.env import REWARD_TERMS, refuse_render, wants_full
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.contexts import Given, read_all_options
+from grind_env.envs.env import REWARD, refuse_render, wants_full
+from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import block_text, coming_block
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError, load_task
 from grind_env.errors import GrindError
 
 Array = NDArray[Any]
 
-COLUMN = {name: k for k, name in enumerate(Outcome._fields)}
 
-
-class GrindVectorEnv(VectorEnv[Array, Array, Array]):
+class GrindVectorEnv(VectorEnv[Array, Any, Array]):
     """N times `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
 
     Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
@@ -35,6 +34,8 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         task: name of the task.
         observation: `"measured"` or `"full"`; by default what the task says.
         show_block: put the text of the blocks that were run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: let an action ask for a dress before the first plunge.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: none yet.
     """
@@ -45,6 +46,8 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         task: str = "power_limited",
         observation: str | None = None,
         show_block: bool = False,
+        action: str = "box",
+        predress: bool = False,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
@@ -57,16 +60,19 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.show_block = show_block
         self.task = load_task(task)
-        self.simulation = Simulation(self.task, full=wants_full(self.task, observation))
-        self.codec = ActionCodec(self.task)
+        self.simulation = Simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
+        self.codec = ActionCodec(self.task, action, predress=predress)
+        self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
         self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.rngs: list[np.random.Generator] = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self.given = [Given()] * num_envs
         self.episodes = self.simulation.start(self.rngs)
         self.begun = np.zeros(num_envs, bool)
         self.due = np.zeros(num_envs, bool)
+        self.everyone = np.arange(num_envs)
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -77,10 +83,18 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
     ) -> tuple[Array, dict[str, Any]]:
         """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
 
+        Args:
+            seed: of the generators, which else go on.
+            options: beside the mask `"context"` and `"split"` of the episodes that start, see
+                `grind_env.envs.contexts`; they hold until others are given. A list has one entry for each
+                sub-environment.
+
         Raises:
-            GrindError: if the seeds or the mask do not fit the sub-environments.
+            GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
+        others = {name: value for name, value in (options or {}).items() if name != "reset_mask"}
+        given = read_all_options(self.task, others, self.given)
         fresh = {
             i: seeding.np_random(seed_i)[0]
             for i, seed_i in enumerate(seed_list(seed, self.num_envs))
@@ -88,12 +102,13 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         }
         for i, rng in fresh.items():
             self.rngs[i] = rng
+        self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
         self._restart(mask)
         self.begun |= mask
         self.due &= ~mask
         return self.simulation.observe(self.episodes), {}
 
-    def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Grind one block in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
 
         Raises:
@@ -102,66 +117,53 @@ class GrindVectorEnv(VectorEnv[Array, Array, Array]):
         """
         if not self.begun.all():
             raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
-        if self.due.any() and self.autoreset_mode == AutoresetMode.DISABLED:
-            raise gym.error.ResetNeeded(
-                f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
-            )
-        values = action_array(actions, self.num_envs)
         # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
         resetting = self.due
-        stepping = np.flatnonzero(~resetting)
-        speeds, executions = self.codec.decode(np.where(resetting[:, None], 0.0, values))
-        blocks = self._blocks(stepping, speeds, executions) if self.show_block else {}
-        outcomes, _ = self.simulation.step(self.episodes, speeds, executions, stepping)
-        self._restart(resetting)
+        some = bool(resetting.any())
+        if some and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise gym.error.ResetNeeded(
+                f"episode {np.flatnonzero(resetting)[0]} is over: reset it with options={{'reset_mask': ...}}"
+            )
+        values = self.codec.table(actions, self.num_envs)
+        stepping = self.everyone
+        if some:
+            values = np.where(resetting[:, None], self.codec.neutral, values)
+            stepping = np.flatnonzero(~resetting)
+        choice = self.codec.choose(values)
+        blocks = self._blocks(stepping, choice) if self.show_block else {}
+        outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
+        if some:
+            self._restart(resetting)
         terminated = self.simulation.over(self.episodes)
+        ended = bool(terminated.any())
         observations = self.simulation.observe(self.episodes)
-        info = self._info(outcomes, speeds, executions, blocks, ~resetting)
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and terminated.any():
+        info = self._info(outcomes, choice, blocks, ~resetting)
+        if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
             info = self._final_info(info, observations, terminated)
             self._restart(terminated)
             observations = self.simulation.observe(self.episodes)
         # a copy: the caller owns what is returned, and the next reset changes `due` in place
         self.due = terminated & (self.autoreset_mode != AutoresetMode.SAME_STEP)
-        rewards = outcomes[:, COLUMN["reward"]].copy()
-        return observations, rewards, terminated, np.zeros(self.num_envs, bool), info
+        return observations, outcomes[:, REWARD].copy(), terminated, np.zeros(self.num_envs, bool), info
 
     def _restart(self, mask: Array) -> None:
         for i in np.flatnonzero(mask).tolist():
-            self.simulation.restart(self.episodes, i, self.rngs[i])
+            self.simulation.restart(self.episodes, i, self.rngs[i], self.given[i])
 
-    def _blocks(self, stepping: Array, speeds: Array, executions: Array) -> dict[int, str]:
+    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, str]:
         return {
-            i: block_text(self.task, coming_block(self.task, self.episodes, i, speeds[i], executions[i]))
+            i: block_text(self.task, coming_block(self.task, self.episodes, i, *(values[i] for values in choice)))
             for i in stepping.tolist()
         }
 
-    def _info(
-        self, outcomes: Array, speeds: Array, executions: Array, blocks: dict[int, str], mask: Array
-    ) -> dict[str, Any]:
+    def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, str], mask: Array) -> dict[str, Any]:
         if not mask.any():
             return {}
-        terms: dict[str, Any] = {}
-        for k, name in enumerate(REWARD_TERMS):
-            terms[name] = np.where(mask, 0.0 - outcomes[:, k] / self.task.reference_cost, 0.0)
-            terms[f"_{name}"] = mask.copy()
-        values = {
-            "reward_terms": terms,
-            "cost": outcomes[:, COLUMN["finished"]] - outcomes[:, COLUMN["good"]],
-            "block_cost": outcomes[:, COLUMN["cost"]].copy(),
-            "good_parts": outcomes[:, COLUMN["good"]].copy(),
-            "seconds": outcomes[:, COLUMN["seconds"]].copy(),
-            "E": np.where(mask, speeds, 0.0),
-            "D": np.where(mask, executions, 0.0),
-        }
+        info = self.infos.vector(outcomes, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
             texts[list(blocks)] = list(blocks.values())
-            values["block"] = texts
-        info: dict[str, Any] = {}
-        for name, value in values.items():
-            info[name] = value
-            info[f"_{name}"] = mask.copy()
+            info["block"], info["_block"] = texts, mask
         return info
 
     def _final_info(self, info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:

@@ -137,3 +137,24 @@ def judge(
         scrap_price * (1.0 - survival),
         cost.running_cost(seconds, wheel_volume, dresses, rates) + scrap_price * (1.0 - survival),
     )
+
+
+@entry
+def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> tuple[float, float, float]:
+    """Costs of time, of wheel volume (worn and dressed off, mm3) and of dress executions, each in $."""
+    return (
+        cost.running_cost(seconds, 0.0, 0.0, rates),
+        cost.running_cost(0.0, wheel_volume, 0.0, rates),
+        cost.running_cost(0.0, 0.0, dresses, rates),
+    )
+
+
+@entry
+def handover_cost(
+    wheel: WheelState, passes: float, feed: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
+) -> float:
+    """Price of handing over a wheel duller than a dressed one, $; arguments as for `process.cost.handover_cost`.
+
+    The diamond traverses with `feed` mm/s.
+    """
+    return cost.handover_cost(wheel, passes, cycle.dress_lead(wheel, feed, p), depth, seconds, p, rates)

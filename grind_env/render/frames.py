@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.render.view import RenderError, View
+from grind_env.render.ansi import panel
+from grind_env.render.view import NoScreenError, RenderError, View
 
 if TYPE_CHECKING:
     from grind_env.render.window import Window
@@ -55,6 +56,40 @@ def open_window(title: str) -> "Window":
     except ModuleNotFoundError as error:
         raise _missing(error) from None
     return Window(title, FPS)
+
+
+class Follower:
+    """Shows every state of an episode to a person: in a window, or without a screen as text in the terminal.
+
+    Args:
+        title: of the window.
+
+    Raises:
+        RenderError: if Pillow or tkinter is not installed.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.window: Window | None
+        try:
+            self.window = open_window(title)
+        except NoScreenError:
+            self.window = None
+
+    def show(self, view: View) -> None:
+        """Show a state.
+
+        Raises:
+            RenderError: if the user has closed the window.
+        """
+        if self.window is None:
+            print(panel(view))
+        else:
+            self.window.show(render(view))
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self.window is not None:
+            self.window.close()
 
 
 def _missing(error: ModuleNotFoundError) -> RenderError:

@@ -14,6 +14,10 @@ class RenderError(GrindError):
     """A picture that cannot be drawn or shown."""
 
 
+class NoScreenError(RenderError):
+    """There is no screen for a window."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
     """What stays the same throughout an episode: the frame that its pictures are drawn to."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageTk
 
-from grind_env.render.view import RenderError
+from grind_env.render.view import NoScreenError, RenderError
 
 
 class Window:
@@ -18,14 +18,14 @@ class Window:
         fps: pictures shown a second at most.
 
     Raises:
-        RenderError: if there is no screen.
+        NoScreenError: if there is no screen.
     """
 
     def __init__(self, title: str, fps: float) -> None:
         try:
             self.root = tkinter.Tk()
         except tkinter.TclError as error:
-            raise RenderError(f'there is no screen ({error}): use render_mode="rgb_array" or "ansi"') from None
+            raise NoScreenError(f'there is no screen ({error}): use render_mode="rgb_array" or "ansi"') from None
         self.root.title(title)
         self.root.resizable(False, False)
         self.label = tkinter.Label(self.root, borderwidth=0)

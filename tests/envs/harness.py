@@ -8,11 +8,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
-from grind_env.envs.simulation import Episodes, Outcome, Simulation
+from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import load_task
 
 gym.register_envs(grind_env)
 
-IDS = sorted(name for name in gym.registry if name.startswith("grind/"))
+IDS = [environment_id(name) for name in task_names()]
+BLOCKS = {environment_id(name): load_task(name).blocks for name in task_names()}
+FORMS = ("box", "multidiscrete", "discrete", "dict")
 MODES = list(AutoresetMode)
 
 Array = NDArray[Any]
@@ -21,6 +26,20 @@ Array = NDArray[Any]
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
     """Uniform actions, shape (steps, num_envs, 2), float32."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)
+
+
+def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
+    """Batches of actions drawn from the action space of the vector env."""
+    space = native(env_id, num_envs, **kwargs).action_space
+    space.seed(0)
+    return [space.sample() for _ in range(steps)]
+
+
+def rows_of(batch: Any, count: int) -> list[Any]:
+    """The actions of a batch, one for each single env."""
+    if isinstance(batch, dict):
+        return [{name: values[i] for name, values in batch.items()} for i in range(count)]
+    return [batch[i] for i in range(count)]
 
 
 def native(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:

@@ -1,5 +1,6 @@
 import math
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.tasks import load_task
+from tests.envs.harness import FORMS, assert_same, rows_of
 
 RANGE = ActionCodec(load_task("power_limited"))
 LEVELS = ActionCodec(load_task("oracle6"))
@@ -92,3 +94,86 @@ def test_what_cannot_be_chosen_is_refused(speed: float, executions: float, part:
 def test_a_speed_between_the_levels_is_refused(speed: float) -> None:
     with pytest.raises(ActionError, match="6000, 9000, 14000, 21000"):
         LEVELS.encode(speed, 0)
+
+
+CODECS = [
+    ActionCodec(load_task(name), form, predress=predress)
+    for name in ("power_limited", "oracle6", "slot")
+    for form in FORMS
+    for predress in (False, True)
+]
+
+
+@given(st.data())
+def test_every_form_undoes_its_decoding(data: st.DataObject) -> None:
+    codec = data.draw(st.sampled_from(CODECS))
+    codec.space.seed(data.draw(st.integers(0, 2**31)))
+    actions = [codec.space.sample() for _ in range(5)]
+    batch = {key: [a[key] for a in actions] for key in codec.names} if codec.action == "dict" else actions
+    chosen = codec.decode(batch)
+    assert len(chosen) == len(codec.names) and all(values.shape == (5,) for values in chosen)
+    again = codec.encode(*chosen)
+    rows = rows_of(again, 5)
+    assert all(codec.space.contains(row) for row in rows)
+    np.testing.assert_array_equal(codec.decode(again), chosen)
+    if codec.action in ("multidiscrete", "discrete"):  # where an action stands for one choice only, and back
+        np.testing.assert_array_equal(again, batch)
+
+
+@given(st.data())
+def test_every_form_can_say_every_choice(data: st.DataObject) -> None:
+    codec = data.draw(st.sampled_from(CODECS))
+    if codec.levels.size:
+        E = data.draw(st.sampled_from(codec.levels.tolist()))
+    else:
+        E = float(data.draw(st.integers(int(codec.low), int(codec.high))))
+    choice = [E, data.draw(st.integers(0, codec.executions)), data.draw(st.integers(0, 1))][: len(codec.names)]
+    assert [values[0] for values in codec.decode(codec.encode(*choice))] == choice
+
+
+def test_the_discrete_forms_have_24_geometric_levels_of_speed() -> None:
+    for name, low, high in (("power_limited", 3000.0, 30000.0), ("slot", 6000.0, 30000.0)):
+        codec = ActionCodec(load_task(name), "multidiscrete")
+        assert codec.space.nvec.tolist() == [24, codec.executions + 1]
+        levels, _ = codec.decode([[k, 0] for k in range(24)])
+        assert (levels[0], levels[-1]) == (low, high)
+        np.testing.assert_allclose(levels, np.geomspace(low, high, 24), atol=0.5)
+    assert ActionCodec(load_task("oracle6"), "multidiscrete", predress=True).space.nvec.tolist() == [4, 2, 2]
+    assert ActionCodec(load_task("power_limited"), "discrete").space.n == 24 * 4
+    assert ActionCodec(load_task("power_limited"), "discrete", predress=True).space.n == 24 * 4 * 2
+
+
+def test_the_discrete_number_counts_pre_dress_then_dresses_then_speeds() -> None:
+    codec = ActionCodec(load_task("power_limited"), "discrete", predress=True)
+    speeds, executions, dressed = codec.decode(np.arange(192))
+    levels = np.floor(np.geomspace(3000.0, 30000.0, 24) + 0.5)
+    np.testing.assert_array_equal(speeds, np.repeat(levels, 8))
+    np.testing.assert_array_equal(executions, np.tile(np.repeat(np.arange(4.0), 2), 24))
+    np.testing.assert_array_equal(dressed, np.tile([0.0, 1.0], 96))
+
+
+def test_a_pre_dress_is_asked_for_above_zero() -> None:
+    codec = ActionCodec(load_task("power_limited"), predress=True)
+    asked = codec.decode([[0.0, 0.0, u] for u in (-1.0, -1e-6, 0.0, 1e-6, 1.0)])[2]
+    assert asked.tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
+
+
+def test_physical_actions_are_rounded_as_a_program_says_them() -> None:
+    free, levels = (ActionCodec(load_task(name), "dict") for name in ("power_limited", "oracle6"))
+    assert free.decode({"E": [8999.4, 8999.6], "D": [0, 3]})[0].tolist() == [8999.0, 9000.0]
+    # the nearest level by ratio: 6000, 9000, 14000, 21000
+    assert levels.decode({"E": [7300.0, 7400.0], "D": [0, 1]})[0].tolist() == [6000.0, 9000.0]
+
+
+def test_the_same_decisions_make_the_same_episode_in_every_form() -> None:
+    rng = np.random.default_rng(0)
+    level = ActionCodec(load_task("blades"), "discrete").levels
+    plan = [(float(rng.choice(level)), float(rng.integers(0, 4)), float(rng.integers(0, 2))) for _ in range(80)]
+    runs = []
+    for form in FORMS:
+        env = gym.make("grind/Blades-v0", action=form, predress=True).unwrapped
+        env.reset(seed=4)
+        runs.append([env.step(rows_of(env.codec.encode(*choice), 1)[0]) for choice in plan])
+    for run in runs[1:]:
+        assert_same(runs[0], run)
+    assert [tuple(step[4][name] for name in ("E", "D", "predress")) for step in runs[0]] == plan

@@ -19,13 +19,15 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
-from tests.envs.harness import IDS, MODES, actions, assert_same, native
+from tests.envs.harness import BLOCKS, FORMS, IDS, MODES, actions, assert_same, native
 
 pytestmark = pytest.mark.filterwarnings("error")
 
 
 def test_the_published_ids_are_registered() -> None:
-    assert {"grind/PowerLimited-v0", "grind/Oracle6-v0"} <= set(IDS)
+    names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN"
+    assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
+    assert set(IDS) <= set(gym.registry)
 
 
 @pytest.mark.parametrize("observation", ["measured", "full"])
@@ -35,6 +37,22 @@ def test_both_checkers_pass_without_a_warning(env_id: str, observation: str) -> 
         warnings.simplefilter("error")
         check_env(gym.make(env_id, observation=observation).unwrapped)
         sb3_check_env(gym.make(env_id, observation=observation).unwrapped)
+
+
+@pytest.mark.parametrize("predress", [False, True])
+@pytest.mark.parametrize("form", FORMS)
+def test_the_checkers_pass_with_every_form_of_action(form: str, predress: bool) -> None:
+    env = gym.make("grind/Rush-v0", action=form, predress=predress)
+    with warnings.catch_warnings():
+        if form == "dict":  # which is in physical units on purpose
+            warnings.filterwarnings("ignore", ".*symmetric and normalized space")
+        check_env(env.unwrapped)
+    if form != "dict":  # Stable-Baselines3 has no dict actions
+        sb3_check_env(env.unwrapped)
+    vector = native("grind/Rush-v0", 3, action=form, predress=predress)
+    assert vector.single_action_space == env.action_space
+    assert vector.action_space.contains(vector.action_space.sample())
+    assert json.loads(env.spec.to_json())["kwargs"]["action"] == form
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -51,8 +69,9 @@ def test_types_are_those_of_the_python_api(env_id: str) -> None:
 @pytest.mark.parametrize("env_id", IDS)
 def test_an_episode_ends_terminated_with_its_last_block(env_id: str) -> None:
     env = gym.make(env_id)
-    blocks = env.unwrapped.task.blocks
-    assert blocks == {"grind/PowerLimited-v0": 60, "grind/Oracle6-v0": 6}[env_id]
+    published = {"Slot": 30, "JobShop": 96, "Rush": 96, "PowerLimited": 60, "WideRails": 100, "Oracle6": 6}
+    blocks = {**published, "Blades": 80, "CBN": 120}[env_id.removeprefix("grind/").removesuffix("-v0")]
+    assert blocks == BLOCKS[env_id]
     env.reset(seed=0)
     ends = [env.step(action[0])[2:4] for action in actions(blocks, 1)]
     assert ends == [(False, False)] * (blocks - 1) + [(True, False)]
@@ -139,9 +158,11 @@ def refusal(error: type[Exception], function: Any, *args: Any, **kwargs: Any) ->
 def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
     for make in (GrindEnv, GrindVectorEnv):
         assert "oracle6, power_limited" in refusal(TaskError, make, task="power-limited")
+        message = refusal(ActionError, make, action="continuous")
+        assert "'continuous'" in message and "box, multidiscrete, discrete, dict" in message
         message = refusal(TaskError, make, observation="hidden")
         assert "'hidden'" in message and "measured, full" in message
-        assert "'human'" in refusal(TaskError, make, render_mode="human")
+        assert "'svg'" in refusal(TaskError, make, render_mode="svg")
     message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
     assert "'Sometimes'" in message
     assert all(repr(mode.value) in message for mode in MODES)
@@ -199,6 +220,44 @@ def test_actions_for_another_number_of_envs_are_refused() -> None:
     for shape in ((2,), (1, 2), (3, 2), (2, 3), (2, 2, 1), (0, 2)):
         message = refusal(ActionError, env.step, np.zeros(shape))
         assert str(shape) in message and "(2, 2)" in message
+
+
+BAD_FORMS: list[tuple[str, Any, str]] = [
+    ("multidiscrete", [0.5, 0], "0.5 for E"),
+    ("multidiscrete", [24, 0], "24 for E"),
+    ("multidiscrete", [0, 4], "4 for D"),
+    ("multidiscrete", [0, -1], "-1 for D"),
+    ("multidiscrete", [np.nan, 0], "nan for E"),
+    ("multidiscrete", [0, 0, 0], "shape"),
+    ("discrete", 96, "96 for E and D"),
+    ("discrete", 1.5, "1.5 for E and D"),
+    ("discrete", -1, "-1 for E and D"),
+    ("discrete", [1, 2], "shape"),
+    ("dict", {"E": [2999.0], "D": 0}, "2999 for E"),
+    ("dict", {"E": [np.nan], "D": 0}, "nan for E"),
+    ("dict", {"E": [9000.0], "D": 0.5}, "0.5 for D"),
+    ("dict", {"E": [9000.0], "D": 4}, "4 for D"),
+    ("dict", {"E": [9000.0]}, "keys E, D"),
+    ("dict", {"E": [9000.0], "D": 0, "predress": 1}, "keys E, D"),
+    ("dict", {"E": [9000.0, 1.0], "D": 0}, "shapes E (1, 2)"),
+    ("dict", {"E": "fast", "D": 0}, "numbers"),
+    ("dict", [0.0, 0.0], "keys E, D"),
+]
+
+
+@pytest.mark.parametrize(("form", "action", "part"), BAD_FORMS)
+def test_a_bad_action_of_another_form_is_refused_alike_everywhere(form: str, action: Any, part: str) -> None:
+    env, twin = GrindEnv(action=form), GrindEnv(action=form)
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    message = refusal(ActionError, env.step, action)
+    assert part in message
+    good = env.action_space.sample()
+    assert_same(env.step(good), twin.step(good))
+    vector = native("grind/PowerLimited-v0", 1, action=form)
+    vector.reset(seed=1)
+    batch = {name: [value] for name, value in action.items()} if isinstance(action, dict) else [action]
+    assert refusal(ActionError, vector.step, batch) == message
 
 
 def test_stepping_out_of_turn_is_refused() -> None:

@@ -1,12 +1,15 @@
 import functools
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.episode import TapeRow
-from grind_env.envs.observations import HIDDEN, Readings, physical
-from grind_env.envs.simulation import Outcome, Simulation
+from grind_env.envs.names import environment_id
+from grind_env.envs.observations import HIDDEN, physical
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.cycle import CycleResult
 from grind_env.process.state import WheelState
@@ -39,6 +42,7 @@ class Run:
         self.executions = np.floor(1.4 * rng.random(shape))
         episodes = start(self.simulation, N)
         self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
+        self.kinds = self.tape.kind.T.astype(int)
         outcomes, results, wheels = [], [], [episodes.wheels.copy()]
         observations = [self.simulation.observe(episodes)]
         for E, D in zip(self.speeds, self.executions, strict=True):
@@ -53,13 +57,17 @@ class Run:
         self.observations = np.array(observations)
         self.read = physical(self.observations, self.simulation.entries)
 
+    def of_kind(self, field: str) -> Array:
+        """That number of the kind of every block, shape (blocks, N)."""
+        return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
+
 
 run = functools.cache(Run)
 
 
 def assert_standard_normal(z: Array) -> None:
     n = z.size
-    assert n > 3000
+    assert n > 2500
     assert abs(z.mean()) < 5.0 / np.sqrt(n)
     assert z.std() == pytest.approx(1.0, abs=5.0 / np.sqrt(2 * n))
     assert (np.abs(z) < 1.0).mean() == pytest.approx(0.6827, abs=5.0 * np.sqrt(0.6827 * 0.3173 / n))
@@ -94,17 +102,24 @@ def test_the_size_gauge_has_seven_tenths_of_a_micrometre_of_noise() -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_every_third_part_is_gauged_for_roughness_and_known_one_part_late(name: str) -> None:
     r = run(name)
-    limits = np.array([r.task.kinds[r.task.kind_of_block(k)].roughness_limit for k in range(r.task.blocks)])
-    assert (r.read["roughness"][:2] == 0.0).all()
+    # blocks that end a part, the same in all episodes; every one of them has a limit
+    ends = np.flatnonzero(r.of_kind("ends_part")[:, 0])
+    limits = r.of_kind("roughness_limit")[ends]
+    assert (limits > 0.0).all()
+    ratios = r.outcome.roughness[ends] / limits
     noise = []
-    for done in range(2, r.task.blocks + 1):
+    for done in range(1, len(ends) + 1):
+        # until the next part is done the reading stays as it is
+        shown = np.arange(ends[done - 1], ends[done] if done < len(ends) else r.task.blocks) + 1
+        read, since = r.read["roughness"][shown], r.read["parts_since_gauged"][shown]
+        assert (read == read[0]).all() and (since == since[0]).all()
+        if done == 1:
+            assert (read == 0.0).all()
+            continue
         # parts 0, 3, 6, ... are gauged, and known when the part after them is done
         gauged = 3 * ((done - 2) // 3)
-        ratio = r.outcome.roughness[gauged] / limits[gauged]
-        noise.append(((r.read["roughness"][done] / ratio - 1.0) / 0.06)[ratio < 4.0])
-        np.testing.assert_allclose(r.read["parts_since_gauged"][done], done - 1 - gauged, atol=1e-5)
-        if (done - 2) % 3:
-            np.testing.assert_array_equal(r.read["roughness"][done], r.read["roughness"][done - 1])
+        noise.append(((read[0] / ratios[gauged] - 1.0) / 0.06)[ratios[gauged] < 4.0])
+        np.testing.assert_allclose(since[0], done - 1 - gauged, atol=1e-5)
     z = np.concatenate(noise[::3])
     if r.task.spread.measurement:
         assert_standard_normal(z)
@@ -120,12 +135,13 @@ def test_book_keeping_is_exact(name: str) -> None:
     np.testing.assert_allclose(r.read["last_executions"][1:], r.executions, **exact)
     np.testing.assert_allclose(r.read["dresses"][1:], np.cumsum(r.executions, axis=0), **exact)
     np.testing.assert_allclose(r.read["diameter"], r.wheels.ds, **exact)
-    lengths = [r.task.kinds[r.task.kind_of_block(k)].length for k in range(r.task.blocks)]
+    lengths, changed = r.of_kind("length"), r.outcome.change_cost > 0.0
     since, volume = np.zeros(N), np.full(N, r.task.start.volume)
     for k, executions in enumerate(r.executions):
         volume = np.where(executions > 0.0, 0.0, volume) + r.tape.stock[:, k] * lengths[k] / (executions + 1.0)
+        volume[changed[k]] = 0.0
         np.testing.assert_allclose(r.read["volume"][k + 1], np.minimum(volume, 6000.0), **exact)
-        since = np.where(executions > 0.0, 0.0, since + 1.0)
+        since = np.where((executions > 0.0) | changed[k], 0.0, since + 1.0)
         np.testing.assert_allclose(r.read["blocks_since_dress"][k + 1], since, **exact)
     left = (r.task.blocks - np.arange(r.task.blocks + 1)) / r.task.blocks
     np.testing.assert_allclose(r.read["remaining"], np.repeat(left[:, None], N, axis=1), **exact)
@@ -134,27 +150,72 @@ def test_book_keeping_is_exact(name: str) -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_the_coming_block_is_announced(name: str) -> None:
     r = run(name)
-    order = [r.task.kinds[r.task.kind_of_block(k)] for k in range(r.task.blocks)]
-    for k, kind in enumerate(order):
-        for reading, value in (
-            ("pick", kind.pick),
-            ("width", kind.width),
-            ("length", kind.length),
-            ("sparkout", kind.sparkout),
-            ("roughness_limit", kind.roughness_limit),
-            ("tolerance", kind.tolerance),
-            ("scrap", kind.scrap),
-        ):
-            np.testing.assert_allclose(r.read[reading][k], value, rtol=1e-6, err_msg=reading)
-        np.testing.assert_allclose(r.read["stock"][k], r.tape.gauged[:, k] / kind.stock, rtol=1e-6)
-        np.testing.assert_array_equal(r.read["new_lot"][k], r.tape.new_lot[:, k])
-        if len(r.task.kinds) > 1:
-            following = order[k + 1].name if k + 1 < len(order) else ""
-            for other in r.task.kinds:
-                assert (r.read[f"coming_{other.name}"][k] == (other is kind)).all()
-                assert (r.read[f"following_{other.name}"][k] == (other.name == following)).all()
-    for reading in ("pick", "width", "length", "sparkout", "stock", "roughness_limit", "tolerance", "scrap"):
+    announced = {
+        **{
+            field: r.of_kind(field) for field in ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance")
+        },
+        "scrap": r.of_kind("scrap"),
+        "stock": r.tape.gauged.T / r.of_kind("stock"),
+        "new_lot": r.tape.new_lot.T,
+    }
+    for reading, values in announced.items():
+        np.testing.assert_allclose(r.read[reading][:-1], values, rtol=1e-6, err_msg=reading)
         assert (r.read[reading][-1] == 0.0).all(), reading
+    kinds = r.task.kinds
+    shown = {entry for entry in r.read if entry.startswith(("coming_", "following_", "material_"))}
+    for number, kind in enumerate(kinds if len(kinds) > 1 else ()):
+        coming, following = r.read[f"coming_{kind.name}"], r.read[f"following_{kind.name}"]
+        np.testing.assert_array_equal(coming[:-1], r.kinds == number)
+        np.testing.assert_array_equal(following[:-2], r.kinds[1:] == number)
+        assert (coming[-1] == 0.0).all() and (following[-2:] == 0.0).all()
+        shown -= {f"coming_{kind.name}", f"following_{kind.name}"}
+    names = {kind.material for kind in kinds}
+    for material in names if len(names) > 1 else ():
+        of_it = np.array([kind.material == material for kind in kinds])[r.kinds]
+        np.testing.assert_array_equal(r.read[f"material_{material}"][:-1], of_it)
+        assert (r.read[f"material_{material}"][-1] == 0.0).all()
+        shown.discard(f"material_{material}")
+    assert not shown
+
+
+def test_readings_that_mean_nothing_in_a_task_are_left_out() -> None:
+    plain = "mean_power first_power peak_power last_speed last_executions last_pick last_width size_error roughness"
+    plain += " parts_since_gauged volume blocks_since_dress dresses diameter pick width length sparkout stock"
+    plain += " roughness_limit tolerance scrap new_lot remaining"
+    further = {
+        "slot": "",
+        "power_limited": "",
+        "oracle6": "coming_plate coming_gauge following_plate following_gauge",
+        "wide_rails": "coming_rough coming_finish following_rough following_finish",
+        "blades": "coming_rough coming_finish following_rough following_finish",
+        "CBN": "executions_left coming_rough coming_finish following_rough following_finish",
+        "job_shop": "coming_gauge coming_plate coming_wear_plate following_gauge following_plate following_wear_plate"
+        " material_aisi_1020 material_aisi_52100",
+    }
+    further["rush"] = "time_to_due slack " + further["job_shop"]
+    assert sorted(further) == sorted(task_names())
+    for name, more in further.items():
+        task = load_task(name)
+        assert [entry.name for entry in Simulation(task).entries] == f"{plain} {more}".split()
+        dressed = [entry.name for entry in Simulation(task, pre_dress=True).entries]
+        assert dressed[24] == "last_pre_dress" and [*dressed[:24], *dressed[25:]] == f"{plain} {more}".split()
+
+
+def test_a_pre_dress_is_remembered_for_one_block() -> None:
+    env = gym.make("grind/PowerLimited-v0", predress=True, observation="full").unwrapped
+    env.reset(seed=0)
+    for wanted, D in ((1.0, 1), (0.0, 0), (1.0, 0)):
+        action = env.codec.encode([9000.0], [D], [wanted])[0]
+        stock = env.episodes.tape[0, env.episodes.block[0], TapeRow._fields.index("stock")]
+        before = physical(env.simulation.observe(env.episodes)[0], env.simulation.entries)
+        observation, *_, info = env.step(action)
+        seen = physical(observation, env.simulation.entries)
+        assert seen["last_pre_dress"] == info["predress"] == wanted
+        assert seen["dresses"] == pytest.approx(before["dresses"] + D + wanted)
+        # of D executions the last one stands at the depth D/(D + 1); a pre-dress alone before all of it
+        left = stock * 300.0 / (D + 1.0) + (0.0 if D + wanted > 0.0 else before["volume"])
+        assert seen["volume"] == pytest.approx(left, rel=1e-5)
+        assert info["block"].startswith("G82.1 " if wanted else "G82 ")
 
 
 @pytest.mark.parametrize("name", task_names())
@@ -169,20 +230,22 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
         ("dressed_density", r.wheels.Cd),
     ):
         np.testing.assert_allclose(r.read[reading], true, rtol=1e-5, atol=1e-7, err_msg=reading)
+    changes = np.cumsum(r.outcome.change_cost > 0.0, axis=0)
+    spare = np.concatenate([np.zeros((1, N)), changes[:-1]]) > 0.0
     for reading, factor in (
-        ("growth", r.tape.kA),
-        ("pressure", r.tape.pm),
-        ("fracture", r.tape.fc),
-        ("wear", r.tape.Gref),
-        ("convection", r.tape.hf),
-        ("roughness_scale", r.tape.ra_scale),
+        ("growth", np.where(spare, r.tape.spare_kA.T, r.tape.kA.T)),
+        ("pressure", r.tape.pm.T),
+        ("fracture", r.tape.fc.T),
+        ("wear", r.tape.Gref.T),
+        ("convection", r.tape.hf.T),
+        ("roughness_scale", np.where(spare, r.tape.spare_ra_scale.T, r.tape.ra_scale.T)),
     ):
-        np.testing.assert_allclose(r.read[reading][:-1], factor.T, rtol=1e-6, err_msg=reading)
+        np.testing.assert_allclose(r.read[reading][:-1], np.minimum(factor, 11.0), rtol=1e-6, err_msg=reading)
 
 
 def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
     for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.022, 150.0)):
-        env = native(f"grind/{name.title().replace('_', '')}-v0", 50, AutoresetMode.SAME_STEP, observation="full")
+        env = native(environment_id(name), 50, AutoresetMode.SAME_STEP, observation="full")
         entries = env.unwrapped.observation_info()
         rows = [env.reset(seed=0)[0]]
         for action in actions(60, 50):
@@ -203,10 +266,11 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
     r = run(name)
-    lengths = np.array([r.task.kinds[r.task.kind_of_block(k)].length for k in range(r.task.blocks)])[:, None]
-    removed = (r.tape.stock.T - r.outcome.size_error / 1000.0) * lengths
+    # what a rough block leaves, the lag, the finish block after it grinds off
+    lag = np.concatenate([np.zeros((1, N)), r.outcome.size_error[:-1]]) * ~r.of_kind("starts_part")
+    removed = (r.tape.stock.T - (r.outcome.size_error - lag) / 1000.0) * r.of_kind("length")
     gained = r.wheels.V[1:] - r.wheels.V[:-1]
-    undressed = r.executions == 0.0
+    undressed = (r.executions == 0.0) & (r.outcome.change_cost == 0.0)
     np.testing.assert_allclose(gained[undressed], removed[undressed], rtol=1e-9)
     assert undressed.any()
 
@@ -214,7 +278,7 @@ def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
     measured, full = (Simulation(load_task(name), full=value) for value in (False, True))
-    hidden = set(Readings._fields[HIDDEN:])
+    hidden = set(HIDDEN)
     names = [entry.name for entry in measured.entries]
     assert hidden.isdisjoint(names)
     assert [entry.name for entry in full.entries if entry.name not in hidden] == names
@@ -223,7 +287,7 @@ def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
     episodes = start(measured, 5)
     _, _, before = rollout(measured, start(measured, 5), 9000.0, 1.0)
     # other wheels and lots look the same until they are ground
-    visible = ("kind", "stock", "gauged", "new_lot")
+    visible = ("kind", "stock", "gauged", "new_lot", "material", "due", "work", "is_due")
     for k, field in enumerate(TapeRow._fields):
         if field not in visible:
             episodes.tape[:, :, k] *= 1.3
@@ -248,5 +312,5 @@ def test_physical_inverts_the_scaling(name: str) -> None:
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:
     r = run("power_limited")
-    shown = r.observations[:, :, :HIDDEN]
+    shown = r.observations[:, :, : -len(HIDDEN)]
     assert np.abs(np.percentile(shown, [5, 50, 95], axis=(0, 1))).max() <= 3.0

@@ -7,9 +7,19 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, VectorEnv
 
-from tests.envs.harness import IDS, MODES, Array, actions, assert_same, native, sync
-
-BLOCKS = {"grind/Oracle6-v0": 6, "grind/PowerLimited-v0": 60}
+from tests.envs.harness import (
+    BLOCKS,
+    FORMS,
+    IDS,
+    MODES,
+    Array,
+    actions,
+    assert_same,
+    native,
+    rows_of,
+    sampled,
+    sync,
+)
 
 
 def masked_reset(env: VectorEnv, mask: list[bool], seed: Any = None) -> Any:
@@ -25,14 +35,12 @@ def both(a: VectorEnv, b: VectorEnv, call: Any) -> Any:
 
 
 @pytest.mark.parametrize("observation", ["measured", "full"])
-@pytest.mark.parametrize("show_block", [False, True])
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("env_id", IDS)
-def test_native_and_sync_give_the_same_bits(
-    env_id: str, mode: AutoresetMode, show_block: bool, observation: str
-) -> None:
+def test_native_and_sync_give_the_same_bits(env_id: str, mode: AutoresetMode, observation: str) -> None:
     n, steps = 4, 2 * BLOCKS[env_id] + 7
-    kwargs = {"show_block": show_block, "observation": observation}
+    # of the six combinations each id has three with the blocks shown
+    kwargs = {"show_block": (observation == "full") ^ (mode == MODES[0]), "observation": observation}
     a, b = native(env_id, n, mode, **kwargs), sync(env_id, n, mode, **kwargs)
     plan = actions(steps, n)
     both(a, b, lambda env: env.reset(seed=5))
@@ -75,6 +83,27 @@ def test_single_and_native_give_the_same_bits(env_id: str) -> None:
             stepped = vector.step(action)
             for i, env in enumerate(singles):
                 assert_same(row_of(stepped, i), env.step(action[i]))
+
+
+@pytest.mark.parametrize("predress", [False, True])
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Blades-v0"])
+def test_every_form_of_action_is_the_same_in_all_envs(env_id: str, form: str, predress: bool) -> None:
+    n, kwargs = 3, {"action": form, "predress": predress}
+    plan = sampled(env_id, BLOCKS[env_id] + 3, n, **kwargs)
+    vector, other = native(env_id, n, **kwargs), sync(env_id, n, **kwargs)
+    singles = [gym.make(env_id, show_block=False, **kwargs) for _ in range(n)]
+    both(vector, other, lambda env: env.reset(seed=1))
+    for i, env in enumerate(singles):
+        env.reset(seed=1 + i)
+    dressed = 0.0
+    for k, batch in enumerate(plan):
+        stepped = both(vector, other, lambda env, batch=batch: env.step(batch))
+        if k < BLOCKS[env_id]:
+            for i, (env, action) in enumerate(zip(singles, rows_of(batch, n), strict=True)):
+                assert_same(row_of(stepped, i), env.step(action))
+            dressed += stepped[4]["predress"].sum() if predress else 0.0
+    assert (dressed > 0.0) == predress
 
 
 def row_of(stepped: Any, i: int) -> Any:

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -7,8 +8,9 @@ import pytest
 from grind_env.envs import names, tasks
 from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import TaskError, load_task, task_names
+from grind_env.envs.tasks import Kind, Orders, Task, TaskError, load_task, task_names
 
+DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
 
 
@@ -23,11 +25,12 @@ def test_every_task_loads_and_has_its_id(name: str) -> None:
 def test_ids_are_camel_case() -> None:
     assert environment_id("power_limited") == "grind/PowerLimited-v0"
     assert environment_id("oracle6") == "grind/Oracle6-v0"
+    assert environment_id("CBN") == "grind/CBN-v0"
 
 
 def test_an_unknown_task_is_refused() -> None:
-    with pytest.raises(TaskError, match=r"'slot'.*oracle6, power_limited"):
-        load_task("slot")
+    with pytest.raises(TaskError, match=r"'slots'.*oracle6, power_limited, rush, slot"):
+        load_task("slots")
 
 
 @pytest.mark.parametrize(
@@ -53,6 +56,18 @@ def test_an_unknown_task_is_refused() -> None:
         ("[spread]", "[factors]\nka_factor = 2.0\n\n[spread]", ["[factors]", "there is no ka_factor"]),
         ("[spread]", "[start]\nwear = 0.1\n\n[spread]", ["[start]", "there is no wear"]),
         ("blocks = 60", "blocks = ", ["TOML"]),
+        ('sequence = ["plate"]', "", ["sequence", "[orders]"]),
+        ("[spread]", "[orders]\nmost_parts = 2\n\n[spread]", ["sequence", "[orders]"]),
+        (
+            'sequence = ["plate"]\nreference_cost = 4.20',
+            "orders = {most_parts = 0}\nreference_cost = 4.20",
+            ["most_parts"],
+        ),
+        ('name = "plate"', 'name = "plate"\nends_part = false', ["sequence", "whole parts"]),
+        ('name = "plate"', 'name = "plate"\nstarts_part = false', ["sequence", "whole parts"]),
+        ("[spread]", DUE.replace("blocks = 6", "blocks = 7"), ["[due]", "7", "60"]),
+        ("[spread]", DUE.replace("late = 1.0", ""), ["[due]", "late is missing"]),
+        ("[spread]", "[wheel_change]\nprice = 1.0\n\n[spread]", ["[wheel_change]", "seconds is missing"]),
     ],
 )
 def test_a_slip_in_a_task_file_is_named(
@@ -95,3 +110,70 @@ def test_oracle6_has_the_published_start() -> None:
     assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
     assert task.parameters(task.kinds[0]).kA == pytest.approx(2.5 * 1.24e-6)
     assert not any(getattr(task.spread, name) for name in task.spread.__slots__)
+
+
+def test_a_task_of_orders_has_whole_parts_only() -> None:
+    task = load_task("wide_rails")
+    with pytest.raises(TaskError, match=r"\[orders\]: a rough is no whole part"):
+        replace(task, sequence=(), orders=Orders(most_parts=8))
+
+
+def published(task: Task) -> list[tuple[object, ...]]:
+    """The kinds of a task in the order of the table of scenarios, section 4.1."""
+
+    def row(k: Kind) -> tuple[object, ...]:
+        return (k.material, k.stock, k.pick, k.sparkout, k.width, k.length, k.roughness_limit, k.tolerance)
+
+    return [(*row(kind), kind.rise_allowance, kind.scrap, kind.least_stock) for kind in task.kinds]
+
+
+GAUGE = ("aisi_52100", 0.06, 0.006, 4, 20, 200, 0.32, 5, 0, 60, 0.5)
+PLATE = ("aisi_52100", 0.20, 0.010, 2, 25, 200, 0.50, 9, 0, 40, 0.5)
+WEAR_PLATE = ("aisi_1020", 0.40, 0.020, 1, 20, 200, 1.0, 18, 0, 25, 0.5)
+BLADE = ("inconel_718", 0.16, 0.010, 0, 20, 200, 0, 0, 150, 120, 0.4)
+CBN_ROUGH = ("inconel_718", 0.20, 0.010, 0, 20, 200, 0, 0, 150, 200, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        ("slot", [("aisi_52100", 1.6, 0.016, 4, 20, 200, 0.50, 12, 0, 40, 0.4)]),
+        ("job_shop", [GAUGE, PLATE, WEAR_PLATE]),
+        ("rush", [GAUGE, PLATE, WEAR_PLATE]),
+        ("power_limited", [("aisi_52100", 0.30, 0.020, 1, 50, 300, 1.0, 20, 150, 60, 0.4)]),
+        (
+            "wide_rails",
+            [
+                ("aisi_52100", 0.30, 0.015, 0, 60, 300, 0, 0, 150, 80, 0.4),
+                ("aisi_52100", 0.03, 0.005, 2, 60, 300, 0.45, 7, 0, 80, 0.4),
+            ],
+        ),
+        ("blades", [BLADE, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.50, 9, 0, 120, 0.4)]),
+        ("CBN", [CBN_ROUGH, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.36, 8, 0, 200, 0.4)]),
+    ],
+)
+def test_the_blocks_are_those_published(name: str, kinds: list[tuple[object, ...]]) -> None:
+    assert published(load_task(name)) == kinds
+
+
+@pytest.mark.parametrize(
+    ("name", "speeds", "executions", "rpm", "stiffness", "width"),
+    [
+        ("slot", (6.0, 30.0), 4, 1909.86, 20_000, 25),
+        ("job_shop", (3.0, 30.0), 3, 1909.86, 20_000, 25),
+        ("rush", (3.0, 30.0), 3, 1909.86, 20_000, 25),
+        ("power_limited", (3.0, 30.0), 3, 1909.86, 50_000, 65),
+        ("wide_rails", (3.0, 30.0), 3, 1909.86, 50_000, 65),
+        ("blades", (3.0, 30.0), 3, 1591.55, 20_000, 25),
+        ("CBN", (3.0, 30.0), 3, 2228.17, 20_000, 25),
+    ],
+)
+def test_the_set_ups_are_those_published(
+    name: str, speeds: tuple[float, float], executions: int, rpm: float, stiffness: float, width: float
+) -> None:
+    task = load_task(name)
+    p = task.parameters(task.kinds[0])
+    assert (task.action.speed_range, task.action.executions) == (speeds, executions)
+    assert 60.0 * task.wheel_revolutions == pytest.approx(rpm, rel=1e-5)
+    assert (p.ke, p.bs, task.machine.power_limit) == (stiffness, width, 7500.0)
+    assert p.dd == (0.005 if name == "CBN" else 0.010)

@@ -48,9 +48,10 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
         assert view.wheel.ds == pytest.approx(float(seen["diameter"]), abs=1e-3)
         assert pytest.approx(float(seen["wear_flat"]), abs=1e-6) == view.wheel.A
         assert view.part.stock == coming.stock == coming.left
-        # the word Y of the block is the depth of a part that was touched off at 0
-        assert float(view.text.split(" Y-")[1].split()[0]) == pytest.approx(view.part.stock, abs=5e-4)
-        assert 0.0 < view.part.left < 0.2 * view.part.stock
+        # the word Y of the block is the depth below the surface touched off, which a finish block finds ground
+        depth = float(view.text.split(" Y-")[1].split()[0]) - env.blocks[-1].surface
+        assert depth == pytest.approx(view.part.stock, abs=5e-4)
+        assert 0.0 < view.part.left < 0.5 * view.part.stock
 
 
 def env_outcome(row):

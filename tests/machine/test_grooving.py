@@ -13,7 +13,7 @@ from grind_env.machine.grind import GrindingError
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job_file import load_job
-from tests.machine.harness import CATALOGUE, DRESS, job, run
+from tests.machine.harness import CATALOGUE, job, run
 
 LENGTH, WIDTH = 100.0, 25.0
 """Ground length and width of the wheel a60j, mm."""
@@ -269,15 +269,6 @@ def test_a_wheel_that_does_not_survive_is_refused() -> None:
 def test_a_program_without_stroke_or_groove_is_refused() -> None:
     with pytest.raises(GrindingError, match=r"makes no stroke and no groove; .* G76 or G77 cuts grooves"):
         run(START + "M30\n", groove_job())
-
-
-def test_a_groove_in_a_dress_program_is_none_of_the_part() -> None:
-    dress = DRESS.replace("N10 M99", "G18 G77 X-121. I2. D0 F60.\nG19 M99").replace("O9100", "O9200")
-    cycle = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82.1 X130. I-30. Y-.02 J-.01 F60. E12000. P9200\nM30\n"
-    record = run(cycle + dress, groove_job(surface=0.0), control=CONTROL)
-    assert list(record.dresses["program"]) == [9200]
-    assert record.parts["infeeds"][0] == 0
-    assert (record.strokes["groove"] == 0).all()
 
 
 def test_the_key_of_the_job_file(tmp_path: Path) -> None:

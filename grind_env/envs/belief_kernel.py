@@ -1,0 +1,264 @@
+"""The compiled loop of the ensemble filter in `belief.py`: grind, adjust, draw a new lot, summarise."""
+
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.belief_rows import (
+    LOT,
+    WHEEL,
+    Belief,
+    Hidden,
+    Signals,
+    factors,
+    log_growth,
+    log_pressure,
+    read_hidden,
+    read_signals,
+    write_belief,
+)
+from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR
+from grind_env.envs.rows import KindRow, Shop
+from grind_env.envs.step import (
+    CYCLE_FIELDS,
+    PARAMETER_COLUMNS,
+    STROKE_FIELDS,
+    WEAR,
+    cycle_of,
+    read_kind,
+    read_parameters,
+    read_part,
+    read_result,
+    read_row,
+    read_wheel,
+    write_cycle,
+    write_part,
+    write_wheel,
+)
+from grind_env.envs.tape import FACTORS, TapeRow
+from grind_env.kernel import entry, exp, log
+from grind_env.machine.block import run_blocks
+from grind_env.machine.cycle import CycleResult, PartState, dress_lead
+from grind_env.process.cost import Limits, survival
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
+
+HIGHEST_READING = 5.0
+"""Range of a power sensor, in power limits of the spindle (see `observations.readings`)."""
+SMALLEST_POWER = 1.0
+"""W; added where a logarithm is taken of a power that may be 0."""
+LEAST_VARIANCE = 1e-18
+"""An ensemble that agrees to within this learns nothing from a reading."""
+NEW_WHEEL = 1.0
+"""mm by which the diameter has to grow from block to block for the wheel to be another."""
+AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
+FLAT_LIMIT = StrokeParameters._fields.index("Amax")
+RESULT_FIELDS = len(CycleResult._fields)
+
+
+@entry
+def prepare(
+    kind: KindRow,
+    base: Any,
+    row: TapeRow,
+    seen: Signals,
+    shop: Shop,
+    sigmas: Hidden,
+    ageing: float,
+    ground: float,
+    hidden: Any,
+    wheels: Any,
+    parts: Any,
+    cycles: Any,
+    parameters: Any,
+) -> None:
+    """Write cycle and parameters of every member of an episode, and touch off."""
+    for m in range(hidden.shape[0]):
+        wheels[m, WEAR] = 0.0
+        if kind.starts_part > 0.0:
+            write_part(parts, m, PartState(0.0, 0.0, INITIAL_ROUGHNESS))
+        cycle = cycle_of(kind, row, read_part(parts, m), seen.speed, seen.executions, shop, seen.pre_dress)
+        write_cycle(cycles, m, cycle)
+        parameters[m] = base
+        values = factors(read_hidden(hidden, m), sigmas, ageing, ground)
+        for k in range(len(FACTORS)):
+            parameters[m, PARAMETER_COLUMNS[k]] *= values[k]
+
+
+@entry
+def adjust(states: Any, row: int, reading: float, sigma: float) -> None:
+    """Adjust an ensemble to one reading with normal noise (ensemble adjustment Kalman filter, Anderson 2001).
+
+    The members keep their order: the predicted readings get the mean and the spread of their posterior, and every
+    other quantity moves with them along its regression line.
+
+    Args:
+        states: one quantity a row, one member a column; updated.
+        row: the row that holds what the members predict of the reading.
+        reading: what was read, in the unit of that row.
+        sigma: standard deviation of its noise.
+    """
+    members = states.shape[1]
+    predicted = states[row].copy()
+    mean = np.mean(predicted)
+    squares = 0.0
+    for m in range(members):
+        predicted[m] -= mean
+        squares += predicted[m] * predicted[m]
+    variance = squares / (members - 1.0)
+    if variance <= LEAST_VARIANCE:
+        return
+    gain = variance / (variance + sigma * sigma)
+    shift, shrink = gain * (reading - mean), np.sqrt(1.0 - gain) - 1.0
+    for k in range(states.shape[0]):
+        products = 0.0
+        for m in range(members):
+            products += predicted[m] * states[k, m]
+        slope = products / squares
+        for m in range(members):
+            states[k, m] += slope * (shift + shrink * predicted[m])
+
+
+@entry
+def learn(
+    kind: KindRow,
+    seen: Signals,
+    noise: float,
+    highest: float,
+    results: Any,
+    wheels: Any,
+    hidden: Any,
+) -> float:
+    """Adjust the members of an episode to what was measured; the probability that the block burnt the part."""
+    members, columns = hidden.shape
+    area, rise, power = columns, columns + 1, columns + 2
+    states = np.empty((columns + 5, members))
+    for m in range(members):
+        result = read_result(results, m)
+        states[:columns, m] = hidden[m]
+        states[area, m] = log(wheels[m, AREA])
+        states[rise, m] = result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
+        states[power, m] = log(result.last_power / max(result.last_count, 1.0) + SMALLEST_POWER)
+        states[power + 1, m] = log(result.first_power / max(result.first_count, 1.0) + SMALLEST_POWER)
+        states[power + 2, m] = log(result.peak_power + SMALLEST_POWER)
+    readings = (seen.mean_power, seen.first_power, seen.peak_power)
+    for k in range(3):
+        # 0 says that there was nothing to read, and at the end of its range the sensor says too little
+        if (readings[k] > 0.0) & (readings[k] < HIGHEST_READING * kind.power):
+            expected = exp(np.mean(states[power + k]))
+            sigma = noise * (POWER_NOISE + POWER_NOISE_FLOOR / expected)
+            adjust(states, power + k, log(readings[k] + SMALLEST_POWER), sigma)
+    burnt = 0.0
+    limits = Limits(kind.rise, kind.power, 0.0, 0.0)
+    for m in range(members):
+        hidden[m] = states[:columns, m]
+        wheels[m, AREA] = min(exp(states[area, m]), highest)
+        burnt += (1.0 - survival(states[rise, m], 0.0, 0.0, 0.0, limits)) / members
+    return burnt
+
+
+@entry
+def mount(diameter: float, shop: Shop, p: StrokeParameters, wheels: Any) -> None:
+    """Put a new, dressed wheel of that diameter, mm, in every member; the diamond stays."""
+    for m in range(wheels.shape[0]):
+        old = read_wheel(wheels, m)
+        write_wheel(
+            wheels, m, dressed_wheel(diameter, old.wd, dress_lead(old, shop.dress_feed, p), shop.dress_depth, p)
+        )
+
+
+@entry
+def summarise(wheels: Any, hidden: Any, sigmas: Hidden, burnt: float) -> Belief:
+    """Means and spreads over the members of an episode."""
+    members = hidden.shape[0]
+    growth, pressure = np.empty(members), np.empty(members)
+    for m in range(members):
+        z = read_hidden(hidden, m)
+        growth[m] = log_growth(z, sigmas)
+        pressure[m] = log_pressure(z, sigmas)
+    area = wheels[:, AREA]
+    return Belief(
+        np.mean(area), np.std(area), np.mean(growth), np.std(growth), np.mean(pressure), np.std(pressure), burnt
+    )
+
+
+@entry
+def follow(
+    kinds: Any,
+    base: Any,
+    shop: Shop,
+    sigmas: Hidden,
+    ageing: float,
+    noise: float,
+    draws: Any,
+    rows: Any,
+    last_kind: Any,
+    signals: Any,
+    chosen: Any,
+    fresh: Any,
+    updates: Any,
+    ground: Any,
+    wheels: Any,
+    parts: Any,
+    hidden: Any,
+    beliefs: Any,
+) -> None:
+    """Take in what was measured after the last block of the episodes in `chosen`.
+
+    Args:
+        kinds: `rows.kind_table`.
+        base: `rows.parameter_table`.
+        shop: numbers of the task.
+        sigmas: scales of the hidden numbers.
+        ageing: nominal log convection that the coolant loses with every part.
+        noise: factor on the noise of the sensors.
+        draws: standard normal numbers, shape (any, M, fields of `Hidden`).
+        rows: the last blocks, shape (N, fields of `TapeRow`); only the stock is read.
+        last_kind: their rows in `kinds`, shape (N,).
+        signals: shape (N, fields of `Signals`).
+        chosen: indices of the episodes to update.
+        fresh: the episodes that begin, and have ground nothing yet, shape (N,).
+        updates: updates so far, shape (N,); counted up.
+        ground: parts ground so far, shape (N,), float64; counted up.
+        wheels: shape (N, M, fields of `WheelState`); updated, like the next three.
+        parts: shape (N, M, fields of `PartState`).
+        hidden: shape (N, M, fields of `Hidden`).
+        beliefs: shape (N, fields of `Belief`).
+    """
+    members, highest = hidden.shape[1], base[0, FLAT_LIMIT]
+    cycles, parameters = np.empty((members, CYCLE_FIELDS)), np.empty((members, base.shape[1]))
+    results, unlogged = np.empty((members, RESULT_FIELDS)), np.empty((members, 0, STROKE_FIELDS))
+    order = np.arange(members)
+    for i in chosen:
+        seen, number = read_signals(signals, i), last_kind[i]
+        kind, burnt = read_kind(kinds, number), 0.0
+        if not fresh[i]:
+            row = read_row(rows, i)
+            prepare(
+                kind,
+                base[number],
+                row,
+                seen,
+                shop,
+                sigmas,
+                ageing,
+                ground[i],
+                hidden[i],
+                wheels[i],
+                parts[i],
+                cycles,
+                parameters,
+            )
+            run_blocks(cycles, parameters, wheels[i], parts[i], results, unlogged, order, 0, 1)
+            burnt = learn(kind, seen, noise, highest, results, wheels[i], hidden[i])
+            sample = draws[(updates[i] + 1) % draws.shape[0]]
+            if seen.diameter > wheels[i, 0, DIAMETER] + NEW_WHEEL:
+                mount(seen.diameter, shop, read_parameters(base, number), wheels[i])
+                hidden[i, :, WHEEL] = sample[:, WHEEL]
+            if seen.new_lot > 0.5:
+                hidden[i, :, LOT:] = sample[:, LOT:]
+            ground[i] += kind.ends_part
+        wheels[i, :, DIAMETER] = seen.diameter
+        write_belief(beliefs, i, summarise(wheels[i], hidden[i], sigmas, burnt))
+        updates[i] += 1

@@ -1,0 +1,99 @@
+"""What the ensemble filter in `belief.py` assumes, reads and believes, as named tuples of floats."""
+
+import math
+from typing import Any, NamedTuple
+
+from grind_env.envs.tape import CUT
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.rows import column_reader, column_writer
+
+
+class Hidden(NamedTuple):
+    """What a member of the ensemble assumes, as standard normal numbers; their scales are a `Hidden` too."""
+
+    wheel_growth: float
+    fracture_force: float
+    g_ratio: float
+    convection: float
+    coolant_ageing: float
+    lot_growth: float
+    lot_pressure: float
+
+
+class Signals(NamedTuple):
+    """What the filter reads, in physical units."""
+
+    mean_power: Any
+    first_power: Any
+    peak_power: Any
+    speed: Any
+    """E of the last block, mm/min."""
+    executions: Any
+    """D of the last block."""
+    pre_dress: Any
+    """1 if the last block began with a dress."""
+    diameter: Any
+    new_lot: Any
+
+
+class Belief(NamedTuple):
+    """What is believed of the wheel now and of the lot of the coming block; each shape (N,)."""
+
+    wear_flat: Any
+    """Mean of the wear-flat area A."""
+    wear_flat_spread: Any
+    """Standard deviation, like the next two of that name."""
+    growth: Any
+    """Mean log of the factor on wear-flat growth: the severity of the lot and the wheel."""
+    growth_spread: Any
+    pressure: Any
+    """Mean log of the factor on the wear-flat pressure."""
+    pressure_spread: Any
+    burnt: Any
+    """Probability that the last block burnt the part."""
+
+
+WHEEL = Hidden._fields.index("wheel_growth")
+"""The hidden number of the wheel at hand; a new wheel draws it anew."""
+LOT = Hidden._fields.index("lot_growth")
+"""The hidden numbers from here on belong to the lot."""
+
+read_signals, read_hidden, write_belief = column_reader(Signals), column_reader(Hidden), column_writer(Belief)
+
+
+@inlined
+def cut(z: float) -> float:
+    """A standard normal number as the episodes draw it."""
+    return min(max(z, -CUT), CUT)
+
+
+@inlined
+def log_growth(z: Hidden, sigmas: Hidden) -> float:
+    """Log of the factor on wear-flat growth."""
+    return sigmas.wheel_growth * cut(z.wheel_growth) + sigmas.lot_growth * cut(z.lot_growth)
+
+
+@inlined
+def log_pressure(z: Hidden, sigmas: Hidden) -> float:
+    """Log of the factor on the wear-flat pressure."""
+    return sigmas.lot_pressure * cut(z.lot_pressure)
+
+
+@inlined
+def log_convection(z: Hidden, sigmas: Hidden, ageing: float, parts: float) -> float:
+    """Log of the factor on the convection; the coolant ages with every part, at a rate evenly spread about `ageing`."""
+    rate = ageing * (1.0 + sigmas.coolant_ageing * cut(z.coolant_ageing) / math.sqrt(3.0))
+    return sigmas.convection * cut(z.convection) - rate * parts
+
+
+@inlined
+def factors(z: Hidden, sigmas: Hidden, ageing: float, parts: float) -> tuple[float, float, float, float, float, float]:
+    """The factors of a member in the order of `FACTORS`; none on the roughness, which power does not show."""
+    return (
+        exp(log_growth(z, sigmas)),
+        exp(log_pressure(z, sigmas)),
+        exp(log_convection(z, sigmas, ageing, parts)),
+        exp(sigmas.fracture_force * cut(z.fracture_force)),
+        exp(sigmas.g_ratio * cut(z.g_ratio)),
+        1.0,
+    )

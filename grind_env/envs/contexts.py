@@ -1,0 +1,220 @@
+"""What a user fixes of an episode: a context of named factors, and the split that the other factors are drawn from.
+
+`env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "train"})` fixes the factors named and
+draws the rest from the training split. Both hold for later episodes too, until a reset names others; None takes a
+context or a split away again. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to chance. For the
+vector environment either may be a list, one entry for each sub-environment. A material is seen in the observation
+only where the task has several.
+
+Splits hold out ranges of the factors: the distribution of every log-normal factor (lot, wheel, coolant) is cut into ten
+ranges of equal probability, and an episode of a split draws its factors from the ranges of `SPLITS` only. So every
+single lot, wheel and coolant of a test episode is new to an agent that was trained on the training split, while all
+splits reach over the same span. A split is no split of seeds: a seed still makes one episode, in each split another.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.tasks import Task, TaskError
+from grind_env.errors import GrindError
+from grind_env.process.catalogue import load_catalogue
+
+SPLITS: Mapping[str, tuple[int, ...]] = {"train": (0, 3, 4, 5, 6, 9), "validation": (2, 7), "test": (1, 8)}
+"""Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each."""
+RANGES = 10
+
+NORMAL = np.linspace(-5.0, 5.0, 2001)
+"""Standard normal numbers at which the probability below is tabulated."""
+PROBABILITY = np.round([NormalDist().cdf(z) for z in NORMAL.tolist()], 12)
+
+
+class ContextError(GrindError):
+    """A context or a split that the task does not have."""
+
+
+class Fixed(NamedTuple):
+    """What a context fixes, one number each; NaN for what is drawn."""
+
+    material: float = math.nan
+    """Index into `materials()` of the material of all kinds."""
+    stock: float = math.nan
+    kA: float = math.nan
+    pm: float = math.nan
+    wheel_kA: float = math.nan
+    ra_scale: float = math.nan
+    fc: float = math.nan
+    Gref: float = math.nan
+    hf: float = math.nan
+    coolant_ageing: float = math.nan
+    diamond_flat: float = math.nan
+    executions_left: float = math.nan
+    slack: float = math.nan
+    noise: float = math.nan
+
+
+FREE = Fixed()
+"""Everything is drawn."""
+
+
+class Factor(NamedTuple):
+    """A number that a context can fix."""
+
+    low: float
+    high: float
+    nominal: float
+    meaning: str
+
+
+FACTORS: Mapping[str, Factor] = {
+    "stock": Factor(0.3, 3.0, 1.0, "stock of every part over the nominal one"),
+    "kA": Factor(0.05, 20.0, 1.0, "factor of every lot on the wear-flat growth"),
+    "pm": Factor(0.2, 5.0, 1.0, "factor of every lot on the wear-flat pressure"),
+    "wheel_kA": Factor(0.05, 20.0, 1.0, "factor of every wheel on the wear-flat growth"),
+    "ra_scale": Factor(0.2, 5.0, 1.0, "factor of every wheel on the roughness"),
+    "fc": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the fracture force, its grade"),
+    "Gref": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the G-ratio"),
+    "hf": Factor(0.05, 20.0, 1.0, "factor on the convection of the coolant"),
+    "coolant_ageing": Factor(0.0, 20.0, 1.0, "factor on the ageing rate of the coolant"),
+    "diamond_flat": Factor(0.0, 0.5, 0.0, "wear flat of the diamond at the start, mm"),
+    "executions_left": Factor(0.0, 1000.0, math.nan, "dress executions left at the start, where the task draws them"),
+    "slack": Factor(0.1, 10.0, 1.0, "time to each due date over the nominal time"),
+    "noise": Factor(0.0, 10.0, 0.0, "factor on the noise of all readings and of the pre-gauged stock"),
+}
+"""The numbers of a context; `material` and `sequence` are names."""
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What is given of an episode before the rest is drawn.
+
+    Attributes:
+        fixed: numbers of the context.
+        kinds: index of the kind of every block, shape (blocks,); None if the task decides.
+        ranges: of the split; empty for the whole distribution.
+    """
+
+    fixed: Fixed = FREE
+    kinds: tuple[int, ...] | None = None
+    ranges: tuple[int, ...] = ()
+
+
+def materials() -> list[str]:
+    """Names of the materials that a context can choose: those of the built-in catalogue."""
+    return sorted(load_catalogue().materials)
+
+
+def nominal_context(task: Task) -> dict[str, Any]:
+    """The context that fixes everything at its nominal value: the deterministic task."""
+    left = task.start.executions_left
+    nominal: dict[str, Any] = {name: factor.nominal for name, factor in FACTORS.items() if name != "executions_left"}
+    if left is not None:
+        nominal["executions_left"] = (left[0] + left[1]) / 2.0
+    return {**nominal, "sequence": task.nominal_sequence}
+
+
+def read_options(task: Task, options: Mapping[str, Any] | None, before: Given) -> Given:
+    """What the options of a reset give; what they do not name stays as it was `before`.
+
+    Raises:
+        ContextError: if an option, a factor, a split or one of their values is not legal.
+    """
+    given = before
+    for name, value in (options or {}).items():
+        if name == "context":
+            fixed, kinds = _context(task, value)
+            given = replace(given, fixed=fixed, kinds=kinds)
+        elif name == "split":
+            given = replace(given, ranges=_split(value))
+        else:
+            raise ContextError(f"there is no reset option {name!r}; legal are context, split")
+    return given
+
+
+def read_all_options(task: Task, options: Mapping[str, Any] | None, before: Sequence[Given]) -> list[Given]:
+    """As `read_options` for N sub-environments; the value of an option may be a list of N entries.
+
+    Raises:
+        ContextError: likewise, or if a list has another length.
+    """
+    given = list(before)
+    for name, value in (options or {}).items():
+        if not isinstance(value, list | tuple):
+            once: dict[Given, Given] = {}
+            for i, each in enumerate(given):
+                if each not in once:
+                    once[each] = read_options(task, {name: value}, each)
+                given[i] = once[each]
+        elif len(value) == len(given):
+            given = [read_options(task, {name: entry}, each) for entry, each in zip(value, given, strict=True)]
+        else:
+            raise ContextError(f"{name} has {len(value)} entries, but must have {len(given)}: one for each env")
+    return given
+
+
+def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
+    """Standard normal numbers moved into the ranges of a split, in their order, by probability."""
+    u = np.interp(normals, NORMAL, PROBABILITY) * len(ranges)
+    # the table is rounded: the last number of all stays within the last range
+    which = np.minimum(u.astype(np.int64), len(ranges) - 1)
+    return np.asarray(np.interp((np.array(ranges)[which] + (u - which)) / RANGES, PROBABILITY, NORMAL))
+
+
+def _split(name: Any) -> tuple[int, ...]:
+    if name is None:
+        return ()
+    if not isinstance(name, str) or name not in SPLITS:
+        raise ContextError(f"split is {name!r}, but must be one of {', '.join(SPLITS)}, or None")
+    return SPLITS[name]
+
+
+def _context(task: Task, context: Any) -> tuple[Fixed, tuple[int, ...] | None]:
+    if context is None:
+        return FREE, None
+    if context == "nominal":
+        context = nominal_context(task)
+    if not isinstance(context, Mapping):
+        raise ContextError(f"context is {context!r}, but must be a dict of factors, 'nominal' or None")
+    fixed, kinds = {}, None
+    for name, value in context.items():
+        if name == "sequence":
+            kinds = _sequence(task, value)
+        elif name == "material":
+            fixed[name] = _material(value)
+        else:
+            fixed[name] = _number(task, name, value)
+    return Fixed(**fixed), kinds
+
+
+def _sequence(task: Task, names: Any) -> tuple[int, ...]:
+    if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str) for name in names):
+        raise ContextError(f"sequence is {names!r}, but must be a list of names of block kinds")
+    try:
+        return task.numbers(tuple(names), "sequence: ")
+    except TaskError as error:
+        raise ContextError(str(error)) from None
+
+
+def _material(name: Any) -> float:
+    if name not in materials():
+        raise ContextError(f"material is {name!r}, but must be one of {', '.join(materials())}")
+    return float(materials().index(name))
+
+
+def _number(task: Task, name: Any, value: Any) -> float:
+    if name not in FACTORS:
+        raise ContextError(f"there is no factor {name!r}; legal are material, sequence, {', '.join(FACTORS)}")
+    low, high = FACTORS[name].low, FACTORS[name].high
+    if name == "executions_left":
+        if task.start.executions_left is None:
+            raise ContextError(f"{task.name} starts with a new wheel: executions_left cannot be fixed")
+        high = float(np.floor((task.wheel.diameter - task.wheel.minimum_diameter) / task.execution_depth))
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not (number and low <= value <= high):
+        raise ContextError(f"{name} is {value!r}, but must be a number from {low:g} to {high:g}")
+    return float(value)

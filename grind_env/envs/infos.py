@@ -1,0 +1,80 @@
+"""What a step tells beside observation and reward: the info of the single environment, and of many in arrays."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.rows import Outcome, reward_terms
+from grind_env.envs.tasks import Task
+from grind_env.kernel import entry
+
+Array = NDArray[Any]
+
+READ = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
+"""Entries that are fields of `Outcome`."""
+FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
+
+
+class InfoWriter:
+    """Writes the info of the steps of a task.
+
+    Args:
+        task: the task.
+        names: of what an action chooses, E and D and perhaps the pre-dress.
+    """
+
+    def __init__(self, task: Task, names: tuple[str, ...]) -> None:
+        self.terms = reward_terms(task)
+        self.names = names
+        self._columns = np.array([*self.terms.values(), *(Outcome._fields.index(field) for field in READ.values())])
+        self._reference = task.reference_cost
+
+    def single(self, outcomes: Array, choice: tuple[Array, ...]) -> dict[str, Any]:
+        """The info of one environment, from its outcome and choice in arrays of one row."""
+        rows, _ = self._rows(outcomes, np.ones(1, bool), 0)
+        cost, *numbers = rows[:, 0].tolist()
+        terms, read = numbers[: len(self.terms)], numbers[len(self.terms) :]
+        return {
+            "reward_terms": dict(zip(self.terms, terms, strict=True)),
+            "cost": cost,
+            **dict(zip(READ, read, strict=True)),
+            **{name: float(values[0]) for name, values in zip(self.names, choice, strict=True)},
+        }
+
+    def vector(self, outcomes: Array, choice: tuple[Array, ...], mask: Array) -> dict[str, Any]:
+        """The info of N environments, every entry with its mask; those that are not in `mask` have none.
+
+        No two arrays share memory, and the arrays of `choice` go into the info.
+        """
+        rows, masks = self._rows(outcomes, mask, 2 + len(self.terms) + len(READ) + len(self.names))
+        if not mask.all():
+            choice = tuple(np.where(mask, values, 0.0) for values in choice)
+        flags = iter(masks)
+        terms: dict[str, Any] = {}
+        for name, values in zip(self.terms, rows[1:], strict=False):
+            terms[name], terms[f"_{name}"] = values, next(flags)
+        info: dict[str, Any] = {"reward_terms": terms, "_reward_terms": next(flags)}
+        info["cost"], info["_cost"] = rows[0], next(flags)
+        for name, values in zip((*READ, *self.names), (*rows[1 + len(self.terms) :], *choice), strict=True):
+            info[name], info[f"_{name}"] = values, next(flags)
+        return info
+
+    def _rows(self, outcomes: Array, mask: Array, masks: int) -> tuple[Array, Array]:
+        rows = np.empty((1 + len(self._columns), len(mask)))
+        flags = np.empty((masks, len(mask)), bool)
+        _fill(outcomes, mask, self._columns, len(self.terms), self._reference, rows, flags)
+        return rows, flags
+
+
+@entry
+def _fill(outcomes: Any, mask: Any, columns: Any, terms: int, reference: float, rows: Any, flags: Any) -> None:
+    """Write the chance of scrap, then one row a column of the outcomes, those of the reward first; and the masks."""
+    for i in range(mask.size):
+        shown = mask[i]
+        rows[0, i] = outcomes[i, FINISHED] - outcomes[i, GOOD] if shown else 0.0
+        for k in range(columns.size):
+            value = outcomes[i, columns[k]] if shown else 0.0
+            rows[k + 1, i] = 0.0 - value / reference if k < terms else value
+        for k in range(flags.shape[0]):
+            flags[k, i] = shown

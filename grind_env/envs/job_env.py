@@ -1,0 +1,233 @@
+"""The user's own job: every cycle block of a part program is a step."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from grind_env.control import Programs, read_file
+from grind_env.envs.choice import Choice, Choices
+from grind_env.envs.job_outline import COST_TERMS, JobProgramError, Outline, costs, handover, outline
+from grind_env.envs.job_readings import Gauges, coming, hidden, readings, scaled
+from grind_env.envs.job_tape import FACTORS, JobTape, draw
+from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.envs.program_text import with_words_chosen
+from grind_env.envs.serial_vector import SerialVectorEnv
+from grind_env.machine.job_file import load_job
+from grind_env.machine.record import GrindingRecord
+
+SPEEDS = (3000.0, 30_000.0)
+"""mm/min; the table speeds from which an agent chooses, those for which the process model holds."""
+
+MOST_EXECUTIONS = 3
+"""Highest D; more were never worth while (scenarios, section 5)."""
+
+OBSERVATIONS = ("measured", "full")
+
+
+class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Choose the table speed and the dressing of every cycle block of a part program.
+
+    ## Description
+
+    The control executes the program; before every G81, G82 or G83 it stops, takes E and D from the agent in place of
+    those in the block, and goes on to the next cycle block. A step is therefore everything from one cycle block to
+    the next one. `part_program()` is the program with the words chosen; `machine.grind` runs it to the same record.
+
+    ## Action space
+
+    `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D in equal-width bins from 0 to 3. In a G81, which
+    has no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0).
+
+    ## Observation space
+
+    `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled to about -1..1.
+    `observation_info()` lists every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+
+    ## Reward
+
+    Minus the cost of the step in units of `reference_cost`, which is what a cycle block costs when the program runs
+    with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]` holds
+    the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
+    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped.
+
+    ## Episode
+
+    The program from its start to its end, where it is `terminated`. Wheel, coolant and lots of material differ from
+    episode to episode as in the other tasks; all that is random is drawn at reset.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if not given.
+        observation: `"measured"` or `"full"`.
+        spread: factor on all that is random; 0 for the nominal job with exact gauges.
+        show_block: put the text of the block that was run into `info["block"]`.
+        render_mode: none.
+
+    Raises:
+        GrindError: the program or the job cannot be run, or an argument is not legal.
+    """
+
+    def __init__(
+        self,
+        program: str,
+        job: str | None = None,
+        observation: str = "measured",
+        spread: float = 1.0,
+        show_block: bool = True,
+        render_mode: str | None = None,
+    ) -> None:
+        _check(observation, spread, render_mode)
+        path = Path(program)
+        self.programs: Programs = read_file(path)
+        self.job = load_job(path.with_suffix(".toml") if job is None else job)
+        self.choices = Choices(*SPEEDS, MOST_EXECUTIONS)
+        extremes = [Choice(SPEEDS[0], MOST_EXECUTIONS), Choice(SPEEDS[1], 0)]
+        self.outline: Outline = outline(self.programs, self.job, extremes)
+        self.full, self.spread, self.show_block, self.render_mode = observation == "full", spread, show_block, None
+        self.entries = readings(self.job, self.choices, spread, full=self.full)
+        self.action_space = self.choices.space
+        self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
+        self.tape: JobTape | None = None
+        self.episode: ProgramEpisode | None = None
+        self.gauges = Gauges()
+
+    @property
+    def reference_cost(self) -> float:
+        """What a reward of -1 stands for, $."""
+        return self.outline.cost
+
+    def observation_info(self) -> tuple[Reading, ...]:
+        """Name, unit, scale, noise and meaning of every entry of the observation."""
+        return self.entries
+
+    def part_program(self) -> str:
+        """The program with the words chosen since the last reset; later blocks keep their own.
+
+        Raises:
+            JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
+        """
+        return with_words_chosen(self.programs, [] if self.episode is None else self.episode.chosen)
+
+    def record(self) -> GrindingRecord:
+        """Strokes, dresses and finished parts since the last reset.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        return self._begun()[0].run.record()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start an episode; the same seed draws the same episode."""
+        super().reset(seed=seed)
+        plan = self.outline
+        self.tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread)
+        self.episode = ProgramEpisode(self.programs, self.job, self.tape.conditions)
+        self.gauges = Gauges()
+        return self._observation(), {}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Run a cycle block and on to the next one.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset and after the last block.
+            ActionError: the action is not in the action space.
+        """
+        episode, tape = self._begun()
+        if episode.block is None:
+            raise gym.error.ResetNeeded("the program has come to its end: call reset() before step()")
+        choice = self.choices.decode(action)
+        number = len(episode.chosen)
+        block = self.outline.blocks[number]
+        if not block.takes_dresses:
+            choice = choice._replace(executions=0)
+        run = episode.step(block.words(choice))
+        terminated = episode.block is None
+        self.gauges.note(run, choice, self.job, tape.noise[number])
+        terms = costs(run, self.job) | {"handover": handover(episode.run, run.plan, self.job) if terminated else 0.0}
+        cost = sum(terms.values())
+        good = float(run.finished["survival"].sum())
+        info: dict[str, Any] = {
+            "reward_terms": {name: 0.0 - terms[name] / self.reference_cost for name in COST_TERMS},
+            "cost": float(run.finished.size) - good,
+            "block_cost": cost,
+            "good_parts": good,
+            "seconds": run.seconds,
+            "E": run.plan.feed,
+            "D": float(choice.executions),
+        }
+        if self.show_block:
+            info["block"] = run.plan.text
+        return self._observation(), -cost / self.reference_cost, terminated, False, info
+
+    def _begun(self) -> tuple[ProgramEpisode, JobTape]:
+        if self.episode is None or self.tape is None:
+            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        return self.episode, self.tape
+
+    def _observation(self) -> NDArray[np.float32]:
+        episode, tape = self._begun()
+        blocks, number = self.outline.blocks, len(episode.chosen)
+        wheel = self.outline.wheel if episode.run.wheel is None else episode.run.wheel
+        part = blocks[min(number, len(blocks) - 1)].part
+        values = self.gauges.values(wheel) | {"remaining": (len(blocks) - number) / len(blocks)}
+        if number < len(blocks):
+            block = blocks[number]
+            values |= coming(block) | {"new_lot": float(block.starts_part and tape.new_lot[part])}
+        if self.full:
+            factors = tape.conditions[part].factors
+            values |= hidden(wheel, {name: factors[name] for name in FACTORS})
+        return scaled(values, self.entries)
+
+
+class JobVectorEnv(SerialVectorEnv):
+    """N times `JobEnv`, one after the other (gymnasium's `SyncVectorEnv`): the control is no compiled code.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if not given.
+        num_envs: number of sub-environments.
+        observation: `"measured"` or `"full"`.
+        spread: factor on all that is random.
+        show_block: put the text of the blocks that were run into `info["block"]`.
+        autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
+        render_mode: none.
+    """
+
+    def __init__(
+        self,
+        program: str,
+        job: str | None = None,
+        num_envs: int = 1,
+        observation: str = "measured",
+        spread: float = 1.0,
+        show_block: bool = False,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(JobEnv(program, job, observation, spread, show_block, render_mode), num_envs, autoreset_mode)
+
+
+def register() -> None:
+    """Register `grind/Job-v0` with Gymnasium."""
+    gym.register(
+        "grind/Job-v0",
+        entry_point="grind_env.envs.job_env:JobEnv",
+        vector_entry_point="grind_env.envs.job_env:JobVectorEnv",
+    )
+
+
+def _check(observation: str, spread: float, render_mode: str | None) -> None:
+    if observation not in OBSERVATIONS:
+        raise JobProgramError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
+    if not 0.0 <= spread <= 2.0:
+        raise JobProgramError(f"spread is {spread!r}, but must be a number from 0 to 2")
+    if render_mode is not None:
+        raise JobProgramError(f"render_mode is {render_mode!r}, but the environment has none: leave it out")

@@ -1,0 +1,137 @@
+"""Memories: what the episodes at hand have shown so far, for any number of them side by side.
+
+A stack of the past, or a belief of the hidden state of the wheel. `wrappers.py` puts them around environments, and
+an agent that steps episodes itself can hold one as well.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from grind_env.envs.belief import WheelBelief, belief_entries
+from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
+
+Array = NDArray[Any]
+Flags = NDArray[np.bool_]
+
+
+class WrapperError(GrindError):
+    """An environment that a wrapper cannot wrap, or a bad argument."""
+
+
+class Memory(Protocol):
+    """What N episodes have shown so far, as one flat observation each."""
+
+    space: spaces.Box[np.float32]
+    """Of one episode."""
+
+    def begin(self, n: int) -> None:
+        """N episodes begin with the next observations."""
+
+    def restart(self, mask: Flags) -> None:
+        """The episodes in `mask`, shape (N,), begin with their next observation."""
+
+    def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
+        """Take in observations of the episodes in `mask` and the actions that led to them.
+
+        Args:
+            observations: shape (N, entries).
+            actions: batch of N actions; None after a reset.
+            mask: shape (N,); the other episodes stay as they are.
+
+        Returns:
+            What the wrapped environment shows, a new array of shape (N, entries of `space`), float32.
+        """
+
+
+class StackMemory:
+    """The last n observations, each with the action that led to it, oldest first; zeros before the episode began."""
+
+    def __init__(self, observation_space: spaces.Space[Any], action_space: spaces.Space[Any], n: int) -> None:
+        if n < 1:
+            raise WrapperError(f"n is {n}, but must be at least 1")
+        if not isinstance(observation_space, spaces.Box) or len(observation_space.shape) != 1:
+            raise WrapperError(f"the observation space is {observation_space}, but must be a Box with one axis")
+        self.n = n
+        self.action_space = action_space
+        low, high = action_bounds(action_space)
+        # zeros stand for what was before the episode
+        lowest = np.minimum(np.concatenate([observation_space.low, low]), 0.0).astype(np.float32)
+        highest = np.maximum(np.concatenate([observation_space.high, high]), 0.0).astype(np.float32)
+        self.space = spaces.Box(np.tile(lowest, n), np.tile(highest, n), dtype=np.float32)
+        self.entries = observation_space.shape[0]
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        """N episodes begin with the next observations."""
+        self.stack = np.zeros((n, self.n, self.space.shape[0] // self.n), np.float32)
+
+    def restart(self, mask: Flags) -> None:
+        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        self.stack[mask] = 0.0
+
+    def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
+        """Move the stack on by one; see `Memory`."""
+        self.stack[mask, :-1] = self.stack[mask, 1:]
+        self.stack[mask, -1, : self.entries] = observations[mask]
+        self.stack[mask, -1, self.entries :] = 0.0
+        if actions is not None:
+            self.stack[mask, -1, self.entries :] = action_numbers(self.action_space, actions)[mask]
+        return self.stack.reshape(len(mask), -1).copy()
+
+
+class BeliefMemory:
+    """The observation and behind it the belief of `WheelBelief`."""
+
+    def __init__(self, task: Task, entries: tuple[Reading, ...], members: int) -> None:
+        self.belief = WheelBelief(task, members, entries)
+        added = belief_entries()
+        self.low, self.high = bounds(added)
+        self.scale = np.array([entry.scale for entry in added])
+        self.space = spaces.Box(*bounds((*entries, *added)), dtype=np.float32)
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        """N episodes begin with the next observations."""
+        self.belief.begin(n)
+        self.shown = np.zeros((n, self.space.shape[0]), np.float32)
+
+    def restart(self, mask: Flags) -> None:
+        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        self.belief.restart(mask)
+
+    def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
+        """Update the belief; the actions are read from the observation. See `Memory`."""
+        belief = np.stack(self.belief.update(observations, mask), axis=1)
+        scaled = np.clip(belief / self.scale, self.low, self.high)
+        self.shown[mask] = np.concatenate([observations, scaled], axis=1)[mask]
+        return self.shown.copy()
+
+
+def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
+    """Lowest and highest numbers that `action_numbers` gives.
+
+    Raises:
+        WrapperError: if an action is not a number, or an array of them with one axis.
+    """
+    if isinstance(space, spaces.Box) and len(space.shape) == 1:
+        return space.low, space.high
+    if isinstance(space, spaces.Discrete):
+        return np.array([0.0]), np.array([1.0])
+    if isinstance(space, spaces.MultiDiscrete) and len(space.shape) == 1:
+        return np.zeros(space.shape), np.ones(space.shape)
+    raise WrapperError(f"the action space is {space}, but must be a Discrete, or a Box or MultiDiscrete with one axis")
+
+
+def action_numbers(space: spaces.Space[Any], actions: Array) -> Array:
+    """A batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
+    values = np.asarray(actions, np.float64).reshape(len(actions), -1)
+    if isinstance(space, spaces.Discrete):
+        values = (values - space.start) / max(space.n - 1, 1)
+    elif isinstance(space, spaces.MultiDiscrete):
+        values = (values - space.start) / np.maximum(space.nvec - 1, 1)
+    return values

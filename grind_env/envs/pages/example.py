@@ -1,0 +1,53 @@
+"""The example of a page, whose outputs are taken from what the page says and checked by doctest."""
+
+from typing import Any
+
+from grind_env.envs.job_env import JobEnv
+from grind_env.envs.job_outline import COST_TERMS
+from grind_env.envs.pages.sheet import Sheet
+from grind_env.envs.rows import reward_terms
+
+COUNT = 4
+"""Environments of the vector environment."""
+
+
+def example(about: Sheet) -> str:
+    """A session that makes the environment, takes one step, and makes the vector environment."""
+    env: Any = about.env
+    size, width = len(about.readings), env.action_space.shape[0]
+    lines = [">>> import gymnasium as gym", ">>> import grind_env"]
+    program = ""
+    if about.note.program:
+        lines += [
+            ">>> from pathlib import Path",
+            f'>>> program = Path(grind_env.__file__).parent / "examples" / "{about.note.program}"',
+        ]
+        program = ", program=str(program)"
+    lines += [
+        f'>>> env = gym.make("{about.id}"{program})',
+        ">>> env.action_space",
+        repr(env.action_space),
+        ">>> observation, info = env.reset(seed=1)",
+        ">>> observation.shape",
+        f"({size},)",
+        ">>> env.unwrapped.observation_info()[0].name",
+        repr(about.readings[0].name),
+        ">>> observation, reward, terminated, truncated, info = env.step(env.action_space.low)",
+        ">>> terminated, truncated",
+        f"({about.steps == 1}, False)",
+    ]
+    if about.reward is not None:
+        lines += [f">>> {about.reward.least:g} <= reward <= {about.reward.most:g}", "True"]
+    if about.task is not None:
+        lines += ['>>> list(info["reward_terms"])', repr(list(reward_terms(about.task)))]
+        lines += ['>>> info["E"], info["D"]', f"({env.codec.low}, 0.0)"]
+    if isinstance(env, JobEnv):
+        lines += ['>>> list(info["reward_terms"])', repr(list(COST_TERMS))]
+        lines += ['>>> info["E"], info["D"]', f"({env.choices.low}, 0.0)"]
+    lines += [
+        f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
+        ">>> observations, infos = vector.reset(seed=1)",
+        ">>> observations.shape, vector.action_space.shape",
+        f"(({COUNT}, {size}), ({COUNT}, {width}))",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,46 @@
+"""Markdown tables, and what stands in the docstring of an environment."""
+
+import inspect
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
+ARGUMENT = re.compile(r"^    (\w+): (.+)$")
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; bars within a cell are escaped."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+
+
+def prose(cls: type[Any]) -> dict[str, str]:
+    """The text of a class docstring by section, that is by `## Heading`; its first line is the section ""."""
+    text = re.split(r"^(?:Args|Raises):$", _doc(cls), flags=re.MULTILINE)[0]
+    first, *parts = HEADING.split(text)
+    return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
+
+
+def arguments(cls: type[Any]) -> list[tuple[str, str, str]]:
+    """Name, default and meaning of every constructor argument; the meaning is that of the docstring's `Args:`."""
+    _, _, text = _doc(cls).partition("\nArgs:\n")
+    meanings: dict[str, str] = {}
+    name = ""
+    for line in text.splitlines():
+        if match := ARGUMENT.match(line):
+            name = match[1]
+            meanings[name] = match[2]
+        elif name and line.startswith("        "):
+            meanings[name] += f" {line.strip()}"
+        else:
+            break
+    parameters = inspect.signature(cls).parameters.values()
+    return [
+        (each.name, "" if each.default is each.empty else repr(each.default), meanings.get(each.name, ""))
+        for each in parameters
+    ]
+
+
+def _doc(cls: type[Any]) -> str:
+    return inspect.cleandoc(cls.__doc__ or "")

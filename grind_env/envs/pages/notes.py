@@ -1,0 +1,66 @@
+"""What a page says beyond the code, one entry for each id; `notes.toml` holds them."""
+
+import functools
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grind_env.errors import GrindError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FILE = Path(__file__).with_name("notes.toml")
+
+
+class PageError(GrindError):
+    """An id that is not registered or has no notes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """Notes on one id.
+
+    Attributes:
+        summary: what the job is.
+        hard: what makes it easy or hard, no sentence.
+        versions: what each version of the id changed, the latest last.
+        program: part program among the examples of the package that the id needs to be made; "" for none.
+        blocks: steps of an episode where there is no task to say so; 0 where they are not fixed.
+        reward: lowest and highest reward of a step where there is no task to work them out from.
+    """
+
+    summary: str
+    hard: str
+    versions: Mapping[str, str]
+    program: str = ""
+    blocks: int = 0
+    reward: tuple[float, float] | None = None
+
+
+@functools.cache
+def load_notes() -> Mapping[str, Note]:
+    """All notes by id."""
+    document: Mapping[str, Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return {env_id: _note(entry) for env_id, entry in document.items()}
+
+
+def _note(entry: Mapping[str, Any]) -> Note:
+    reward = entry.get("reward")
+    return Note(**{**entry, "reward": None if reward is None else (reward[0], reward[1])})
+
+
+def note_of(env_id: str) -> Note:
+    """The notes on an id.
+
+    Raises:
+        PageError: if there are none.
+    """
+    notes = load_notes()
+    if env_id not in notes:
+        raise PageError(f"{env_id} has no notes: add a table of that name to {FILE.name}")
+    return notes[env_id]

@@ -1,0 +1,130 @@
+"""Between what the reward of a step lies, term by term, worked out from a task.
+
+The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
+dress and as many as the task allows, a good part and scrap. Two of them need an assumption, since a normal number has
+no end and nobody has bounded the wear of a wheel: `STOCK_SIGMAS` and `WORST_WEAR`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from grind_env.control.rules import motion_time
+from grind_env.envs.reciprocation import INFEED
+from grind_env.envs.rows import reward_terms
+from grind_env.envs.tasks import Kind, Task
+
+STOCK_SIGMAS = 6.0
+"""Standard deviations of stock that are counted; one part in a billion has more."""
+WORST_WEAR = 0.01
+"""Least G-ratio that is counted, over the reference one of wheel and material."""
+MOST_HANDED_OVER = 4.0
+"""Dress executions that a dull wheel costs at most when it is handed over (scenarios, section 2)."""
+
+MEANINGS = {
+    "time": "hourly rate x time of strokes, dresses, loading and wheel change",
+    "wheel": "price x wheel volume, worn and dressed off",
+    "dress": "price of the dresser x executions",
+    "scrap": "price of scrap x probability that the finished part is scrap",
+    "handover": "with the last block: executions that would make the wheel sharp",
+    "late": "hourly price x lateness at a due date",
+    "change": "price of a new wheel",
+}
+
+
+class Span(NamedTuple):
+    """The least and the most of something."""
+
+    least: float
+    most: float
+
+
+def stock_span(task: Task, kind: Kind) -> Span:
+    """Stock of a block, mm, in whole um as it is drawn."""
+    spread = STOCK_SIGMAS * task.spread.stock if kind.starts_part else 0.0
+    least = max(kind.least_stock, 1.0 - spread) if spread > 0.0 else 1.0
+    ends = (math.floor(1000.0 * kind.stock * share + 0.5) / 1000.0 for share in (least, 1.0 + spread))
+    return Span(*ends)
+
+
+def stroke_times(task: Task) -> dict[str, Span]:
+    """Seconds of a G82 block of each kind without its dresses, with loading."""
+    speeds = task.action.speed_levels or task.action.speed_range or ()
+    low, high = min(speeds), max(speeds)
+    spans = {}
+    for kind in task.kinds:
+        stock = stock_span(task, kind)
+        # a faster table than this spends more time on acceleration than it saves
+        optimum = 0.06 * math.sqrt(task.machine.acceleration * (kind.length + 2.0 * task.setup.overrun))
+        fastest = min(max(low, optimum), high)
+        thick = replace(kind, stock=stock.most)
+        spans[kind.name] = Span(
+            task.nominal_seconds(replace(kind, stock=stock.least), fastest),
+            max(task.nominal_seconds(thick, low), task.nominal_seconds(thick, high)),
+        )
+    return spans
+
+
+def infeed_times(task: Task) -> dict[str, Span]:
+    """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
+    speeds = [1000.0 * speed / 60.0 for speed in task.action.speed_range or task.action.speed_levels or ()]
+    machine, executions = task.machine, task.action.executions
+    feed = INFEED / 60.0
+    spans = {}
+    for kind in task.kinds:
+        stock, load = stock_span(task, kind), task.setup.load if kind.starts_part else 0.0
+        distance = kind.length + 2.0 * task.setup.overrun
+        strokes = [motion_time(distance, speed, machine.acceleration) + machine.reversal_dwell for speed in speeds]
+        # of the stroke in which the infeed ends at least half is left, then come one at full depth and the spark-out
+        end = 1.5 + kind.sparkout
+        # the control waits for a reversal point after every infeed
+        waiting = (end + 1.5 + executions) * max(strokes) + (executions + 1.0) * feed / machine.acceleration
+        least = load + stock.least / feed + end * min(strokes)
+        spans[kind.name] = Span(least, load + stock.most / feed + waiting)
+    return spans
+
+
+def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
+    """Cost of a step in $, by term of the reward.
+
+    Args:
+        task: the task.
+        times: seconds of a block without its dresses, by kind.
+    """
+    rates, most = task.rates, float(task.action.executions)
+    per_second = rates.hourly / 3600.0
+    dressed = 0.5 * task.execution_depth * math.pi * task.wheel.diameter * task.wheel.width
+    execution = per_second * task.dress_seconds + rates.wheel * dressed + rates.dress
+    change = task.wheel_change
+    longest = {name: span.most + most * task.dress_seconds for name, span in times.items()}
+    spans = {
+        "time": Span(
+            per_second * min(span.least for span in times.values()),
+            per_second * (max(longest.values()) + (change.seconds if change else 0.0)),
+        ),
+        "wheel": Span(0.0, rates.wheel * (most * dressed + max(_worn(task, kind) for kind in task.kinds))),
+        "dress": Span(0.0, rates.dress * most),
+        "scrap": Span(0.0, max(kind.scrap for kind in task.kinds)),
+        "handover": Span(0.0, MOST_HANDED_OVER * execution),
+    }
+    if task.due is not None:
+        due = task.due
+        behind = max(longest[kind.name] - due.slack[0] * task.nominal_seconds(kind, due.speed) for kind in task.kinds)
+        spans["late"] = Span(0.0, due.late / 3600.0 * task.blocks * behind)
+    if change is not None:
+        spans["change"] = Span(0.0, change.price)
+    return {name: spans[name] for name in reward_terms(task)}
+
+
+def reward_span(task: Task, costs: Mapping[str, Span]) -> Span:
+    """Lowest and highest reward of a step, rounded outwards to hundredths."""
+    worst = -sum(span.most for span in costs.values()) / task.reference_cost
+    best = -sum(span.least for span in costs.values()) / task.reference_cost
+    return Span(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
+
+
+def _worn(task: Task, kind: Kind) -> float:
+    """Wheel volume that a block wears off at most, mm3."""
+    p = task.parameters(kind)
+    return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref * p.gm)

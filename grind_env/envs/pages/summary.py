@@ -1,0 +1,80 @@
+"""All ids at a glance: rows for the table of `grind tasks` and the index of the pages."""
+
+from dataclasses import dataclass
+
+from grind_env.envs.pages.markdown import table
+from grind_env.envs.pages.sheet import Sheet, page_ids, sheet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """An id in one row.
+
+    Attributes:
+        id: the id.
+        title: the job in a few words.
+        steps: steps of an episode; 0 where they are not fixed.
+        actions: forms of the action.
+        observation: entries of the observation.
+        full: the same with `observation="full"`.
+        reward: lowest and highest reward of a step; None where they cannot be told.
+        hard: what makes it easy or hard.
+    """
+
+    id: str
+    title: str
+    steps: int
+    actions: tuple[str, ...]
+    observation: int
+    full: int
+    reward: tuple[float, float] | None
+    hard: str
+
+
+def summary(env_id: str) -> Summary:
+    """The row of a registered id.
+
+    Raises:
+        PageError: if the id is not registered or has no notes.
+    """
+    return _row(sheet(env_id))
+
+
+def summaries() -> list[Summary]:
+    """The rows of all registered ids."""
+    return [summary(env_id) for env_id in page_ids()]
+
+
+def _row(about: Sheet) -> Summary:
+    return Summary(
+        id=about.id,
+        title=about.title,
+        steps=about.steps,
+        actions=about.forms,
+        observation=len(about.readings),
+        full=len(about.full),
+        reward=None if about.reward is None else (about.reward.least, about.reward.most),
+        hard=about.note.hard,
+    )
+
+
+def file_name(env_id: str) -> str:
+    """File of a page: `grind/Rush-v0` is `Rush-v0.md`."""
+    return f"{env_id.removeprefix('grind/')}.md"
+
+
+def index() -> str:
+    """The index of the pages, Markdown."""
+    rows = [
+        (
+            f"[{each.id}]({file_name(each.id)})",
+            each.title,
+            str(each.steps or "-"),
+            ", ".join(each.actions),
+            str(each.observation),
+            each.hard,
+        )
+        for each in summaries()
+    ]
+    header = ("id", "job", "steps", "actions", "observation", "easy or hard")
+    return f"# Environments\n\n{table(header, rows)}\n"

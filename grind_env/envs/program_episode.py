@@ -1,0 +1,146 @@
+"""A part program under execution, cycle block by cycle block: a step of an environment is the program itself.
+
+The control stops before every cycle block, takes the words that an agent has chosen for it, and goes on to the next
+one, while `machine.run` grinds what it commands.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from grind_env.control import CycleAhead, CyclePlan, CycleStart, Event, ProgramEnd, Programs, execute
+from grind_env.control.words import Block
+from grind_env.machine.job import Job
+from grind_env.machine.part import PartConditions
+from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, Table
+from grind_env.machine.run import GrindingRun
+from grind_env.process.state import WheelState
+
+Words = Mapping[str, str]
+"""Numbers as written, by letter."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockRun:
+    """What happens from a cycle block to the next one, or to the end of the program.
+
+    Attributes:
+        plan: parameters of the cycle.
+        inch: whether G70 is in force in its block.
+        part: number of its part, from 1.
+        wheel: as the cycle finds it.
+        strokes: dtype `STROKE_ROW`.
+        increments: by how much each stroke goes deeper than the one before it on its part, mm.
+        dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
+        finished: parts that were taken off the machine, dtype `PART_ROW`.
+        seconds: time of the job.
+    """
+
+    plan: CyclePlan
+    inch: bool
+    part: int
+    wheel: WheelState
+    strokes: Table
+    increments: Table
+    dresses: Table
+    finished: Table
+    seconds: float
+
+
+class ProgramEpisode:
+    """One execution of a part program.
+
+    A copy, also by pickling, makes the same choices anew.
+
+    Attributes:
+        run: the machine.
+        time: of the job up to which blocks have been run, s; the way to the first one belongs to its step.
+        block: the coming cycle block; None at the end of the program.
+        chosen: the blocks that have been run, with the words chosen for them.
+    """
+
+    def __init__(self, programs: Programs, job: Job, conditions: Sequence[PartConditions] = ()) -> None:
+        """Start, and go on to the first cycle block.
+
+        Raises:
+            GrindError: whatever `machine.grind` raises.
+        """
+        self._arguments = (programs, job, conditions)
+        control = replace(job.control, announce_cycles=True)
+        self.run = GrindingRun(programs, job, control, conditions)
+        self.chosen: list[tuple[Block, Words]] = []
+        self.block: Block | None = None
+        self.time = 0.0
+        self._execution = execute(programs, control)
+        self._execution.set_wheel_radius(self.run.wheel_radius)
+        for _ in self._to_next_cycle():
+            pass
+        self.time = 0.0
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What the episode is made of; the execution itself cannot be copied."""
+        return {"arguments": self._arguments, "words": [words for _, words in self.chosen]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Run the copy up to where the original is."""
+        ProgramEpisode.__init__(self, *state["arguments"])
+        for words in state["words"]:
+            self.step(words)
+
+    def step(self, words: Words) -> BlockRun:
+        """Run the coming cycle block with other numbers in some of its words, and on to the next one.
+
+        Args:
+            words: for the cycle block; there must be one left.
+
+        Raises:
+            GrindError: whatever `machine.grind` raises.
+        """
+        run, began = self.run, self.time
+        strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
+        assert self.block is not None
+        self.chosen.append((self.block, dict(words)))
+        self._execution.choose(**words)
+        starts = [
+            (event.plan, self._execution.modes.inch, run.part.number, run.wheel)
+            for event in self._to_next_cycle()
+            if isinstance(event, CycleStart)
+        ]
+        plan, inch, part, wheel = starts[0]
+        assert wheel is not None  # the cycle has mounted it
+        last = max(strokes - 1, 0)
+        rows = np.array(run.strokes[last:], STROKE_ROW)
+        dressed = np.array(run.dresses[dresses:], DRESS_ROW)
+        dressed["after"] -= strokes
+        return BlockRun(
+            plan,
+            inch,
+            part,
+            wheel,
+            rows[strokes - last :],
+            _increments(rows)[strokes - last :],
+            dressed,
+            np.array(run.parts[parts:], PART_ROW),
+            self.time - began,
+        )
+
+    def _to_next_cycle(self) -> Iterator[Event]:
+        """Take the events up to the next cycle block, or to the end, and hand each on once it has happened."""
+        self.block = None
+        for event in self._execution:
+            if isinstance(event, CycleAhead | ProgramEnd):
+                self.time = self.run.clock(event.time)
+            if isinstance(event, CycleAhead):
+                self.block = event.block
+                return
+            self.run.take(event)
+            self._execution.set_wheel_radius(self.run.wheel_radius)
+            yield event
+
+
+def _increments(strokes: Table) -> Table:
+    """By how much each stroke goes deeper than the one before it on its part, mm; the first one as if from 0."""
+    before = np.concatenate([[0.0], np.where(np.diff(strokes["part"]) == 0, strokes["Z"][:-1], 0.0)])
+    return np.asarray(strokes["Z"] - before[: strokes.size])

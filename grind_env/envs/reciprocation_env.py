@@ -1,0 +1,170 @@
+"""`grind/Reciprocation-v0`: the literal G81, one part a step."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from grind_env.control import read
+from grind_env.envs.env import GrindEnv, wants_full
+from grind_env.envs.observations import bounds, layout
+from grind_env.envs.program import coming_block
+from grind_env.envs.reciprocation import INFEED, block_lines, part_program, reciprocation_task, request_times, shop
+from grind_env.envs.reciprocation_step import step_feedings
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.tasks import Task
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.machine.cycle import CycleResult
+
+DEEPEST = 5.0
+"""Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
+
+
+class ReciprocationSimulation(Simulation):
+    """Steps episodes of the task with its continuous infeed; arguments as for `Simulation`."""
+
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+        super().__init__(task, full=full, pre_dress=pre_dress)
+        shown = np.array([entry.name != "pick" for entry in self.entries])
+        self.entries = tuple(
+            entry._replace(high=DEEPEST) if entry.name == "last_pick" else entry
+            for entry in self.entries
+            if entry.name != "pick"
+        )
+        self._layout = layout(task, self.entries)
+        self._offset, self._scale, self._low = self._offset[shown], self._scale[shown], self._low[shown]
+        self._high = np.array([entry.high for entry in self.entries])
+
+    def step(
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
+    ) -> tuple[Table, Table]:
+        """Grind the next block of the episodes in `active`; as `Simulation.step`."""
+        n = len(episodes.block)
+        active = np.arange(n) if active is None else active
+        outcomes = np.zeros((n, len(Outcome._fields)))
+        results = np.zeros((n, len(CycleResult._fields)))
+        step_feedings(
+            self.kinds,
+            self.base,
+            self.shop,
+            INFEED / 60.0,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            episodes.parts,
+            episodes.memory,
+            speeds,
+            executions,
+            np.zeros(n) if pre_dresses is None else pre_dresses,
+            self._materials,
+            active,
+            results,
+            outcomes,
+        )
+        return outcomes, results
+
+
+class ReciprocationEnv(GrindEnv):
+    """Choose the table speed and the dressing of every part that is ground with a continuous infeed.
+
+    ## Description
+
+    A step is one part: `G81 X.. I.. E.. P..` sets the table going, `G01 Y.. F..` feeds the wheel down at 0.5 mm/min
+    while it reciprocates, a dwell sparks out, and `G80` stops it. A stroke is as deep as the infeed comes in its time,
+    so that it gets thinner as **E** rises, and heavier on the wheel as E falls. G81 has no D word: the agent's **D**
+    is that many requests of the operator for a dress, at equal fractions of depth, each of which the control serves
+    at the next reversal point. Plates, wheel and what is random are those of `grind/PowerLimited-v0`.
+
+    Actions, observation, reward and episode are those of `GrindEnv`, with E from 3 to 30 m/min and D from 0 to 3;
+    `predress=True` lets an action ask for the G81.1 form. The coming block has no pick to be observed; `last_pick` is
+    what the infeed covered in a stroke of the last block. `info["block"]` holds all blocks of the step, a line each.
+
+    `part_program()` is the episode as a program; `operator_dress_at()` says when the operator has to ask for a dress.
+
+    Args:
+        observation: `"measured"` or `"full"`; `"measured"` by default.
+        show_block: put the text of the blocks that were run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: let an action ask for a dress before the first stroke, G81.1.
+        render_mode: as for `GrindEnv`.
+    """
+
+    def __init__(
+        self,
+        observation: str | None = None,
+        show_block: bool = True,
+        action: str = "box",
+        predress: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__("power_limited", observation, show_block, action, predress, render_mode)
+        self.task = reciprocation_task()
+        self.simulation = ReciprocationSimulation(
+            self.task, full=wants_full(self.task, observation), pre_dress=predress
+        )
+        self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Grind one part; errors as for `GrindEnv.step`."""
+        observation, reward, terminated, truncated, info = super().step(action)
+        if self.show_block:
+            info["block"] = "\n".join(block_lines(self.task, self.blocks[-1]))
+        return observation, reward, terminated, truncated, info
+
+    def part_program(self) -> str:
+        """The blocks run since the last reset as a part program with its dress program."""
+        return part_program(self.task, self.blocks)
+
+    def operator_dress_at(self) -> tuple[float, ...]:
+        """Times of the control, s, at which the operator asks for a dress when that program runs."""
+        return request_times(read(self.part_program()), shop(self.task).control)
+
+
+class ReciprocationVectorEnv(GrindVectorEnv):
+    """N times `ReciprocationEnv`, in one compiled step; arguments as for `GrindVectorEnv`, without the task."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        observation: str | None = None,
+        show_block: bool = False,
+        action: str = "box",
+        predress: bool = False,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            num_envs, "power_limited", observation, show_block, action, predress, autoreset_mode, render_mode
+        )
+        self.task = reciprocation_task()
+        self.simulation = ReciprocationSimulation(
+            self.task, full=wants_full(self.task, observation), pre_dress=predress
+        )
+        self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+
+    def _blocks(self, stepping: NDArray[Any], choice: tuple[NDArray[Any], ...]) -> dict[int, str]:
+        return {
+            i: "\n".join(block_lines(self.task, coming_block(self.task, self.episodes, i, *(v[i] for v in choice))))
+            for i in stepping.tolist()
+        }
+
+
+def register() -> None:
+    """Register `grind/Reciprocation-v0` with Gymnasium."""
+    gym.register(
+        "grind/Reciprocation-v0",
+        entry_point="grind_env.envs.reciprocation_env:ReciprocationEnv",
+        vector_entry_point="grind_env.envs.reciprocation_env:ReciprocationVectorEnv",
+    )

@@ -1,0 +1,185 @@
+"""`grind/Stroke-v0`: every stroke of the table is a step."""
+
+import functools
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from grind_env.control import read
+from grind_env.envs.choice import Choices
+from grind_env.envs.env import refuse_render, wants_full
+from grind_env.envs.job_readings import scaled
+from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.reciprocation import request_times
+from grind_env.envs.serial_vector import SerialVectorEnv
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.stroke_episode import COST_TERMS, StrokeEpisode
+from grind_env.envs.stroke_readings import StrokeGauges, stroke_readings
+from grind_env.envs.tasks import Task, load_task
+from grind_env.process.state import WheelState
+
+PARTS = 10
+"""Parts of an episode, which has some 180 strokes."""
+
+REFERENCE_COST = 0.25
+"""$ per stroke: the best fixed plan."""
+
+
+@functools.cache
+def stroke_task() -> Task:
+    """PowerLimited with fewer parts, at its cost of a stroke."""
+    title = "Stock removal at the power limit, stroke by stroke"
+    return replace(load_task("power_limited"), name="stroke", title=title, blocks=PARTS, reference_cost=REFERENCE_COST)
+
+
+class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Choose the table speed of every stroke, and whether the wheel is dressed before it.
+
+    ## Description
+
+    The plates of `grind/PowerLimited-v0`, ten to an episode, at the grain of the table: after every pick the agent
+    chooses **E** for the next stroke and whether to ask the control for a dress now. In the program G81 keeps the table
+    going, each `G01 Y.. E..` makes a pick and changes the table speed, and a dress is the operator's request. Before
+    the first stroke of a part it is the pre-dress of G81.1. A part is ground in picks of 0.02 mm, the last one
+    shortened, and two spark-out strokes.
+
+    ## Action space
+
+    `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is 0 or more.
+
+    ## Observation space
+
+    `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()` lists
+    every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+
+    ## Reward
+
+    Minus the cost of the stroke in units of `task.reference_cost`: machine time (the first stroke of a part with its
+    loading), wheel, dresser, with the last stroke of a part the expected cost of scrap, and with the last of all the
+    price of handing over a dull wheel. The best fixed plan earns about -1 a stroke. `info["reward_terms"]` holds the
+    terms, `info["cost"]` the probability that a part which was finished is scrap.
+
+    ## Episode
+
+    Starts with a freshly dressed wheel and ends `terminated` with the last part. All that is random is drawn at reset.
+
+    Args:
+        observation: `"measured"` or `"full"`.
+        show_block: put the blocks of the program that led to the stroke into `info["block"]`, a line each.
+        render_mode: none.
+    """
+
+    def __init__(self, observation: str = "measured", show_block: bool = True, render_mode: str | None = None) -> None:
+        refuse_render(render_mode)
+        self.task = stroke_task()
+        self.full = wants_full(self.task, observation)
+        self.show_block, self.render_mode = show_block, None
+        self.entries = stroke_readings(self.task, full=self.full)
+        low, high = self.task.action.speed_range or (3.0, 30.0)
+        self.choices = Choices(1000.0 * low, 1000.0 * high, 1)
+        self.action_space = self.choices.space
+        self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
+        self.simulation = Simulation(self.task)
+        self.episode: StrokeEpisode | None = None
+        self.gauges = StrokeGauges()
+        self.noise: NDArray[np.float64] = np.zeros(0)
+        self.made = 0
+
+    def observation_info(self) -> tuple[Reading, ...]:
+        """Name, unit, scale, noise and meaning of every entry of the observation."""
+        return self.entries
+
+    def part_program(self) -> str:
+        """The strokes made since the last reset as a part program with its dress program."""
+        return self._begun().program.text()
+
+    def operator_dress_at(self) -> tuple[float, ...]:
+        """Times of the control, s, at which the operator asks for a dress when that program runs."""
+        return request_times(read(self.part_program()), self._begun().job.control)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Start an episode; the same seed draws the same episode."""
+        super().reset(seed=seed)
+        drawn = self.simulation.start([self.np_random])
+        self.episode = StrokeEpisode(self.task, drawn.tape[0], WheelState(*drawn.wheels[0].tolist()))
+        kind = self.task.kinds[0]
+        most = sum(int(row.stock / kind.pick) + kind.sparkout + 2 for row in self.episode.tape)
+        self.noise = self.task.spread.measurement * self.np_random.standard_normal(most)
+        self.gauges, self.made = StrokeGauges(), 0
+        return self._observation(), {}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Make a stroke.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset and after the last stroke.
+            ActionError: the action is not in the action space.
+        """
+        episode = self._begun()
+        if episode.part is None:
+            raise gym.error.ResetNeeded("the last part is finished: call reset() before step()")
+        choice = self.choices.decode(action)
+        lines, number = len(episode.program.lines), episode.part.number - 1
+        run = episode.step(choice.speed, choice.executions > 0)
+        self.gauges.note(run, choice.speed, choice.executions > 0, self.noise[self.made], episode, number)
+        self.made += 1
+        cost = sum(run.costs.values())
+        good = 0.0 if run.finished is None else float(run.finished["survival"])
+        info: dict[str, Any] = {
+            "reward_terms": {name: 0.0 - run.costs[name] / self.task.reference_cost for name in COST_TERMS},
+            "cost": 0.0 if run.finished is None else 1.0 - good,
+            "block_cost": cost,
+            "good_parts": good,
+            "seconds": run.seconds,
+            "E": choice.speed,
+            "D": float(choice.executions),
+        }
+        if self.show_block:
+            info["block"] = "\n".join(episode.program.lines[lines:])
+        return self._observation(), -cost / self.task.reference_cost, episode.part is None, False, info
+
+    def _begun(self) -> StrokeEpisode:
+        if self.episode is None:
+            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        return self.episode
+
+    def _observation(self) -> NDArray[np.float32]:
+        return scaled(self.gauges.values(self._begun()), self.entries)
+
+
+class StrokeVectorEnv(SerialVectorEnv):
+    """N times `StrokeEnv`, one after the other (gymnasium's `SyncVectorEnv`), not a native vector environment.
+
+    Args:
+        num_envs: number of sub-environments.
+        observation: `"measured"` or `"full"`.
+        show_block: put the blocks that led to the strokes into `info["block"]`.
+        autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
+        render_mode: none.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        observation: str = "measured",
+        show_block: bool = False,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(StrokeEnv(observation, show_block, render_mode), num_envs, autoreset_mode)
+
+
+def register() -> None:
+    """Register `grind/Stroke-v0` with Gymnasium."""
+    gym.register(
+        "grind/Stroke-v0",
+        entry_point="grind_env.envs.stroke_env:StrokeEnv",
+        vector_entry_point="grind_env.envs.stroke_env:StrokeVectorEnv",
+    )

@@ -1,0 +1,94 @@
+"""The program text of an episode of `grind/Stroke-v0`, stroke by stroke.
+
+G81 keeps the table going; while a stroke decelerates, a `G01 Y.. E..` makes the pick and changes the table speed, which
+holds from the next stroke on (PD-8). Dwells in between, in whole ms, let the program keep pace with the table. A dress
+is the operator's request during that block; the table waits at its reversal point until the dwell is over (22-11).
+"""
+
+import math
+from dataclasses import dataclass, field
+
+from grind_env.control.profile import ramp_time
+from grind_env.control.rules import motion_time
+from grind_env.envs.program import DRESS_PROGRAM, PICK_FEED, dress_program, number
+from grind_env.envs.reciprocation import REQUEST
+from grind_env.envs.tasks import Kind, Task
+
+
+@dataclass(slots=True)
+class StrokeProgram:
+    """Writes the program while the strokes are made.
+
+    Attributes:
+        task: the task.
+        lines: blocks so far.
+        clock: time of the control since the table set out from rest, s.
+        began: time at which the stroke in progress began, s.
+        speed: of the stroke in progress, mm/min.
+    """
+
+    task: Task
+    lines: list[str] = field(default_factory=list)
+    clock: float = 0.0
+    began: float = 0.0
+    speed: float = 0.0
+
+    @property
+    def kind(self) -> Kind:
+        """What the task grinds."""
+        return self.task.kinds[0]
+
+    def stroke_time(self, speed: float) -> float:
+        """Time of a stroke with its reversal dwell at E `speed` (mm/min), s."""
+        return self._travel(speed) + self.task.machine.reversal_dwell
+
+    def start_part(self, depth: float, speed: float, dress: bool) -> None:
+        """Set the wheel to its first depth (mm) and the table going at E `speed` (mm/min), after a dress or not."""
+        overrun = self.task.setup.overrun
+        if self.lines:
+            self.lines.append("M00 (NEXT PART, TOUCH OFF AT Y0)")
+        self.lines += [
+            f"G00 X{number(-overrun)} Y{number(-depth)}",
+            f"{'G81.1' if dress else 'G81'} X{number(self.kind.length + overrun)} I{number(-overrun)} "
+            f"E{number(speed)} P{DRESS_PROGRAM}",
+        ]
+        self.clock, self.began, self.speed = 0.0, 0.0, speed
+
+    def next_stroke(self, pick: float, depth: float, speed: float, dress: bool) -> float:
+        """Go down by `pick` to `depth` (mm) for the next stroke at E `speed` (mm/min), after a dress or not.
+
+        Returns:
+            The time for which the table waits for the program before the dress, s.
+        """
+        acceleration, now = self.task.machine.acceleration, self.speed / 60.0
+        decelerates = self.began + self._travel(self.speed) - ramp_time(self._length, now, acceleration)
+        self._dwell(math.floor(1000.0 * (decelerates - self.clock)))
+        self.lines.append(f"G01 Y{number(-depth)} E{number(speed)}" if pick > 0.0 else f"G01 E{number(speed)}")
+        self.clock += motion_time(pick, PICK_FEED / 60.0, acceleration) if pick > 0.0 else 0.0
+        arrives, wait = self.began + self.stroke_time(self.speed), 0.0
+        self.began, self.speed = arrives, speed
+        if dress:
+            self._dwell(math.floor(1000.0 * (arrives - self.clock)) + 2, f" ({REQUEST})")
+            wait, self.clock, self.began = self.clock - arrives, 0.0, 0.0
+        return wait
+
+    def end_part(self) -> None:
+        """Stop the table at the end of the stroke in progress."""
+        self._dwell(math.floor(1000.0 * (self.began + 0.5 * self._travel(self.speed) - self.clock)))
+        self.lines.append("G80")
+
+    def text(self) -> str:
+        """The program as far as it is written, with its dress program."""
+        head = [f"O0001 ({self.task.title.upper()})", "G71 G90 G94 G19 G40", f"G01 F{number(PICK_FEED)}"]
+        return "\n".join([*head, *self.lines, "M30", *dress_program(self.task), ""])
+
+    def _dwell(self, milliseconds: int, comment: str = "") -> None:
+        self.lines.append(f"G04 X{number(milliseconds / 1000.0)}{comment}")
+        self.clock += milliseconds / 1000.0
+
+    @property
+    def _length(self) -> float:
+        return self.kind.length + 2.0 * self.task.setup.overrun
+
+    def _travel(self, speed: float) -> float:
+        return motion_time(self._length, speed / 60.0, self.task.machine.acceleration)

@@ -1,0 +1,299 @@
+"""The published one-step problem of Wen, Tay & Nee as environments, single and vector."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.actions import ActionError
+from grind_env.envs.env import refuse_render
+from grind_env.envs.observations import Reading
+from grind_env.envs.tasks import TaskError
+from grind_env.envs.vector_env import autoreset, masked, reset_mask, seed_list
+from grind_env.process.wen import CASES, HIGHEST, LOWEST, Setting, Verdict, judge_settings
+
+Array = NDArray[Any]
+
+LOW, HIGH = np.array(LOWEST), np.array(HIGHEST)
+CASE_ROWS = np.array(list(CASES.values()))
+OBJECTIVE, VIOLATION = Verdict._fields.index("objective"), Verdict._fields.index("violation")
+
+
+def action_space() -> spaces.Box[np.float32]:
+    """One number from -1 to 1 for each part of a setting."""
+    return spaces.Box(-1.0, 1.0, (len(Setting._fields),), np.float32)
+
+
+def observation_space() -> spaces.Box[np.float32]:
+    """The case, one-hot."""
+    return spaces.Box(0.0, 1.0, (len(CASES),), np.float32)
+
+
+def action_array(actions: ArrayLike, count: int) -> Array:
+    """Actions as numbers, shape (count, fields of `Setting`).
+
+    Raises:
+        ActionError: if they are not numbers or have another shape.
+    """
+    names = ", ".join(Setting._fields)
+    try:
+        values = np.asarray(actions, np.float64)
+    except (TypeError, ValueError):
+        raise ActionError(f"actions are {actions!r}, but must be an array of numbers, {names} of each env") from None
+    if values.shape != (count, len(Setting._fields)):
+        raise ActionError(
+            f"actions have shape {values.shape}, but must have shape ({count}, {len(Setting._fields)}): "
+            f"{names} of each env"
+        )
+    return values
+
+
+def decode(values: Array) -> Array:
+    """Settings, shape (N, fields of `Setting`), of actions of that shape: linear from -1..1 onto the bounds.
+
+    Raises:
+        ActionError: if an action is not a number or lies outside -1..1.
+    """
+    good = np.abs(values) <= 1.0
+    if not good.all():
+        i, k = np.argwhere(~good)[0]
+        name = Setting._fields[k]
+        raise ActionError(f"action {i} has {values[i, k]} for {name}, but must lie between -1 and 1: clip it first")
+    settings: Array = LOW + 0.5 * (values + 1.0) * (HIGH - LOW)
+    return settings
+
+
+def encode(setting: Setting) -> NDArray[np.float32]:
+    """The action, shape (4,), that chooses a setting.
+
+    Raises:
+        ActionError: if the setting lies outside the bounds.
+    """
+    values = np.array(setting)
+    good = (values >= LOW) & (values <= HIGH)
+    if not good.all():
+        k = int(np.flatnonzero(~good)[0])
+        raise ActionError(f"{Setting._fields[k]} is {values[k]:g}, but must be from {LOW[k]:g} to {HIGH[k]:g}")
+    action: NDArray[np.float32] = (2.0 * (values - LOW) / (HIGH - LOW) - 1.0).astype(np.float32)
+    return action
+
+
+def draw_case(rng: np.random.Generator) -> int:
+    """Number of the case of an episode; both are equally likely."""
+    return int(rng.integers(len(CASES)))
+
+
+def judged(settings: Array, cases: Array) -> Array:
+    """Verdicts, shape (N, fields of `Verdict`), of settings for cases given by number, shape (N,)."""
+    verdicts = np.empty((len(settings), len(Verdict._fields)))
+    judge_settings(settings, CASE_ROWS[cases], verdicts)
+    return verdicts
+
+
+def report(settings: Array, verdicts: Array) -> dict[str, Any]:
+    """The info of N steps as columns, shape (N,) each."""
+    return {
+        "reward_terms": {
+            "objective": 0.0 - verdicts[:, OBJECTIVE],
+            "violation": 0.0 - verdicts[:, VIOLATION],
+        },
+        "cost": verdicts[:, VIOLATION].copy(),
+        **{name: verdicts[:, k].copy() for k, name in enumerate(Verdict._fields[:OBJECTIVE])},
+        **{name: settings[:, k].copy() for k, name in enumerate(Setting._fields)},
+    }
+
+
+def observation_info() -> tuple[Reading, ...]:
+    """Name and meaning of every entry of the observation."""
+    return tuple(
+        Reading(name, "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the part is to be ground as in the {name} problem")
+        for name in CASES
+    )
+
+
+class WenEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """Choose wheel speed, table speed, dress depth and dress lead of one part.
+
+    ## Description
+
+    The most used published optimisation problem of surface grinding (Wen, Tay & Nee 1992; see
+    `grind_env.process.wen`): a contextual bandit with known optima, to check an optimiser with. When to dress has no
+    weight in it.
+
+    ## Action space
+
+    `Box(-1, 1, (4,), float32)`, mapped linearly: wheel speed Vs 1000..2023 m/min, table speed Vw 10..22.7 m/min,
+    depth of dressing doc 0.01..0.137 mm, lead of dressing L 0.01..0.137 mm/rev.
+
+    ## Observation space
+
+    `Box(0, 1, (2,), float32)`: (1, 0) if the part is to be rough-ground, (0, 1) if it is to be finished.
+
+    ## Reward
+
+    `-(COF + v)`: the published objective (cost and removal, or cost and roughness) and the sum of the relative
+    violations of its limits, an exact penalty. The best is 0.2292 for rough and -0.5224 for finish, uniform actions
+    earn -0.148 and -0.843 on average. `info["reward_terms"]` holds both terms, `info["cost"]` is v.
+
+    ## Episode
+
+    One step, then `terminated`. Rough or finish is drawn at reset.
+
+    Args:
+        render_mode: none.
+    """
+
+    def __init__(self, render_mode: str | None = None) -> None:
+        refuse_render(render_mode)
+        self.render_mode = render_mode
+        self.action_space, self.observation_space = action_space(), observation_space()
+        self.case: int | None = None
+        self.over = False
+
+    def observation_info(self) -> tuple[Reading, ...]:
+        """Name and meaning of every entry of the observation."""
+        return observation_info()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Draw a case; the same seed draws the same one."""
+        super().reset(seed=seed)
+        self.case, self.over = draw_case(self.np_random), False
+        return np.eye(len(CASES), dtype=np.float32)[self.case], {}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Grind the part.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset and after the step.
+            ActionError: if the action is not in the action space.
+        """
+        if self.case is None or self.over:
+            raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
+        settings = decode(action_array([action], 1))
+        info = report(settings, judged(settings, np.array([self.case])))
+        self.over = True
+        terms = {name: float(column[0]) for name, column in info.pop("reward_terms").items()}
+        numbers = {name: float(column[0]) for name, column in info.items()}
+        observation = np.eye(len(CASES), dtype=np.float32)[self.case]
+        return observation, sum(terms.values()), True, False, {"reward_terms": terms, **numbers}
+
+
+class WenVectorEnv(VectorEnv[Array, Array, Array]):
+    """N times `WenEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
+
+    Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
+
+    Args:
+        num_envs: number of sub-environments.
+        autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
+        render_mode: none.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        if num_envs < 1:
+            raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
+        refuse_render(render_mode)
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.autoreset_mode = autoreset(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.single_action_space, self.single_observation_space = action_space(), observation_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.rngs: list[np.random.Generator] = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self.cases = np.zeros(num_envs, np.int64)
+        self.begun = np.zeros(num_envs, bool)
+        self.due = np.zeros(num_envs, bool)
+
+    def observation_info(self) -> tuple[Reading, ...]:
+        """Name and meaning of every entry of the observation."""
+        return observation_info()
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
+
+        Raises:
+            GrindError: if the seeds or the mask do not fit the sub-environments.
+        """
+        mask = reset_mask(options, self.num_envs)
+        fresh = {
+            i: seeding.np_random(each)[0]
+            for i, each in enumerate(seed_list(seed, self.num_envs))
+            if mask[i] and each is not None
+        }
+        for i, rng in fresh.items():
+            self.rngs[i] = rng
+        self._restart(mask)
+        self.begun |= mask
+        self.due &= ~mask
+        return self._observe(), {}
+
+    def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+        """Grind one part in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset; without autoreset, after an episode's step.
+            ActionError: if an action is not in the action space.
+        """
+        if not self.begun.all():
+            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
+        if self.due.any() and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise gym.error.ResetNeeded(
+                f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
+            )
+        values = action_array(actions, self.num_envs)
+        # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
+        settings = decode(np.where(self.due[:, None], 0.0, values))
+        stepping = ~self.due
+        verdicts = judged(settings, self.cases)
+        columns = report(settings, verdicts)
+        terms = columns["reward_terms"]
+        rewards = np.where(stepping, terms["objective"] + terms["violation"], 0.0)
+        info = masked(with_masks(columns, stepping), stepping) if stepping.any() else {}
+        self._restart(self.due)
+        observations = self._observe()
+        if self.autoreset_mode == AutoresetMode.SAME_STEP:
+            final_obs = np.full(self.num_envs, None, object)
+            for i, observation in enumerate(observations):
+                final_obs[i] = observation.copy()
+            info = {
+                "final_obs": final_obs,
+                "_final_obs": stepping.copy(),
+                "final_info": info,
+                "_final_info": stepping.copy(),
+            }
+            self._restart(stepping)
+            return self._observe(), rewards, stepping, np.zeros(self.num_envs, bool), info
+        self.due = stepping.copy()
+        return observations, rewards, stepping, np.zeros(self.num_envs, bool), info
+
+    def _observe(self) -> Array:
+        return np.eye(len(CASES), dtype=np.float32)[self.cases]
+
+    def _restart(self, mask: Array) -> None:
+        for i in np.flatnonzero(mask).tolist():
+            self.cases[i] = draw_case(self.rngs[i])
+
+
+def with_masks(columns: dict[str, Any], mask: Array) -> dict[str, Any]:
+    """A vector info: every entry with its mask beside it, in nested dicts too."""
+    info: dict[str, Any] = {}
+    for name, value in columns.items():
+        info[name] = with_masks(value, mask) if isinstance(value, dict) else value
+        info[f"_{name}"] = mask.copy()
+    return info

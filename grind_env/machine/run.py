@@ -1,0 +1,297 @@
+"""The machine under a part program, one event of the control at a time.
+
+Nothing is decided or computed here that the control or the process model knows: this module only brings their
+events and relations together, and keeps the clock of the job.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grind_env.control import (
+    Control,
+    CycleStart,
+    DressEnd,
+    DressStart,
+    Event,
+    Infeed,
+    Message,
+    Motion,
+    Pick,
+    ProgramEnd,
+    Programs,
+    ProgramStop,
+    Stroke,
+)
+from grind_env.errors import GrindError
+from grind_env.machine import grooving
+from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
+from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
+from grind_env.machine.job import Job, JobError
+from grind_env.machine.part import PartConditions, PartRun, Pass
+from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, WHEEL_FIELDS, GrindingRecord
+from grind_env.machine.watch import Watch
+from grind_env.process.state import WheelState
+
+USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
+"""mm; the dress that the wheel has had if the program names none."""
+
+
+class GrindingError(GrindError):
+    """A program that grinds nothing, or grinds as no wheel can."""
+
+
+class GrindingRun:
+    """The state of a run between two events; whoever takes the events of an execution hands each of them to `take`.
+
+    Attributes:
+        wheel: as it is now; None before the first cycle, which mounts it.
+        part: on the machine.
+        unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
+        plans: what the dress programs met so far do, by O number.
+        strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
+        dresses: `record.DRESS_ROW`.
+        parts: `record.PART_ROW`; a part has its row once it is taken off.
+    """
+
+    def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
+        self.programs, self.job, self.control, self.conditions = programs, job, control, conditions
+        self.position, self.axis = control.start, 0
+        self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
+        self.wheel: WheelState | None = None
+        self.plans: dict[int, DressPlan] = {}
+        self.checked: set[int] = set()
+        self.dress_began = 0.0
+        self.dress_motions: list[Motion] | None = None
+        self.watch = Watch(programs.name, job, control)
+        self.strokes: list[tuple[object, ...]] = []
+        self.dresses: list[tuple[object, ...]] = []
+        self.parts: list[tuple[object, ...]] = []
+        self.part = self._load(0.0)
+        self.unloaded_at: float | None = None
+
+    @property
+    def wheel_radius(self) -> float:
+        """Of the wheel as it is now, before the first cycle as the job mounts it, mm."""
+        start = self.job.setup.wheel.diameter if self.job.wheel.diameter is None else self.job.wheel.diameter
+        return 0.5 * (start if self.wheel is None else self.wheel.ds)
+
+    def record(self) -> GrindingRecord:
+        """The record of all events taken."""
+        return GrindingRecord(
+            np.array(self.strokes, STROKE_ROW),
+            np.array(self.dresses, DRESS_ROW),
+            np.array(self.parts, PART_ROW),
+            tuple(self.watch.warnings),
+        )
+
+    def take(self, event: Event) -> None:
+        """Let an event of the control happen."""
+        match event:
+            case CycleStart():
+                self._start_cycle(event)
+            case DressStart():
+                self.dress_began, self.dress_motions = event.time, []
+            case DressEnd():
+                self._dress(event)
+            case Stroke():
+                self._stroke(event)
+            case Infeed():
+                self._infeed(event)
+            case Pick():
+                self.watch.pick(event)
+            case ProgramStop():
+                self._stop(event)
+            case ProgramEnd():
+                self._end(event)
+            case Message():
+                self.watch.message(event)
+            case _:
+                pass
+        if isinstance(event, Motion):
+            self.position = event.end
+            if self.dress_motions is not None:
+                self.dress_motions.append(event)
+
+    # ------------------------------------------------------------------------------------- parts and clock
+
+    def clock(self, time: float) -> float:
+        """Time of the job at a time of the control, s: with what the program does not show, such as loading."""
+        return time + self.delay
+
+    def _load(self, began: float) -> PartRun:
+        """Put the next part on the machine and touch the wheel off on it."""
+        number = len(self.parts) + 1
+        conditions = PartConditions()
+        if self.conditions:
+            if number > len(self.conditions):
+                raise JobError(
+                    f"{self.programs.name} grinds more parts than the {len(self.conditions)} that have "
+                    "conditions; give conditions for every part or for none"
+                )
+            conditions = self.conditions[number - 1]
+        self._gauge()
+        return PartRun(number, self.job, conditions, began)
+
+    def _begin_cutting(self, time: float) -> None:
+        """End the loading of the part; a part that is not cut after M00 is none."""
+        if self.unloaded_at is not None:
+            self.part, self.unloaded_at = self._load(self.unloaded_at), None
+        if not self.part.cutting:
+            self.part.cutting = True
+            self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
+
+    def _stop(self, event: ProgramStop) -> None:
+        if self.dress_motions is not None:  # the operator looks after the dresser and not after the part
+            return
+        if event.code == "M00" and self.part.cutting:
+            self._unload(event.time)
+        elif event.code == "M01":
+            self._gauge()
+
+    def _end(self, event: ProgramEnd) -> None:
+        if not self.strokes:
+            raise GrindingError(
+                f"{self.programs.name} makes no stroke and no groove; G81, G82 or G83 sets the table going, "
+                "G76 or G77 cuts grooves"
+            )
+        self._unload(event.time)
+
+    def _unload(self, time: float) -> None:
+        """Take the part off the machine, unless that has been done."""
+        if self.unloaded_at is None:
+            self.unloaded_at = self.clock(time)
+            self.parts.append(self.part.row(self.unloaded_at - self.part.began))
+            if self.part.missed:
+                self.watch.warn(0, "missed", grooving.missed_surface(self.job.part.surface))
+
+    # --------------------------------------------------------------------------------------- wheel and dress
+
+    def _start_cycle(self, event: CycleStart) -> None:
+        plan = event.plan
+        if plan.program is not None and plan.program not in self.plans:
+            self.plans[plan.program] = plan_dress(
+                self.programs, plan.program, self.job, self.control, self.position, plan.axis
+            )
+        self._begin_cutting(event.time)
+        if self.wheel is None:
+            self.wheel = self._mount(None if plan.program is None else self.plans[plan.program])
+        if plan.plunge_axis is not None:
+            self.part.deepest = max(self.part.deepest, self.job.part.surface - plan.depth_target)
+        self.axis = plan.axis
+        self.watch.start_cycle()
+
+    def _mount(self, plan: DressPlan | None) -> WheelState:
+        """The wheel as the job finds it: dressed by the program's dress unless the job says otherwise."""
+        start, p = self.job.wheel, self.part.p
+        ds = self.job.setup.wheel.diameter if start.diameter is None else start.diameter
+        wheel = dressed_wheel(ds, start.diamond_flat, USUAL_LEAD, USUAL_DEPTH, p)
+        if plan is not None:
+            lead = dress_lead(wheel, plan.feed, p)
+            wheel = dressed_wheel(ds, start.diamond_flat, lead, plan.depth, p)
+        if start.wear_flat_area is not None:
+            wheel = wheel._replace(A=start.wear_flat_area)
+        if start.volume_since_dress is not None:
+            wheel = wheel._replace(V=start.volume_since_dress)
+        return wheel
+
+    def _gauge(self) -> None:
+        """The operator measures the part: the wheel wear becomes known and is compensated."""
+        if self.wheel is not None:
+            self.wheel = self.wheel._replace(W=0.0)
+
+    def _dress(self, event: DressEnd) -> None:
+        plan, wheel = self.plans[event.program], self._wheel()
+        self._compare(plan, event.program)
+        time = self.clock(self.dress_began)
+        self.wheel, removed = dress_wheel(wheel, float(plan.passes), plan.feed, plan.depth, self.part.p)
+        self.part.dress(removed)
+        self.delay += plan.seconds - (event.time - self.dress_began)
+        self.dresses.append(
+            (
+                self.part.number,
+                len(self.strokes),
+                time,
+                event.cause,
+                event.program,
+                plan.seconds,
+                self.wheel.ds,
+                removed,
+            )
+        )
+        self.watch.diameter(self.wheel.ds)
+
+    def _compare(self, plan: DressPlan, program: int) -> None:
+        """Refuse a dress program that depends on the modes in force where the cycle interrupts for it."""
+        motions, self.dress_motions = self.dress_motions or [], None
+        if program in self.checked:
+            return
+        self.checked.add(program)
+        found = measure_dress(motions, program, self.job, self.axis)
+        same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
+        if found.passes != plan.passes or not same:
+            raise DressProgramError(
+                f"dress program O{program}: it makes {found} when the cycle calls it, but {plan} by itself; "
+                "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds"
+            )
+
+    def _wheel(self) -> WheelState:
+        assert self.wheel is not None  # a cycle has mounted it
+        return self.wheel
+
+    # ----------------------------------------------------------------------------------------------- strokes
+
+    def _stroke(self, event: Stroke) -> None:
+        self._begin_cutting(event.begin)
+        part, axis = self.part, event.axis
+        Z = self.job.part.surface - event.middle[plunge_axis(axis)]
+        ends = event.start[axis], event.end[axis]
+        edge = event.middle[cross_axis(axis)]
+        wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
+        if not 0.0 < wheel.A <= part.p.Amax:
+            raise GrindingError(
+                f"{self.programs.name}:{event.cycle.line}: a stroke {done.stroke.ae:.3g} mm deep at "
+                f"E{event.feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and E3000 to E30000"
+            )
+        self.wheel = wheel
+        self._write(event, event.cycle.line, event.number or 0, 0, event.feed, Z, done, wheel)
+        self.watch.stroke(event, Z, done.stroke.ae, wheel.ds)
+
+    def _infeed(self, event: Infeed) -> None:
+        """An infeed of a groove; only the wheel of a job with a grooving wheel is the worse for it."""
+        self._begin_cutting(event.begin)
+        before = self._mount(None) if self.wheel is None else self.wheel
+        wheel, done = self.part.infeed(before, event)
+        if not 0.0 < wheel.A <= self.part.p.Amax:
+            raise GrindingError(
+                f"{self.programs.name}:{event.line}: an infeed {done.stroke.ae:.3g} mm deep at F{event.feed:g} mm/min "
+                "destroys the wheel; take smaller steps or a higher F"
+            )
+        Z = grooving.infeed_depth(event, self.job.part.surface)
+        self._write(event, event.line, 0, event.groove, event.feed, Z, done, wheel)
+        if self.job.setup.grooving_wheel:
+            self.wheel = wheel
+            self.watch.infeed(event, done.stroke, wheel.ds)
+
+    def _write(
+        self, event: Motion, line: int, number: int, groove: int, feed: float, Z: float, done: Pass, wheel: WheelState
+    ) -> None:
+        """Add the row of a stroke or an infeed (`record.STROKE_ROW`)."""
+        self.strokes.append(
+            (
+                self.part.number,
+                line,
+                number,
+                groove,
+                self.clock(event.begin),
+                event.seconds,
+                feed,
+                Z,
+                done.b,
+                done.Lw,
+                *done.stroke,
+                *(getattr(wheel, name) for name in WHEEL_FIELDS),
+            )
+        )

@@ -1,0 +1,331 @@
+"""The ensemble filter: exact where the answer is known, and close to the truth where it is not."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.estimator import SharpnessEstimator
+from grind_env.envs.belief import Belief, BeliefError, WheelBelief, belief_entries, hypercube
+from grind_env.envs.belief_kernel import adjust, learn
+from grind_env.envs.belief_rows import Hidden, Signals
+from grind_env.envs.contexts import Fixed, Given, materials
+from grind_env.envs.names import task_names
+from grind_env.envs.observations import bounds, physical, readings
+from grind_env.envs.rows import Outcome, kind_row
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import Spread, Task, load_task
+from grind_env.kernel import logistic
+from grind_env.machine.cycle import CycleResult
+from grind_env.process.state import WheelState
+from tests.envs.harness import Array, assert_same, start
+
+PLATES, RAILS = load_task("power_limited"), load_task("wide_rails")
+RISE = Outcome._fields.index("rise")
+
+
+def without_allowance() -> Task:
+    """Plates of which only the heat near the finished surface counts."""
+    return dataclasses.replace(PLATES, kinds=(dataclasses.replace(PLATES.kinds[0], rise_allowance=0.0),))
+
+
+def run(
+    task: Task, count: int, seed: int, speeds: tuple[float, float] = (6000.0, 16000.0), given: Given | None = None
+) -> dict[str, Array]:
+    """Beliefs and truth before every block and after the last one, under random plans; shape (blocks + 1, N)."""
+    simulation = Simulation(task, full=True, pre_dress=True)
+    rngs = [np.random.default_rng(seed + i) for i in range(count)]
+    episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
+    belief = WheelBelief(task, entries=simulation.entries)
+    belief.begin(count)
+    found: dict[str, list[Array]] = {name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "observation")}
+    rise = np.zeros(count)
+    for k in range(task.blocks + 1):
+        observation = simulation.observe(episodes)
+        truth = physical(observation, simulation.entries)
+        for name, value in belief.update(observation)._asdict().items():
+            found[name].append(value)
+        for name, value in (("A", truth["wear_flat"]), ("ln_kA", np.log(truth["growth"])), ("rise", rise)):
+            found[name].append(value)
+        found["observation"].append(observation)
+        if k < task.blocks:
+            E = np.floor(np.exp(rng.uniform(*np.log(speeds), count)))
+            D, pre_dress = (rng.random((2, count)) < [[0.3], [0.1]]).astype(float)
+            outcomes, _ = simulation.step(episodes, E, D, pre_dress)
+            rise = outcomes[:, RISE]
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def r2(truth: Array, prediction: Array) -> float:
+    return float(1.0 - np.mean((truth - prediction) ** 2) / np.var(truth))
+
+
+# --- the adjustment against Bayes' rule ----------------------------------------------------------------------
+
+
+@given(st.integers(0, 10**6), st.integers(3, 40), st.floats(0.05, 5.0), st.floats(-3.0, 3.0))
+def test_an_adjusted_ensemble_has_the_posterior_of_the_normal_case(
+    seed: int, members: int, sigma: float, reading: float
+) -> None:
+    states = np.random.default_rng(seed).normal(size=(4, members))
+    states[1] += 0.7 * states[0]
+    mean, covariance = states.mean(axis=1), np.cov(states)
+    gain = covariance[:, 0] / (covariance[0, 0] + sigma**2)
+    adjust(states, 0, reading, sigma)
+    np.testing.assert_allclose(states.mean(axis=1), mean + gain * (reading - mean[0]), atol=1e-10)
+    np.testing.assert_allclose(np.cov(states), covariance - np.outer(gain, covariance[0]), atol=1e-10)
+
+
+def test_the_order_of_two_readings_does_not_matter() -> None:
+    first = np.random.default_rng(0).normal(size=(3, 12))
+    second = first.copy()
+    adjust(first, 0, 0.4, 0.5)
+    adjust(first, 1, -1.0, 0.8)
+    adjust(second, 1, -1.0, 0.8)
+    adjust(second, 0, 0.4, 0.5)
+    np.testing.assert_allclose(first.mean(axis=1), second.mean(axis=1), atol=1e-12)
+    np.testing.assert_allclose(np.cov(first), np.cov(second), atol=1e-12)
+
+
+def test_an_ensemble_that_agrees_learns_nothing() -> None:
+    states = np.array([[2.0, 2.0, 2.0], [0.0, 1.0, 2.0]])
+    adjust(states, 0, 5.0, 0.1)
+    assert states.tolist() == [[2.0, 2.0, 2.0], [0.0, 1.0, 2.0]]
+
+
+LIMIT = PLATES.machine.power_limit
+READINGS = {
+    "all": (3000.0, 2800.0, 3300.0),
+    "small": (60.0, 40.0, 70.0),
+    "no full plunge since the dress": (0.0, 2800.0, 3300.0),
+    "the first at the end of its range": (3000.0, 5.0 * LIMIT, 3300.0),
+    "none": (0.0, 0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("read", READINGS.values(), ids=list(READINGS))
+def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read: tuple[float, float, float]) -> None:
+    members, noise, rng = 12, 1.5, np.random.default_rng(1)
+    level = max(read) or 3000.0
+    powers = level * np.exp(0.2 * rng.normal(size=(3, members)))
+    hidden, wheels = rng.normal(size=(members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
+    results = np.zeros((members, len(CycleResult._fields)))
+    column = CycleResult._fields.index
+    results[:, column("last_power")], results[:, column("last_count")] = 4.0 * powers[0], 4.0
+    results[:, column("first_power")], results[:, column("first_count")] = 6.0 * powers[1], 6.0
+    results[:, column("peak_power")] = powers[2]
+    results[:, column("plunge_rise")] = rng.uniform(300.0, 900.0, members)
+    area = WheelState._fields.index("A")
+    wheels[:, area] = 0.02 * np.exp(0.3 * rng.normal(size=members))
+
+    # the textbook update of mean and covariance, one reading after the other
+    states = np.vstack([hidden.T, np.log(wheels[:, area]), np.log(powers + 1.0)])
+    mean, covariance = states.mean(axis=1), np.cov(states)
+    for k, reading in enumerate(read):
+        row = len(Hidden._fields) + 1 + k
+        if 0.0 < reading < 5.0 * LIMIT:
+            sigma = noise * (0.03 + 20.0 / np.exp(mean[row]))
+            gain = covariance[:, row] / (covariance[row, row] + sigma**2)
+            mean = mean + gain * (np.log(reading + 1.0) - mean[row])
+            covariance = covariance - np.outer(gain, covariance[row])
+
+    seen = Signals(*read, speed=12_000.0, executions=1.0, pre_dress=0.0, diameter=300.0, new_lot=0.0)
+    learn(kind_row(PLATES, PLATES.kinds[0]), seen, noise, 1e9, results, wheels, hidden)
+    learnt = np.vstack([hidden.T, np.log(wheels[:, area])])
+    np.testing.assert_allclose(learnt.mean(axis=1), mean[: len(learnt)], atol=1e-9)
+    np.testing.assert_allclose(np.cov(learnt), covariance[: len(learnt), : len(learnt)], atol=1e-9)
+
+
+def test_no_member_is_duller_than_a_wheel_can_be() -> None:
+    members = 6
+    hidden, wheels = np.zeros((members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
+    area = WheelState._fields.index("A")
+    wheels[:, area] = np.linspace(0.15, 0.24, members)
+    results = np.zeros((members, len(CycleResult._fields)))
+    results[:, CycleResult._fields.index("peak_power")] = np.linspace(5000.0, 8000.0, members)
+    seen = Signals(0.0, 0.0, 12_000.0, speed=12_000.0, executions=1.0, pre_dress=0.0, diameter=300.0, new_lot=0.0)
+    learn(kind_row(PLATES, PLATES.kinds[0]), seen, 1.0, 0.25, results, wheels, hidden)
+    assert wheels[:, area].max() == 0.25
+
+
+def test_the_hypercube_is_one() -> None:
+    samples = hypercube(5, 16)
+    assert samples.shape == (5, 16, len(Hidden._fields))
+    np.testing.assert_allclose(samples.mean(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(samples.std(axis=1, ddof=1), 1.0)
+    layers = np.searchsorted(np.sort(samples[0, :, 0]), samples)
+    assert (np.sort(layers, axis=1) == np.arange(16)[:, None]).all()
+    assert len({tuple(column) for sample in layers for column in sample.T}) == 5 * len(Hidden._fields)
+
+
+# --- the filter ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
+    # through dresses, pre-dresses, orders, ageing coolant and new wheels
+    found = run(dataclasses.replace(load_task(name), spread=Spread()), 8, 3)
+    np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
+    assert found["wear_flat_spread"].max() < 1e-6
+    assert found["A"].max() > 1.3 * found["A"].min()
+
+
+def test_the_material_is_read_where_it_is_shown() -> None:
+    shop = dataclasses.replace(load_task("job_shop"), spread=Spread())
+    soft = Given(Fixed(material=float(materials().index("aisi_1020"))))
+    found = run(shop, 8, 3, given=soft)
+    np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
+    assert not np.allclose(found["A"], run(shop, 8, 3)["A"], rtol=0.01)
+
+
+def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
+    task = load_task("CBN")
+    found = run(task, 48, 4)
+    diameter = physical(found["observation"], Simulation(task, full=True, pre_dress=True).entries)["diameter"]
+    changed = np.diff(diameter, axis=0) > 1.0
+    assert changed.sum() >= 24
+    spread = found["growth_spread"]
+    assert spread[1:][changed].mean() > spread[:-1][changed].mean() + 0.02
+    # dressed, by a diamond whose first wear flat is not known
+    miss = np.abs(found["wear_flat"] - found["A"])[1:][changed]
+    assert (miss < 2.0 * found["wear_flat_spread"][1:][changed]).mean() > 0.9
+    assert (miss < 0.15 * found["A"][1:][changed]).all()
+
+
+def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
+    first = WheelBelief(PLATES, 64)
+    first.begin(3)
+    simulation = Simulation(PLATES)
+    belief = first.update(simulation.observe(start(simulation, 3)))
+    # variance of a standard normal number that is cut at 1.8
+    c = 1.8
+    tail = 0.5 * math.erfc(c / math.sqrt(2.0))
+    density = math.exp(-0.5 * c * c) / math.sqrt(2.0 * math.pi)
+    cut = math.sqrt((1.0 - 2.0 * tail) - 2.0 * c * density + 2.0 * c * c * tail)
+    spread = PLATES.spread
+    np.testing.assert_allclose(belief.growth, 0.0, atol=1e-3)
+    np.testing.assert_allclose(belief.growth_spread, cut * math.hypot(spread.wheel_growth, spread.lot_growth), rtol=0.1)
+    np.testing.assert_allclose(belief.pressure_spread, cut * spread.lot_pressure, rtol=0.03)
+    assert (belief.burnt == 0.0).all()
+
+
+def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
+    found = run(PLATES, 64, 11)
+    new = physical(found["observation"], Simulation(PLATES, full=True, pre_dress=True).entries)["new_lot"] > 0.5
+    new[0] = False
+    later, known = new[1:], ~new[1:] & ~new[:-1]
+    assert later.sum() > 200
+    # 16 members cannot draw it quite independently of what they know of the wheel
+    assert found["growth_spread"][1:][later].min() > 0.7 * PLATES.spread.lot_growth
+    assert found["growth_spread"][1:][later].mean() > 0.95 * PLATES.spread.lot_growth
+    assert found["growth_spread"][1:][known].mean() < 0.75 * PLATES.spread.lot_growth
+    np.testing.assert_allclose(found["pressure"][1:][later], 0.0, atol=1e-3)
+    # the wheel is the same as before the lot: its belief stays
+    assert np.ptp(found["growth"][1:][later]) > 0.1
+
+
+@pytest.mark.parametrize(("task", "least"), [(PLATES, 0.95), (RAILS, 0.94)], ids=["plates", "rails"])
+def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: float) -> None:
+    found = run(task, 96, 20_000)
+    estimator, names = SharpnessEstimator(task), [entry.name for entry in readings(task, full=False)]
+    entries = Simulation(task, full=True, pre_dress=True).entries
+    measured = [k for k, entry in enumerate(entries) if entry.name in names]
+    estimator.begin(96)
+    formula = np.array([estimator.update(each[:, measured]).wear_flat for each in found["observation"]])
+    truth, mean, spread = (found[name][1:-1] for name in ("A", "wear_flat", "wear_flat_spread"))
+    assert r2(truth, mean) > least
+    assert np.mean((mean - truth) ** 2) < 0.6 * np.mean((formula[1:-1] - truth) ** 2)
+    assert 0.85 < np.mean(np.abs(mean - truth) < 2.0 * spread) < 0.98
+    assert r2(found["ln_kA"][1:-1], found["growth"][1:-1]) > 0.45
+
+
+@pytest.mark.parametrize("task", [PLATES, RAILS, without_allowance()], ids=["plates", "rails", "finish only"])
+def test_the_belief_knows_when_it_burnt(task: Task) -> None:
+    found = run(task, 96, 30_000, speeds=(3000.0, 16000.0))
+    limits = [task.limits(task.kinds[task.kind_of_block(k)]).rise for k in range(task.blocks)]
+    truth = np.array(
+        [
+            [logistic((rise - limit) / 12.0) for rise in row]
+            for row, limit in zip(found["rise"][1:], limits, strict=True)
+        ]
+    )
+    assert 0.01 < truth.mean() < 0.5
+    assert r2(truth, found["burnt"][1:]) > 0.93
+
+
+def test_every_member_has_the_measured_diameter() -> None:
+    simulation = Simulation(PLATES)
+    observation = simulation.observe(start(simulation, 2))
+    observation[1, [entry.name for entry in simulation.entries].index("diameter")] -= 0.25
+    belief = WheelBelief(PLATES, 4)
+    belief.begin(2)
+    belief.update(observation)
+    diameters = belief.wheels[:, :, WheelState._fields.index("ds")]
+    np.testing.assert_allclose(diameters, [[300.0] * 4, [280.0] * 4], rtol=1e-6)
+
+
+# --- bookkeeping ---------------------------------------------------------------------------------------------
+
+
+def beliefs_of(entries: Any, observations: Array, masks: Array | None = None) -> list[Belief]:
+    belief = WheelBelief(PLATES, 8, entries)
+    belief.begin(observations.shape[1])
+    masks = np.ones(observations.shape[:2], bool) if masks is None else masks
+    return [belief.update(each, mask) for each, mask in zip(observations, masks, strict=True)]
+
+
+def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
+    simulation = Simulation(PLATES, full=True, pre_dress=True)
+    observations = run(PLATES, 6, 5)["observation"][:12]
+    together = beliefs_of(simulation.entries, observations)
+    turned = beliefs_of(simulation.entries, observations[:, ::-1])
+    for i in range(6):
+        alone = beliefs_of(simulation.entries, observations[:, i : i + 1])
+        for a, b, c in zip(together, turned, alone, strict=True):
+            for x, y, z in zip(a, b, c, strict=True):
+                assert x[i] == y[5 - i] == z[0]
+
+
+def test_only_what_is_measured_is_read() -> None:
+    full = Simulation(PLATES, full=True, pre_dress=True)
+    observations = run(PLATES, 4, 6)["observation"][:12]
+    measured = [k for k, entry in enumerate(full.entries) if entry.noise != "hidden"]
+    entries = tuple(full.entries[k] for k in measured)
+    assert len(entries) < len(full.entries)
+    assert_same(beliefs_of(full.entries, observations), beliefs_of(entries, observations[..., measured]))
+
+
+def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
+    simulation = Simulation(PLATES, full=True, pre_dress=True)
+    observations = run(PLATES, 2, 7)["observation"][:10]
+    alone = [beliefs_of(simulation.entries, observations[:, i : i + 1]) for i in range(2)]
+    belief = WheelBelief(PLATES, 8, simulation.entries)
+    belief.begin(2)
+    pair = np.empty_like(observations[0])
+    # episode 1 runs three blocks behind episode 0, then begins again
+    for k in range(10):
+        pair[0], pair[1] = observations[k, 0], observations[max(k - 3, 0), 1]
+        seen = belief.update(pair, np.array([True, k >= 3]))
+        assert [column[0] for column in seen] == [column[0] for column in alone[0][k]]
+        if k >= 3:
+            assert [column[1] for column in seen] == [column[0] for column in alone[1][k - 3]]
+    belief.restart(np.array([False, True]))
+    pair[1] = observations[0, 1]
+    seen = belief.update(pair, np.array([False, True]))
+    assert [column[1] for column in seen] == [column[0] for column in alone[1][0]]
+    assert [column[0] for column in seen] == [column[0] for column in alone[0][9]]
+
+
+def test_an_ensemble_needs_two_members() -> None:
+    with pytest.raises(BeliefError, match="members is 1, but must be at least 2"):
+        WheelBelief(PLATES, 1)
+
+
+def test_the_entries_are_the_fields_in_order() -> None:
+    low, high = bounds(belief_entries())
+    assert [entry.name for entry in belief_entries()] == [f"belief_{name}" for name in Belief._fields]
+    assert (low < high).all()

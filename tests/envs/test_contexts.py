@@ -1,0 +1,254 @@
+import math
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from grind_env.envs.contexts import (
+    FACTORS,
+    SPLITS,
+    ContextError,
+    Given,
+    from_ranges,
+    materials,
+    nominal_context,
+    read_options,
+)
+from grind_env.envs.episode import CUT, TapeRow
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task, task_names
+from grind_env.errors import GrindError
+from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, native, start, sync
+
+DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
+"""Of the standard normal distribution."""
+
+
+def trajectory(env_id: str, seed: int, options: Any, **kwargs: Any) -> tuple[Array, Array, str]:
+    """Observations, rewards and the part program of an episode of middling actions."""
+    env = gym.make(env_id, **kwargs).unwrapped
+    observations, rewards = [env.reset(seed=seed, options=options)[0]], []
+    for action in 0.5 * actions(BLOCKS[env_id], 1)[:, 0]:
+        observation, reward, *_ = env.step(action)
+        observations.append(observation)
+        rewards.append(reward)
+    return np.array(observations), np.array(rewards), env.part_program()
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_nominal_context_is_the_deterministic_task(name: str) -> None:
+    env_id = IDS[task_names().index(name)]
+    task = load_task(name)
+    runs = [trajectory(env_id, seed, {"context": nominal_context(task)}, observation="full") for seed in (1, 99)]
+    assert_same(runs[0], runs[1])
+    assert_same(trajectory(env_id, 7, {"context": "nominal"}, observation="full"), runs[0])
+    if name != "oracle6":  # which is deterministic as it is
+        plain = trajectory(env_id, 1, None, observation="full")
+        assert not np.array_equal(plain[1], runs[0][1])
+        # and the nominal values are those of the task: stock on target, every factor 1
+        given = read_options(task, {"context": "nominal"}, Given())
+        tape = TapeRow(*Simulation(task).start([np.random.default_rng(0)], [given]).tape[0].T)
+        stocks = np.array([kind.stock for kind in task.kinds])[tape.kind.astype(int)]
+        np.testing.assert_allclose(tape.stock, stocks, rtol=1e-12)
+        np.testing.assert_allclose(tape.gauged, stocks, rtol=1e-12)
+        for factor in (tape.kA, tape.pm, tape.fc, tape.Gref, tape.ra_scale, tape.spare_kA, tape.spare_ra_scale):
+            assert (factor == 1.0).all()
+        assert (tape.hf == 1.0).all() == (name != "blades")
+
+
+CHANGES: list[tuple[str, Any, str]] = [
+    ("grind/PowerLimited-v0", {"material": "inconel_718"}, "material"),
+    ("grind/Rush-v0", {"material": "aisi_1020"}, "material"),
+    ("grind/PowerLimited-v0", {"kA": 2.0}, "lot"),
+    ("grind/Rush-v0", {"kA": 2.0}, "lot"),
+    ("grind/PowerLimited-v0", {"pm": 1.5}, "lot"),
+    ("grind/Slot-v0", {"wheel_kA": 1.5}, "wheel lot"),
+    ("grind/WideRails-v0", {"ra_scale": 1.2}, "wheel lot"),
+    ("grind/PowerLimited-v0", {"fc": 0.5}, "wheel lot"),
+    ("grind/PowerLimited-v0", {"Gref": 0.5}, "wheel lot"),
+    ("grind/Blades-v0", {"hf": 0.5}, "coolant"),
+    ("grind/Blades-v0", {"coolant_ageing": 3.0}, "coolant"),
+    ("grind/PowerLimited-v0", {"stock": 1.3}, "stock"),
+    ("grind/PowerLimited-v0", {"diamond_flat": 0.2}, "diamond"),
+    ("grind/CBN-v0", {"executions_left": 3.0}, "diameter"),
+    ("grind/Rush-v0", {"slack": 0.5}, "clock"),
+    ("grind/JobShop-v0", {"sequence": ["gauge"]}, "blocks"),
+]
+
+
+@pytest.mark.parametrize(("env_id", "context", "what"), CHANGES)
+def test_every_factor_changes_what_happens_and_not_only_what_is_seen(env_id: str, context: Any, what: str) -> None:
+    nominal = nominal_context(load_task(env_id_name(env_id)))
+    base = trajectory(env_id, 0, {"context": nominal})
+    other = trajectory(env_id, 0, {"context": {**nominal, **context}})
+    assert not np.allclose(base[1], other[1], rtol=1e-6), what
+
+
+def env_id_name(env_id: str) -> str:
+    return task_names()[IDS.index(env_id)]
+
+
+def test_the_noise_changes_what_is_seen_and_not_what_happens() -> None:
+    nominal = nominal_context(load_task("power_limited"))
+    exact, rewards, program = trajectory("grind/PowerLimited-v0", 0, {"context": nominal})
+    noisy, same, text = trajectory("grind/PowerLimited-v0", 0, {"context": {**nominal, "noise": 1.0}})
+    np.testing.assert_array_equal(rewards, same)
+    assert program == text and not np.allclose(exact, noisy)
+
+
+def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
+    simulation = Simulation(load_task("power_limited"))
+    seeds = [np.random.default_rng(s) for s in range(50)]
+    given = read_options(simulation.task, {"context": {"kA": 2.0, "noise": 0.5}}, Given())
+    plain = TapeRow(*np.moveaxis(start(simulation, 50).tape, 2, 0))
+    fixed = TapeRow(*np.moveaxis(simulation.start(seeds, [given] * 50).tape, 2, 0))
+    for name in ("kind", "stock", "new_lot", "pm", "hf", "fc", "Gref", "ra_scale", "material"):
+        np.testing.assert_array_equal(getattr(plain, name), getattr(fixed, name), err_msg=name)
+    # every lot has the factor 2, on top of that of the wheel
+    wheel = fixed.kA / 2.0
+    assert (wheel == wheel[:, :1]).all() and np.abs(np.log(wheel)).max() == pytest.approx(CUT * 0.20)
+    np.testing.assert_allclose(fixed.mean_noise, 0.5 * plain.mean_noise)
+    np.testing.assert_allclose(fixed.gauged - fixed.stock, 0.5 * (plain.gauged - plain.stock), atol=1e-12)
+
+
+def test_a_lot_that_differs_in_nothing_is_no_new_lot() -> None:
+    simulation = Simulation(load_task("power_limited"))
+    for context, lots in (({"kA": 1.0}, True), ({"pm": 1.0}, True), ({"kA": 1.0, "pm": 1.0}, False)):
+        given = read_options(simulation.task, {"context": context}, Given())
+        tape = TapeRow(*simulation.start([np.random.default_rng(0)], [given]).tape[0].T)
+        assert tape.new_lot[0] == 1.0 and (tape.new_lot[1:] == 1.0).any() == lots
+
+
+def test_a_context_holds_until_another_is_given() -> None:
+    env = gym.make("grind/PowerLimited-v0").unwrapped
+
+    def growth(**reset: Any) -> float:
+        env.reset(**reset)
+        return float(np.unique(env.episodes.tape[0, :, TapeRow._fields.index("kA")]).size)
+
+    assert growth(seed=0) > 5
+    assert growth(seed=0, options={"context": {"kA": 1.0}}) == 1
+    assert growth() == 1
+    assert growth(options={"split": "test"}) == 1
+    assert growth(options={"context": None}) > 5
+    assert env.given.ranges == SPLITS["test"]
+    assert growth(options={"split": None}) > 5
+    assert env.given == Given()
+
+
+def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
+    contexts = [{"stock": 0.8, "sequence": ["plate"]}, None, "nominal"]
+    for mode in (AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP):
+        env = native("grind/PowerLimited-v0", 3, mode)
+        env.reset(seed=3, options={"context": contexts, "split": ["train", "test", None]})
+        stock = TapeRow._fields.index("stock")
+        for episode in range(2):
+            stocks = env.unwrapped.episodes.tape[:, :, stock]
+            assert (stocks[0] == 0.24).all() and (stocks[2] == 0.30).all(), episode
+            assert len(np.unique(stocks[1])) > 20
+            for action in actions(61 if mode == AutoresetMode.NEXT_STEP else 60, 3, seed=episode):
+                env.step(action)
+        assert [given.ranges for given in env.unwrapped.given] == [SPLITS["train"], SPLITS["test"], ()]
+        # only those that are reset take a new one
+        mask = np.array([True, False, False])
+        env.reset(options={"reset_mask": mask, "context": {"stock": 1.2}})
+        assert [given.fixed.stock for given in env.unwrapped.given][::2] == [1.2, 1.0]
+
+
+@pytest.mark.parametrize("env_id", ["grind/Rush-v0", "grind/Blades-v0"])
+def test_contexts_and_splits_are_the_same_in_sync_and_native(env_id: str) -> None:
+    options = {"context": {"kA": 1.5, "material": "inconel_718"}, "split": "validation"}
+    a, b = native(env_id, 3), sync(env_id, 3)
+    assert_same(a.reset(seed=1, options=dict(options)), b.reset(seed=1, options=dict(options)))
+    for action in actions(2 * BLOCKS[env_id] + 5, 3):
+        assert_same(a.step(action), b.step(action))
+
+
+BAD: list[tuple[Any, str]] = [
+    ({"contexts": {}}, "no reset option 'contexts'"),
+    ({"context": 3}, "context is 3"),
+    ({"context": {"ka": 1.0}}, "no factor 'ka'"),
+    ({"context": {"kA": "hard"}}, "kA is 'hard', but must be a number from 0.05 to 20"),
+    ({"context": {"kA": True}}, "kA is True"),
+    ({"context": {"kA": 0.0}}, "kA is 0.0"),
+    ({"context": {"hf": math.nan}}, "hf is nan"),
+    ({"context": {"stock": 4}}, "stock is 4, but must be a number from 0.3 to 3"),
+    ({"context": {"material": "aisi_52101"}}, "material is 'aisi_52101', but must be one of aisi_1020, aisi_52100"),
+    ({"context": {"sequence": ["plat"]}}, "there is no plat; legal are plate"),
+    ({"context": {"sequence": []}}, "sequence is []"),
+    ({"context": {"sequence": "plate"}}, "sequence is 'plate'"),
+    ({"context": {"executions_left": 4.0}}, "executions_left cannot be fixed"),
+    ({"split": "training"}, "split is 'training', but must be one of train, validation, test"),
+]
+
+
+@pytest.mark.parametrize(("options", "part"), BAD)
+def test_a_bad_option_is_refused_and_changes_nothing(options: Any, part: str) -> None:
+    env, twin = (gym.make("grind/PowerLimited-v0").unwrapped for _ in range(2))
+    vector, other = native("grind/PowerLimited-v0", 2), native("grind/PowerLimited-v0", 2)
+    for each in (env, twin, vector, other):
+        each.reset(seed=1)
+    for each in (env, vector):
+        with pytest.raises(ContextError) as caught:
+            each.reset(seed=2, options=options)
+        assert part in str(caught.value) and "\n" not in str(caught.value)
+    assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
+    assert_same(vector.step(np.zeros((2, 2))), other.step(np.zeros((2, 2))))
+    assert_same(env.reset(), twin.reset())
+    assert_same(vector.reset(), other.reset())
+    assert issubclass(ContextError, GrindError)
+
+
+def test_a_list_of_contexts_has_one_for_each_env() -> None:
+    env = native("grind/PowerLimited-v0", 2)
+    with pytest.raises(ContextError, match="context has 3 entries, but must have 2"):
+        env.reset(options={"context": [None] * 3})
+    with pytest.raises(ContextError, match="context is \\["):
+        gym.make("grind/PowerLimited-v0").reset(options={"context": [None]})
+
+
+def test_a_rough_block_needs_its_finish_block() -> None:
+    task = load_task("wide_rails")
+    for sequence in (["rough"], ["finish", "rough"], ["rough", "finish", "finish"]):
+        with pytest.raises(ContextError, match="whole parts"):
+            read_options(task, {"context": {"sequence": sequence}}, Given())
+
+
+def test_the_splits_divide_every_factor_into_ranges_that_do_not_meet() -> None:
+    ranges = [number for split in SPLITS.values() for number in split]
+    assert sorted(ranges) == list(range(10))
+    # symmetric about the middle, so that no split is harder on the whole
+    assert all(sorted(9 - number for number in split) == sorted(split) for split in SPLITS.values())
+    z = np.random.default_rng(0).standard_normal(100_000)
+    for split in SPLITS.values():
+        share = np.bincount(np.digitize(from_ranges(z, split), DECILES), minlength=10) / len(z)
+        expected = np.array([1.0 / len(split) if number in split else 0.0 for number in range(10)])
+        np.testing.assert_allclose(share, expected, atol=0.01)
+        moved = from_ranges(np.sort(z), split)
+        assert (np.diff(moved) >= 0.0).all()
+
+
+def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None:
+    simulation = Simulation(load_task("CBN"))
+    sigmas = {"pm": 0.08, "hf": 0.15, "fc": 0.10, "Gref": 0.15, "ra_scale": 0.07, "spare_ra_scale": 0.07}
+    for name, split in SPLITS.items():
+        given = read_options(simulation.task, {"split": name}, Given())
+        count = 300
+        tape = simulation.start([np.random.default_rng(i) for i in range(count)], [given] * count).tape
+        columns = TapeRow(*np.moveaxis(tape, 2, 0))
+        for factor, sigma in sigmas.items():
+            z = np.log(getattr(columns, factor)) / sigma
+            # on the edge of a range by less than the table is exact
+            near = np.abs(z[..., None] - DECILES).min(axis=-1) < 1e-3
+            assert set(np.digitize(z[~near], DECILES)) == set(split), (name, factor)
+    plain = start(simulation, 300).tape
+    z = np.log(TapeRow(*np.moveaxis(plain, 2, 0)).hf[:, 0]) / 0.15
+    assert set(np.digitize(z, DECILES)) == set(range(10))
+
+
+def test_contexts_are_described() -> None:
+    assert materials() == ["aisi_1020", "aisi_52100", "inconel_718"]
+    for name, factor in FACTORS.items():
+        assert factor.meaning and (factor.low <= factor.nominal <= factor.high or name == "executions_left")

@@ -1,0 +1,419 @@
+import copy
+import json
+import pickle
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+import grind_env
+from grind_env.control import read, read_file
+from grind_env.envs import job_env
+from grind_env.envs.actions import ActionError
+from grind_env.envs.choice import Choice
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.job_env import JobEnv, JobVectorEnv
+from grind_env.errors import GrindError
+from grind_env.machine.grind import grind
+from grind_env.machine.job_file import load_job
+from grind_env.machine.record import GrindingRecord
+from tests.envs.harness import MODES, assert_same
+from tests.machine.harness import DRESS
+
+ID = "grind/Job-v0"
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+NAMES = ["keyway_g81", "plate_g82", "rail_g83"]
+PLATE = """G00 X-30. Y0 Z0
+G82 X230. I-30. Y-.05 J-.01 L0 F60. E15000. P9100 D1
+M01
+G82 Y-.06 J-.005 L2 E9000.
+G80
+G00 Y20.
+"""
+BATCH = f"G71 G94 G90 G19\nG00 Y20.\n{PLATE}M00\n{PLATE}M00\n{PLATE}M30\n{DRESS}"
+JOB = """[part]
+material = "aisi_52100"
+length = 200
+width = 20
+stock = 0.06
+roughness_limit = 0.5
+tolerance = 9
+scrap_cost = 40
+"""
+NESTED = "G71 G94 G90 G19\nM98 P11\nM30\n" + "".join(f"O{n}\nM98 P{n + 1}\nM99\n" for n in (11, 12, 13))
+NESTED += "O14\n" + PLATE.replace("D1", "") + f"M99\n{DRESS}"
+FREE = (
+    JOB.replace("scrap_cost = 40", "scrap_cost = 0")
+    + """[setup]
+wheel_overrides = { price = 0 }
+dresser_overrides = { cost_per_dress = 0 }
+machine_overrides = { hourly_rate = 0 }
+"""
+)
+
+
+@pytest.fixture(autouse=True)
+def registered() -> None:
+    if ID not in gym.registry:
+        job_env.register()
+
+
+@pytest.fixture(scope="module")
+def batch(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A program of three parts with two blocks each."""
+    return written(tmp_path_factory.mktemp("batch"), BATCH)
+
+
+def written(folder: Path, program: str, job: str = JOB, name: str = "part.nc") -> str:
+    path = folder / name
+    path.write_text(program)
+    path.with_suffix(".toml").write_text(job)
+    return str(path)
+
+
+def example(name: str) -> str:
+    return str(EXAMPLES / f"{name}.nc")
+
+
+def play(env: JobEnv, policy_seed: int, seed: int | None = 0) -> list[dict[str, Any]]:
+    """An episode with uniform actions."""
+    rng = np.random.default_rng(policy_seed)
+    env.reset(seed=seed)
+    infos, terminated = [], False
+    while not terminated:
+        _, reward, terminated, truncated, info = env.step(rng.uniform(-1, 1, 2).astype(np.float32))
+        assert not truncated
+        assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
+        infos.append(info)
+    return infos
+
+
+def assert_same_record(a: GrindingRecord, b: GrindingRecord) -> None:
+    for name in ("strokes", "dresses", "parts"):
+        assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
+
+
+def refusal(error: type[Exception], function: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+    """The message of an error, which must be one line."""
+    with pytest.raises(error) as caught:
+        function(*args, **kwargs)
+    message = str(caught.value)
+    assert message and "\n" not in message
+    return message
+
+
+# --- the environment is the program ------------------------------------------------------------------
+
+
+@settings(max_examples=25, deadline=None)
+@given(name=st.sampled_from([*NAMES, "batch"]), seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000))
+def test_the_program_with_the_words_chosen_grinds_the_same_record(
+    batch: str, name: str, seed: int, policy_seed: int
+) -> None:
+    env = JobEnv(batch if name == "batch" else example(name))
+    infos = play(env, policy_seed, seed)
+    assert env.tape is not None
+    record = grind(read(env.part_program(), "part.nc"), env.job, conditions=env.tape.conditions)
+    assert_same_record(record, env.record())
+    assert env.record().dresses.size == sum(info["D"] for info in infos)
+    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    cost = sum(info["block_cost"] for info in infos)
+    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
+    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
+    scrap = record.parts.size - record.parts["survival"].sum()
+    assert sum(info["cost"] for info in infos) == pytest.approx(scrap, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["plate_g82", "rail_g83"])
+def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: str) -> None:
+    env = JobEnv(example(name), spread=0.0)
+    env.reset(seed=1)
+    rewards = []
+    for block in env.outline.blocks:
+        action = env.choices.encode(Choice(block.plan.feed, block.plan.dresses))
+        rewards.append(env.step(action)[1])
+    assert sum(rewards) == pytest.approx(-len(rewards), rel=1e-9)
+    assert_same_record(grind(read_file(example(name)), env.job), env.record())
+
+
+def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
+    env = JobEnv(example("plate_g82"))
+    env.reset(seed=0)
+    info = env.step(env.choices.encode(Choice(7000.0, 3)))[4]
+    assert info["block"] == "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E7000. P9100 D3"
+    text = (EXAMPLES / "plate_g82.nc").read_text()
+    # the finish block has not been run and keeps its words
+    assert env.part_program() == text.replace("E15000. P9100 D1", "E7000. P9100 D3")
+    assert (info["E"], info["D"]) == (7000.0, 3.0)
+
+
+def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
+    cycle = "G82 X9. I-1.2 Y-.002 J-.0004 L1 F2.4 E472. P9100\nM30\n"
+    env = JobEnv(written(tmp_path, "G70 G94 G90 G19\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
+    env.reset(seed=0)
+    info = env.step(env.choices.encode(Choice(12_700.0, 1)))[4]
+    assert "E500.0000" in info["block"]
+    assert info["E"] == 12_700.0
+    assert (env.record().strokes["E"] == 12_700.0).all()
+    assert env.record().dresses.size == 1
+
+
+def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
+    cycle = "G82 X230. I-30. Y-.05 J-.01 L1 F60. E9000."
+    env = JobEnv(written(tmp_path, f"G71 G94 G90 G19\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"))
+    for each in (env, JobEnv(example("keyway_g81"))):
+        env.reset(seed=0)
+        info = env.step(np.array([0.0, 1.0]))[4]
+        assert info["D"] == 0.0 and " D" not in info["block"]
+        assert [reading.name for reading in env.observation_info()].index("takes_dresses") > 0
+        assert not env.outline.blocks[0].takes_dresses
+
+
+def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
+    text = f"G71 G94 G90 G19\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
+    env = JobEnv(written(tmp_path, text))
+    assert len(env.outline.blocks) == 4
+    env.reset(seed=0)
+    for speed in (5000.0, 9000.0, 5000.0, 9000.0):
+        env.step(env.choices.encode(Choice(speed, 1)))
+    assert env.part_program().count("E5000.") == 1
+    env.reset(seed=0)
+    for speed in (5000.0, 9000.0, 6000.0, 9000.0):
+        env.step(env.choices.encode(Choice(speed, 1)))
+    assert "part.nc:6" in refusal(GrindError, env.part_program)
+
+
+def test_a_cycle_block_in_a_file_beside_the_program_cannot_be_written_into_it(tmp_path: Path) -> None:
+    (tmp_path / "O50.nc").write_text(f"{PLATE}M99\n{DRESS}")
+    env = JobEnv(written(tmp_path, "G71 G94 G90 G19\nM98 P50\nM30\n"))
+    play(env, 0)
+    assert "O50.nc:2" in refusal(GrindError, env.part_program)
+
+
+# --- what the agent sees ------------------------------------------------------------------------------
+
+
+def seen(env: JobEnv, observation: Any) -> dict[str, float]:
+    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.entries, observation, strict=True)}
+
+
+def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
+    env = JobEnv(batch, spread=0.0)
+    observation, _ = env.reset(seed=0)
+    assert seen(env, observation)["remaining"] == 1.0
+    views = []
+    for executions in (1, 0, 0, 2, 0, 0):
+        views.append(seen(env, env.step(env.choices.encode(Choice(10_000.0, executions)))[0]))
+    strokes, parts = env.record().strokes, env.record().parts
+    # rough: 5 picks and a coverage stroke, the dress after pick 3, so that strokes 2 to 6 are plunges
+    rough = strokes[:6]
+    assert rough["Z"] == pytest.approx([0.0, 0.01, 0.02, 0.03, 0.04, 0.05], abs=1e-12)
+    assert views[0]["first_power"] == pytest.approx(rough["power"][1:6].mean(), rel=1e-6)
+    assert views[0]["mean_power"] == pytest.approx(rough["power"][3:6].mean(), rel=1e-6)
+    assert views[0]["peak_power"] == pytest.approx(rough["power"].max(), rel=1e-6)
+    assert views[0]["volume"] == pytest.approx(0.03 * 200.0, rel=1e-6)
+    assert views[1]["volume"] == pytest.approx(0.04 * 200.0, rel=1e-6)
+    assert [view["blocks_since_dress"] for view in views] == pytest.approx([0, 1, 2, 0, 1, 2])
+    assert [view["dresses"] for view in views] == pytest.approx([1, 1, 1, 3, 3, 3])
+    errors = [view["size_error"] for view in views]
+    expected = [0.0, *parts["size_error"][[0, 0, 1, 1, 2]]]
+    assert errors == pytest.approx(expected, abs=1e-4)
+    # the roughness of the first part is known when the second one is finished
+    assert [view["roughness"] for view in views[:3]] == [0.0, 0.0, 0.0]
+    assert views[3]["roughness"] == pytest.approx(parts["Ra"][0] / 0.5, rel=1e-6)
+    assert [view["starts_part"] for view in views] == pytest.approx([0, 1, 0, 1, 0, 0])
+    assert [view["depth"] for view in views] == pytest.approx([0.01, 0.05, 0.01, 0.05, 0.01, 0.0], abs=1e-7)
+    assert [view["remaining"] for view in views] == pytest.approx(np.arange(5, -1, -1) / 6.0)
+    assert views[-1]["diameter"] == pytest.approx(strokes["ds"][-1], rel=1e-5)
+
+
+def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
+    exact, noisy = JobEnv(batch, spread=0.0), JobEnv(batch)
+    action = np.zeros(2, np.float32)
+    exact.reset(seed=3)
+    noisy.reset(seed=3)
+    assert noisy.tape is not None
+    view = seen(noisy, noisy.step(action)[0])
+    power = noisy.record().strokes["power"].max()
+    z = noisy.tape.noise[0, 2]
+    assert view["peak_power"] == pytest.approx(power * (1.0 + 0.03 * z) + 20.0 * z, rel=1e-5)
+    assert abs(z) > 1e-3
+    assert seen(exact, exact.step(action)[0])["peak_power"] != pytest.approx(view["peak_power"], rel=1e-3)
+
+
+def test_the_hidden_state_is_that_of_the_wheel_and_of_the_lot(batch: str) -> None:
+    env = JobEnv(batch, observation="full")
+    fresh = seen(env, env.reset(seed=2)[0])
+    assert env.tape is not None
+    assert fresh["growth"] == pytest.approx(env.tape.conditions[0].factors["kA"], rel=1e-5)
+    view = seen(env, env.step(np.zeros(2, np.float32))[0])
+    last = env.record().strokes[-1]
+    assert view["wear_flat"] == pytest.approx(last["A"], rel=1e-5)
+    assert view["wheel_volume"] == pytest.approx(last["V"], rel=1e-5)
+    assert fresh["wear_flat"] < view["wear_flat"]
+
+
+def test_everything_random_is_drawn_at_reset(batch: str) -> None:
+    envs = [JobEnv(batch) for _ in range(2)]
+    for policy_seed, env in enumerate(envs):
+        play(env, policy_seed, seed=5)
+    first, second = (env.tape for env in envs)
+    assert first is not None and second is not None
+    assert first.conditions == second.conditions
+    assert first.noise.tobytes() == second.noise.tobytes()
+    assert first.new_lot[0]
+    factors = [envs[0].np_random.random() for _ in range(2)]
+    assert factors[0] != factors[1]
+
+
+def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
+    tape = job_env.draw(np.random.default_rng(0), 1, 6000, 1.0)
+    assert np.mean(tape.new_lot) == pytest.approx(1.0 / 6.0, abs=0.02)
+    growth = np.array([condition.factors["kA"] for condition in tape.conditions])
+    changes, begins = np.diff(growth) != 0.0, np.array(tape.new_lot[1:])
+    assert not changes[~begins].any()
+    # two lots in a row may both be cut at 1.8 sigma, on the same side
+    assert changes[begins].mean() > 0.99
+    logs = np.log(growth[np.array(tape.new_lot)])
+    # a normal distribution cut at 1.8 sigma has 0.93 of its standard deviation
+    assert logs.std() == pytest.approx(0.93 * 0.45, rel=0.06)
+    nominal = job_env.draw(np.random.default_rng(0), 1, 3, 0.0)
+    assert all(set(condition.factors.values()) == {1.0} for condition in nominal.conditions)
+    assert (nominal.noise == 0.0).all()
+
+
+# --- the interface of Gymnasium -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("observation", ["measured", "full"])
+@pytest.mark.parametrize("name", NAMES)
+def test_both_checkers_pass_without_a_warning(name: str, observation: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(ID, program=example(name), observation=observation).unwrapped)
+        sb3_check_env(gym.make(ID, program=example(name), observation=observation).unwrapped)
+
+
+def test_the_spec_survives_json(batch: str) -> None:
+    env = gym.make(ID, program=batch, spread=0.5)
+    text = env.spec.to_json()
+    json.loads(text)
+    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(text)).reset(seed=3))
+    vector = gym.make_vec(ID, 2, program=batch, autoreset_mode="SameStep")
+    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
+    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert_same(vector.reset(seed=3), again.reset(seed=3))
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_identically_and_alone(batch: str, clone: Callable[[Any], Any]) -> None:
+    env = gym.make(ID, program=batch)
+    env.reset(seed=7)
+    plan = np.random.default_rng(0).uniform(-1, 1, (6, 2)).astype(np.float32)
+    for action in plan[:3]:
+        env.step(action)
+    twin = clone(env)
+    ahead = [twin.step(action) for action in plan[3:]]
+    assert_same([env.step(action) for action in plan[3:]], ahead)
+    assert_same_record(env.unwrapped.record(), twin.unwrapped.record())
+    assert_same(env.reset(), twin.reset())
+
+
+def test_the_vector_form_keeps_the_contract(batch: str) -> None:
+    check_vector_env(
+        lambda mode: JobVectorEnv(batch, num_envs=2, autoreset_mode=mode),
+        single=lambda: JobEnv(batch, show_block=False),
+        steps=14,
+    )
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_gymnasium_makes_the_vector_form(batch: str, mode: AutoresetMode) -> None:
+    env = gym.make_vec(ID, 3, program=batch, autoreset_mode=mode.value)
+    assert isinstance(env.unwrapped, JobVectorEnv)
+    assert env.metadata["autoreset_mode"] is mode
+    assert env.reset(seed=0)[0].shape == (3, *env.single_observation_space.shape)
+
+
+def test_a_step_out_of_turn_is_refused(batch: str) -> None:
+    env = JobEnv(batch)
+    refusal(ResetNeeded, env.step, np.zeros(2))
+    refusal(ResetNeeded, env.record)
+    play(env, 0)
+    refusal(ResetNeeded, env.step, np.zeros(2))
+
+
+def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
+    env, twin = JobEnv(batch), JobEnv(batch)
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    for action in (np.zeros(3), [np.nan, 0.0], [0.0, 1.5], "fast"):
+        refusal(ActionError, env.step, action)
+    assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
+    vector = JobVectorEnv(batch, num_envs=2)
+    vector.reset(seed=1)
+    assert "3 actions" in refusal(ActionError, vector.step, np.zeros((3, 2)))
+
+
+# --- what cannot be made into an environment ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("program", "job", "part"),
+    [
+        ("G71 G94 G90 G19\nG01 Y5. F100.\nM30\n", JOB, "no stroke"),
+        ("G71\nG82 X1. Q\nM30\n", JOB, "part.nc:2"),
+        (BATCH, JOB.replace("length = 200\n", ""), "part.length is missing"),
+        (BATCH.replace("35. F191.", "3. F191.").replace("P9100 D1", "P9100"), JOB, "O9100"),
+        # only an agent that asks for a dress finds that it would be one level too deep
+        (NESTED, JOB, "nest at most 4 levels"),
+        (BATCH.replace("M30", "M99"), JOB, "more than 2000 cycle blocks"),
+        (BATCH, FREE, "costs nothing"),
+    ],
+)
+def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
+    tmp_path: Path, program: str, job: str, part: str
+) -> None:
+    assert part in refusal(GrindError, JobEnv, written(tmp_path, program, job))
+
+
+def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
+    assert "nowhere.nc" in refusal(GrindError, JobEnv, str(tmp_path / "nowhere.nc"))
+    path = tmp_path / "alone.nc"
+    path.write_text(BATCH)
+    assert "alone.toml" in refusal(GrindError, JobEnv, str(path))
+    assert "other.toml" in refusal(GrindError, JobEnv, str(path), job=str(tmp_path / "other.toml"))
+
+
+def test_another_job_file_can_be_named(tmp_path: Path) -> None:
+    path = tmp_path / "alone.nc"
+    path.write_text(BATCH)
+    other = tmp_path / "other.toml"
+    other.write_text(JOB)
+    assert JobEnv(str(path), job=str(other)).job == load_job(other)
+
+
+def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> None:
+    text = "G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n"
+    assert "no cycle block" in refusal(GrindError, JobEnv, written(tmp_path, text))
+
+
+def test_arguments_out_of_range_are_refused(batch: str) -> None:
+    assert "measured, full" in refusal(GrindError, JobEnv, batch, observation="hidden")
+    for spread in (-0.1, float("nan"), 3.0):
+        assert "from 0 to 2" in refusal(GrindError, JobEnv, batch, spread=spread)
+    assert "'human'" in refusal(GrindError, JobEnv, batch, render_mode="human")
+    assert "0" in refusal(GrindError, JobVectorEnv, batch, num_envs=0)
+    assert "'Sometimes'" in refusal(GrindError, JobVectorEnv, batch, autoreset_mode="Sometimes")

@@ -1,0 +1,175 @@
+import copy
+import dataclasses
+import json
+import pickle
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from grind_env.control import read
+from grind_env.envs import reciprocation_env
+from grind_env.envs.actions import ActionError
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.names import task_names
+from grind_env.envs.program import conditions
+from grind_env.envs.reciprocation import shop
+from grind_env.envs.reciprocation_env import ReciprocationEnv, ReciprocationVectorEnv
+from grind_env.machine.grind import grind
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.state import WheelState
+from tests.envs.harness import MODES, assert_same
+
+ID = "grind/Reciprocation-v0"
+
+
+@pytest.fixture(autouse=True)
+def registered() -> None:
+    if ID not in gym.registry:
+        reciprocation_env.register()
+
+
+def play(env: ReciprocationEnv, seed: int, policy_seed: int, blocks: int) -> list[dict[str, Any]]:
+    env.reset(seed=seed)
+    size = env.action_space.shape[0]
+    actions = np.random.default_rng(policy_seed).uniform(-1, 1, (blocks, size)).astype(np.float32)
+    return [env.step(action)[4] for action in actions]
+
+
+def ground(env: ReciprocationEnv, blocks: int) -> GrindingRecord:
+    """The program of the episode, run with the operator's requests."""
+    assert env.episodes is not None
+    job = shop(env.task)
+    wheel = WheelState(*env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheels[0])
+    job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd))
+    control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
+    parts = conditions(env.task, env.episodes.tape[0])[:blocks]
+    return grind(read(env.part_program()), job, control=control, conditions=parts)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
+def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
+    env = ReciprocationEnv(predress=predress)
+    infos = play(env, seed, policy_seed, 6)
+    record = ground(env, 6)
+    parts = record.parts
+    assert record.warnings == ()
+    dresses = [info["D"] + info.get("predress", 0.0) for info in infos]
+    assert parts["dresses"].tolist() == dresses
+    assert (record.dresses["cause"] == "operator").sum() == sum(info["D"] for info in infos)
+    assert parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9)
+    assert parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-6, abs=1e-12)
+    assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
+
+
+def test_the_blocks_of_a_step_are_the_literal_form() -> None:
+    env = ReciprocationEnv(predress=True)
+    env.reset(seed=0)
+    assert env.episodes is not None
+    stock = env.episodes.tape[0, 0, 1]
+    info = env.step(np.array([0.0, -0.2, 0.5], np.float32))[4]
+    lines = info["block"].split("\n")
+    assert lines[0] == "G81.1 X330. I-30. E9487. P9100"
+    assert [line.split()[0] for line in lines[1:]] == ["G01", "G04", "G01", "G04", "G80"]
+    assert lines[1].endswith(" F.5") and lines[2].endswith("(OPERATOR ASKS FOR A DRESS)")
+    assert lines[3].startswith(f"G01 Y-{stock:.3f}".replace("-0.", "-."))
+    plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"].split("\n")
+    assert plain[0] == "G81 X330. I-30. E9487. P9100"
+    assert [line.split()[0] for line in plain[1:]] == ["G01", "G04", "G80"]
+    assert len(env.operator_dress_at()) == 1
+
+
+def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
+    env = ReciprocationEnv()
+    picks = []
+    for u in (-1.0, 0.0, 0.7):
+        env.reset(seed=0)
+        observation = env.step(np.array([u, -1.0], np.float32))[0]
+        names = [reading.name for reading in env.observation_info()]
+        picks.append(0.02 * float(observation[names.index("last_pick")]))
+    E = np.array([3000.0, 9487.0, 21_275.0]) / 60.0
+    assert picks == pytest.approx(0.5 / 60.0 * (360.0 / E + E / 1000.0 + 0.15), rel=1e-3)
+    assert "pick" not in names
+
+
+def test_the_episode_is_that_of_the_power_limited_task() -> None:
+    ours, theirs = gym.make(ID).unwrapped, gym.make("grind/PowerLimited-v0").unwrapped
+    for env in (ours, theirs):
+        env.reset(seed=4)
+    assert_same(ours.episodes.tape, theirs.episodes.tape)
+    assert_same(ours.episodes.wheels, theirs.episodes.wheels)
+    assert "reciprocation" not in task_names()
+
+
+def test_a_fixed_plan_earns_minus_one_a_step() -> None:
+    env = gym.make_vec(ID, 64)
+    env.reset(seed=500)
+    action = env.unwrapped.codec.encode(np.full(64, 12_000.0), np.full(64, 1.0))
+    rewards = np.array([env.step(action)[1] for _ in range(60)])
+    assert rewards.mean() == pytest.approx(-1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("kwargs", [{}, {"observation": "full"}, {"predress": True}, {"action": "multidiscrete"}])
+def test_both_checkers_pass_without_a_warning(kwargs: dict[str, Any]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(ID, **kwargs).unwrapped)
+        sb3_check_env(gym.make(ID, **kwargs).unwrapped)
+
+
+def test_the_spec_survives_json() -> None:
+    env = gym.make(ID, observation="full", predress=True)
+    text = env.spec.to_json()
+    json.loads(text)
+    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(text)).reset(seed=3))
+    vector = gym.make_vec(ID, 2, autoreset_mode="SameStep")
+    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
+    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert_same(vector.reset(seed=3), again.reset(seed=3))
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("make", [lambda: gym.make(ID), lambda: gym.make_vec(ID, 1)])
+def test_a_copy_goes_on_identically_and_alone(make: Callable[[], Any], clone: Callable[[Any], Any]) -> None:
+    env = make()
+    env.reset(seed=7)
+    plan = np.random.default_rng(0).uniform(-1, 1, (6, *env.action_space.shape)).astype(np.float32)
+    for action in plan[:3]:
+        env.step(action)
+    twin = clone(env)
+    ahead = [twin.step(action) for action in plan[3:]]
+    assert_same([env.step(action) for action in plan[3:]], ahead)
+
+
+@pytest.mark.parametrize("kwargs", [{}, {"observation": "full", "predress": True}])
+def test_the_vector_form_keeps_the_contract_and_the_numbers_of_single_ones(kwargs: dict[str, Any]) -> None:
+    check_vector_env(
+        lambda mode: ReciprocationVectorEnv(3, autoreset_mode=mode, show_block=True, **kwargs),
+        single=lambda: ReciprocationEnv(**kwargs),
+        steps=125,
+    )
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_gymnasium_makes_the_vector_form(mode: AutoresetMode) -> None:
+    env = gym.make_vec(ID, 3, autoreset_mode=mode)
+    assert isinstance(env.unwrapped, ReciprocationVectorEnv)
+    assert env.metadata["autoreset_mode"] is mode
+
+
+def test_a_bad_action_is_refused() -> None:
+    env = ReciprocationEnv()
+    env.reset(seed=0)
+    for action in (np.zeros(3), [np.nan, 0.0], "fast"):
+        with pytest.raises(ActionError):
+            env.step(action)

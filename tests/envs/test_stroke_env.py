@@ -1,0 +1,217 @@
+import copy
+import dataclasses
+import pickle
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from grind_env.control import read
+from grind_env.envs import stroke_env
+from grind_env.envs.actions import ActionError
+from grind_env.envs.choice import Choice
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.program import conditions
+from grind_env.envs.stroke_env import StrokeEnv, StrokeVectorEnv
+from grind_env.envs.tasks import TaskError
+from grind_env.machine.grind import grind
+from grind_env.machine.record import GrindingRecord
+from tests.envs.harness import assert_same
+
+ID = "grind/Stroke-v0"
+
+
+@pytest.fixture(autouse=True)
+def registered() -> None:
+    if ID not in gym.registry:
+        stroke_env.register()
+
+
+def ground(env: StrokeEnv) -> GrindingRecord:
+    """The program of the episode, run with the operator's requests."""
+    assert env.episode is not None
+    drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
+    job = env.episode.job
+    job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=float(drawn.wheels[0][-1])))
+    control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
+    return grind(read(env.part_program()), job, control=control, conditions=conditions(env.task, drawn.tape[0]))
+
+
+def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float) -> list[dict[str, Any]]:
+    """An episode at random speeds; every stroke has a dress before it with a probability."""
+    rng = np.random.default_rng(policy_seed)
+    env.reset(seed=seed)
+    infos, terminated = [], False
+    while not terminated:
+        action = np.array([rng.uniform(-1, 1), 0.5 if rng.random() < dress else -0.5], np.float32)
+        _, reward, terminated, truncated, info = env.step(action)
+        assert not truncated
+        assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
+        infos.append(info)
+    return infos
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), dress=st.sampled_from([0.0, 0.05, 0.3, 1.0]))
+def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy_seed: int, dress: float) -> None:
+    env = StrokeEnv()
+    infos = play(env, seed, policy_seed, dress)
+    record = ground(env)
+    assert record.warnings == ()
+    assert record.strokes["E"].tolist() == [info["E"] for info in infos]
+    dressed = [k for k, info in enumerate(infos) if info["D"]]
+    assert record.dresses["after"].tolist() == dressed
+    first = np.flatnonzero(np.diff(record.strokes["part"], prepend=0)).tolist()
+    causes = ["pre" if k in first else "operator" for k in dressed]
+    assert record.dresses["cause"].tolist() == causes
+    ends = np.append(first[1:], len(infos))
+    starts = np.array(first)
+    for name, key in (("seconds", "seconds"), ("survival", "good_parts")):
+        sums = [sum(info[key] for info in infos[a:b]) for a, b in zip(starts, ends, strict=True)]
+        assert record.parts[name] == pytest.approx(sums, rel=1e-9, abs=1e-12), name
+    handover = -infos[-1]["reward_terms"]["handover"] * env.task.reference_cost
+    cost = sum(info["block_cost"] for info in infos)
+    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    assert env.episode is not None
+    assert record.strokes["A"][-1] == pytest.approx(env.episode.wheel.A, rel=1e-12)
+
+
+def test_the_program_of_a_stroke() -> None:
+    env = StrokeEnv()
+    env.reset(seed=0)
+    blocks = [
+        env.step(env.choices.encode(Choice(speed, executions)))[4]["block"].split("\n")
+        for speed, executions in ((12_000.0, 1), (9000.0, 0), (6000.0, 1))
+    ]
+    assert blocks[0] == ["G00 X-30. Y-.02", "G81.1 X330. I-30. E12000. P9100"]
+    # a stroke of 360 mm at 200 mm/s decelerates after 360/200 s
+    assert blocks[1] == ["G04 X1.8", "G01 Y-.04 E9000."]
+    assert blocks[2][1] == "G01 Y-.06 E6000."
+    assert blocks[2][2].endswith("(OPERATOR ASKS FOR A DRESS)")
+    assert len(env.operator_dress_at()) == 1
+
+
+def test_a_part_is_ground_in_picks_to_its_stock() -> None:
+    env = StrokeEnv()
+    infos = play(env, 3, 0, 0.1)
+    record = ground(env)
+    assert env.episode is not None
+    for number, row in enumerate(env.episode.tape, 1):
+        Z = record.strokes["Z"][record.strokes["part"] == number]
+        assert Z[0] == pytest.approx(0.02)
+        assert Z[-3:] == pytest.approx(row.stock)
+        assert np.diff(Z)[:-3] == pytest.approx(0.02)
+        assert Z[-4] < row.stock
+    assert len(infos) == len(record.strokes)
+
+
+def seen(env: StrokeEnv, observation: Any) -> dict[str, float]:
+    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.entries, observation, strict=True)}
+
+
+def test_what_is_seen() -> None:
+    env = StrokeEnv(observation="full")
+    first = seen(env, env.reset(seed=1)[0])
+    assert (first["starts_part"], first["remaining"]) == (1.0, 1.0)
+    assert first["pick"] == pytest.approx(0.02, abs=1e-7)
+    views = [seen(env, env.step(env.choices.encode(Choice(10_000.0, int(k == 3))))[0]) for k in range(6)]
+    strokes = ground(env).strokes
+    readings = strokes["power"] * (1.0 + 0.03 * env.noise[:6]) + 20.0 * env.noise[:6]
+    assert [view["power"] for view in views] == pytest.approx(readings, rel=1e-5)
+    assert views[2]["mean_power"] == pytest.approx(readings[:3].mean(), rel=1e-5)
+    assert views[5]["mean_power"] == pytest.approx(readings[3:].mean(), rel=1e-5)
+    assert views[5]["peak_power"] == pytest.approx(readings.max(), rel=1e-5)
+    assert [view["last_dress"] for view in views] == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]
+    assert [view["volume"] for view in views] == pytest.approx([6, 12, 18, 6, 12, 18], rel=1e-5)
+    assert [view["strokes_left"] for view in views] == pytest.approx(first["strokes_left"] - np.arange(1, 7))
+    assert [view["wear_flat"] for view in views] == pytest.approx(strokes["A"], rel=1e-5)
+    assert views[0]["last_speed"] == pytest.approx(10.0)
+
+
+def test_the_size_gauge_and_the_roughness_gauge() -> None:
+    env = StrokeEnv()
+    env.reset(seed=2)
+    views, terminated = [], False
+    while not terminated:
+        observation, _, terminated, _, info = env.step(env.choices.encode(Choice(10_000.0, 0)))
+        if info["good_parts"] or info["cost"]:
+            views.append(seen(env, observation))
+    parts = ground(env).parts
+    assert env.episode is not None
+    tape = env.episode.tape
+    errors = [part["size_error"] + 0.7 * row.size_noise for part, row in zip(parts, tape, strict=True)]
+    assert [view["size_error"] for view in views] == pytest.approx(np.clip(errors, -100.0, 100.0), rel=1e-4)
+    gauged = parts["Ra"][0] / 1.0 * (1.0 + 0.06 * tape[0].roughness_noise)
+    assert [view["roughness"] for view in views[:4]] == pytest.approx([0.0, gauged, gauged, gauged], rel=1e-5)
+    assert [view["parts_since_gauged"] for view in views[:5]] == pytest.approx([1, 1, 2, 3, 1])
+    assert [view["remaining"] for view in views] == pytest.approx(np.arange(9, -1, -1) / 10.0)
+
+
+def test_the_noise_does_not_depend_on_the_policy() -> None:
+    envs = [StrokeEnv(), StrokeEnv()]
+    for policy_seed, env in enumerate(envs):
+        play(env, 5, policy_seed, 0.1)
+    assert_same(envs[0].noise, envs[1].noise)
+    assert envs[0].np_random.random() == envs[1].np_random.random()
+    assert len(envs[0].noise) >= envs[0].made
+
+
+@pytest.mark.parametrize("observation", ["measured", "full"])
+def test_both_checkers_pass_without_a_warning(observation: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(ID, observation=observation).unwrapped)
+        sb3_check_env(gym.make(ID, observation=observation).unwrapped)
+
+
+def test_the_spec_survives_json() -> None:
+    env = gym.make(ID, observation="full")
+    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(env.spec.to_json())).reset(seed=3))
+    vector = gym.make_vec(ID, 2, autoreset_mode="SameStep")
+    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
+    assert isinstance(again.unwrapped, StrokeVectorEnv)
+    assert_same(vector.reset(seed=3), again.reset(seed=3))
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_identically_and_alone(clone: Callable[[Any], Any]) -> None:
+    env = gym.make(ID)
+    env.reset(seed=7)
+    plan = np.random.default_rng(0).uniform(-1, 1, (30, 2)).astype(np.float32)
+    for action in plan[:15]:
+        env.step(action)
+    twin = clone(env)
+    ahead = [twin.step(action) for action in plan[15:]]
+    assert_same([env.step(action) for action in plan[15:]], ahead)
+    assert env.unwrapped.part_program() == twin.unwrapped.part_program()
+
+
+def test_the_vector_form_keeps_the_contract() -> None:
+    check_vector_env(
+        lambda mode: StrokeVectorEnv(2, autoreset_mode=mode), single=lambda: StrokeEnv(show_block=False), steps=230
+    )
+
+
+def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
+    env = StrokeEnv()
+    for call in (lambda: env.step(np.zeros(2)), env.part_program):
+        with pytest.raises(ResetNeeded):
+            call()
+    play(env, 0, 0, 0.0)
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(2))
+    env.reset()
+    for action in (np.zeros(3), [np.nan, 0.0], "fast"):
+        with pytest.raises(ActionError):
+            env.step(action)
+    with pytest.raises(TaskError, match="measured, full"):
+        StrokeEnv(observation="hidden")

@@ -1,0 +1,311 @@
+"""The Wen problem: published values, known optima, and the contract of its environments."""
+
+import itertools
+import pickle
+import warnings
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from hypothesis import given
+from hypothesis import strategies as st
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from grind_env.envs.actions import ActionError
+from grind_env.envs.tasks import TaskError
+from grind_env.envs.wen import HIGH, LOW, WenEnv, WenVectorEnv, action_array, decode, encode, judged
+from grind_env.errors import GrindError
+from grind_env.process.wen import CASES, REFERENCES, Setting, Verdict, score
+from tests.envs.harness import Array, assert_same
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+NUMBER = {name: k for k, name in enumerate(CASES)}
+MODES = list(AutoresetMode)
+cases = pytest.mark.parametrize("case", list(CASES))
+modes = pytest.mark.parametrize("mode", MODES)
+
+
+def verdict(case: str, settings: Any) -> Verdict:
+    """Verdict with columns, of settings of shape (N, 4)."""
+    table = np.atleast_2d(np.asarray(settings, float))
+    return Verdict(*judged(table, np.full(len(table), NUMBER[case])).T)
+
+
+def loss(case: str, settings: Any, weight: float = 1.0) -> Array:
+    seen = verdict(case, settings)
+    return seen.objective + weight * seen.violation
+
+
+# Vs, Vw, doc, L; CT, WRP, Ra as published: rows whose objective could be recomputed from the formulas
+PUBLISHED = [
+    ("rough", (2000.0, 19.96, 0.055, 0.044), (6.2, 17.47, 1.74)),  # Wen, Tay & Nee 1992
+    ("rough", (2019.35, 12.455, 0.079, 0.136), (7.4, 23.89, 1.796)),  # Rao & Pawar 2010, harmony search
+    ("rough", (2023.0, 11.48, 0.089, 0.137), (7.755, 24.45, 1.789)),  # Rao & Pawar 2010, simulated annealing
+    ("rough", (2023.0, 11.537, 0.0899, 0.137), (7.742, 24.551, 1.798)),  # Pawar & Rao 2013
+    ("finish", (2000.0, 19.99, 0.052, 0.091), (7.7, None, 0.83)),  # Wen, Tay & Nee 1992
+]
+
+# the same formulas by another hand (published/wen1992_evaluation_points.csv): Vs, Vw, doc, L; CT, WRP, Ra, U, U*
+RECOMPUTED = [
+    ("rough", (1365.0, 22.581, 0.1322, 0.064), (6.30476, 20.8433, 3.17876, 14.9545, 21.2914)),
+    ("rough", (1103.4, 13.169, 0.0509, 0.0577), (7.17882, 10.06832, 1.86215, 15.40023, 25.96172)),
+    ("rough", (1534.8, 11.266, 0.0879, 0.0152), (7.8433, 18.31792, 2.15591, 16.40187, 27.56566)),
+    ("finish", (1707.4, 17.549, 0.1364, 0.0874), (8.55875, 24.86336, 1.1747, 22.73491, 61.79703)),
+    ("finish", (1148.8, 14.799, 0.0127, 0.1311), (8.77997, 11.43824, 0.83523, 20.92885, 66.74267)),
+    ("finish", (1693.7, 22.454, 0.0166, 0.0711), (7.19056, 12.90393, 0.70868, 20.72708, 55.35084)),
+]
+
+
+@pytest.mark.parametrize(("case", "setting", "published"), PUBLISHED)
+def test_published_optima_are_reproduced(case: str, setting: Any, published: Any) -> None:
+    for value, expected in zip(verdict(case, setting)[:3], published, strict=True):
+        assert expected is None or value[0] == pytest.approx(expected, rel=0.008)
+
+
+@pytest.mark.parametrize(("case", "setting", "expected"), RECOMPUTED)
+def test_another_implementation_agrees(case: str, setting: Any, expected: Any) -> None:
+    values = [column[0] for column in verdict(case, setting)[:5]]
+    assert values == pytest.approx(expected, rel=2e-5)
+
+
+def test_the_terms_of_the_cost_are_the_published_ones() -> None:
+    # at the TLBO row: grinding 3.317, idle and load 2.697, set-up 1.250, dressing 0.003, wheel 0.466, dresser 0.013
+    assert verdict("rough", PUBLISHED[3][1]).production_cost[0] == pytest.approx(
+        3.317 + 2.697 + 1.250 + 0.003 + 0.466 + 0.013, abs=0.003
+    )
+
+
+def descend(case: str, weight: float, seed: int) -> tuple[Array, float]:
+    """Differential evolution (rand-to-best/1/bin) on objective + weight times violation."""
+    rng = np.random.default_rng(seed)
+    members = rng.uniform(LOW, HIGH, (48, 4))
+    value = loss(case, members, weight)
+    for _ in range(1500):
+        a, b = (members[rng.permutation(48)] for _ in range(2))
+        best = members[value.argmin()]
+        trial = members + 0.7 * (best - members) + 0.6 * (a - b)
+        trial = np.where(rng.random(members.shape) < 0.9, trial, members)
+        # a component beyond its bound goes half way to it, so that optima on a bound are reached
+        trial = np.where(trial < LOW, 0.5 * (members + LOW), np.where(trial > HIGH, 0.5 * (members + HIGH), trial))
+        there = loss(case, trial, weight)
+        members[there < value], value = trial[there < value], np.minimum(value, there)
+    return members[value.argmin()], float(value.min())
+
+
+@pytest.mark.parametrize("weight", [1.0, 2.0, 5.0])
+@cases
+def test_the_optimum_is_the_published_one_and_the_penalty_is_exact(case: str, weight: float) -> None:
+    setting, value = descend(case, weight, seed=int(weight))
+    reference = REFERENCES[case]
+    assert value == pytest.approx(reference.optimum, abs=1e-5)
+    assert setting.tolist() == pytest.approx(list(reference.setting), rel=1e-3)
+    assert verdict(case, setting).violation[0] < 1e-5
+
+
+@cases
+def test_random_settings_and_the_feasible_share_are_the_published_ones(case: str) -> None:
+    count = 50_000
+    settings = np.random.default_rng(0).uniform(LOW, HIGH, (count, 4))
+    values = loss(case, settings)
+    assert values.mean() == pytest.approx(REFERENCES[case].random, abs=4 * values.std() / np.sqrt(count))
+    assert values.std() / np.sqrt(count) == pytest.approx({"rough": 0.0009, "finish": 0.0007}[case], abs=5e-5)
+    feasible = float((verdict(case, settings).violation == 0.0).mean())
+    assert feasible == pytest.approx({"rough": 0.289, "finish": 0.252}[case], abs=0.008)
+    centre = loss(case, 0.5 * (LOW + HIGH))[0]
+    assert centre == pytest.approx({"rough": 0.0744, "finish": 0.8009}[case], abs=1e-4)
+
+
+@cases
+def test_the_score_is_0_for_random_and_100_for_the_optimum(case: str) -> None:
+    reference = REFERENCES[case]
+    assert score(reference.random, reference) == 0.0
+    assert score(reference.optimum, reference) == 100.0
+    assert score(loss(case, reference.setting)[0], reference) == pytest.approx(100.0, abs=0.01)
+
+
+def reset_to(env: WenEnv, case: str) -> None:
+    while env.case != NUMBER[case]:
+        env.reset()
+
+
+@cases
+def test_the_reward_of_the_best_action_is_minus_the_optimum(case: str) -> None:
+    env = WenEnv()
+    env.reset(seed=0)
+    reset_to(env, case)
+    reference = REFERENCES[case]
+    observation, reward, terminated, truncated, info = env.step(encode(reference.setting))
+    assert reward == pytest.approx(-reference.optimum, abs=2e-4)
+    assert observation.tolist() == [float(case == name) for name in CASES]
+    assert (terminated, truncated) == (True, False)
+    assert sum(info["reward_terms"].values()) == reward
+    assert info["cost"] == -info["reward_terms"]["violation"]
+    assert [info[name] for name in Setting._fields] == pytest.approx(list(reference.setting), rel=1e-6)
+    assert info["production_cost"] == pytest.approx({"rough": 7.2726, "finish": 7.1299}[case], rel=1e-4)
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4))
+def test_encoding_is_the_inverse_of_decoding(share: list[float]) -> None:
+    setting = Setting(*(LOW + np.array(share) * (HIGH - LOW)).clip(LOW, HIGH))
+    assert decode(action_array([encode(setting)], 1))[0] == pytest.approx(list(setting), rel=1e-5)
+
+
+def test_a_setting_beyond_the_bounds_cannot_be_encoded() -> None:
+    with pytest.raises(ActionError, match=r"Vw is 30, but must be from 10 to 22\.7"):
+        encode(Setting(1500.0, 30.0, 0.05, 0.05))
+
+
+def test_both_cases_are_drawn_equally_often() -> None:
+    env = WenVectorEnv(1000)
+    observations, _ = env.reset(seed=3)
+    assert (observations.sum(axis=1) == 1.0).all()
+    assert abs(observations[:, 0].mean() - 0.5) < 4 * 0.5 / np.sqrt(1000)
+
+
+SPEC = EnvSpec(
+    "grind/Wen-v0",
+    entry_point="grind_env.envs.wen:WenEnv",
+    vector_entry_point="grind_env.envs.wen:WenVectorEnv",
+)
+
+
+def test_both_checkers_pass_without_a_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(SPEC).unwrapped)
+        sb3_check_env(gym.make(SPEC).unwrapped)
+
+
+@modes
+def test_the_spec_survives_json(mode: AutoresetMode) -> None:
+    single = gym.make(EnvSpec.from_json(SPEC.to_json()))
+    assert single.reset(seed=4)[0].tolist() == WenEnv().reset(seed=4)[0].tolist()
+    vector = gym.make_vec(EnvSpec.from_json(SPEC.to_json()), 3, autoreset_mode=mode.value)
+    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
+    assert again.metadata["autoreset_mode"] is mode
+    assert_same(vector.reset(seed=4), again.reset(seed=4))
+
+
+BAD_ACTIONS: list[tuple[Any, str]] = [
+    (np.zeros(3), "shape"),
+    (np.zeros((1, 4)), "shape"),
+    (0.5, "shape"),
+    (None, "shape"),
+    ([0.1, 0.2, [0.3], 0.0], "numbers"),
+    (["a", "b", "c", "d"], "numbers"),
+    ([np.nan, 0.0, 0.0, 0.0], "nan for Vs"),
+    ([0.0, 1.0001, 0.0, 0.0], "1.0001 for Vw"),
+    ([0.0, 0.0, -1.5, 0.0], "-1.5 for doc"),
+    ([0.0, 0.0, 0.0, np.inf], "inf for L"),
+]
+
+
+@pytest.mark.parametrize(("action", "part"), BAD_ACTIONS)
+def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> None:
+    env = WenEnv()
+    vector = WenVectorEnv(2)
+    env.reset(seed=1)
+    vector.reset(seed=1)
+    for make in (lambda: env.step(action), lambda: vector.step([np.zeros(4), action])):
+        with pytest.raises(ActionError) as caught:
+            make()
+        message = str(caught.value)
+        assert "\n" not in message
+        assert part in message or "numbers" in message or "shape" in message
+    good = np.zeros((2, 4), np.float32)
+    env.step(good[0])
+    vector.step(good)
+
+
+def test_stepping_out_of_turn_and_bad_choices_are_refused() -> None:
+    env = WenEnv()
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(4))
+    env.reset(seed=0)
+    env.step(np.zeros(4))
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(4))
+    for mode in MODES:
+        vector = WenVectorEnv(2, mode)
+        with pytest.raises(ResetNeeded):
+            vector.step(np.zeros((2, 4)))
+        vector.reset(options={"reset_mask": np.array([True, False])})
+        with pytest.raises(ResetNeeded):
+            vector.step(np.zeros((2, 4)))
+    vector.reset()
+    vector.step(np.zeros((2, 4)))
+    with pytest.raises(ResetNeeded, match="episode 0"):
+        vector.step(np.zeros((2, 4)))
+    for error, make in (
+        (TaskError, lambda: WenEnv(render_mode="human")),
+        (TaskError, lambda: WenVectorEnv(0)),
+        (TaskError, lambda: WenVectorEnv(2, "Sometimes")),
+        (GrindError, lambda: WenVectorEnv(2).reset(seed=[1, 2, 3])),
+        (GrindError, lambda: WenVectorEnv(2).reset(options={"reset_mask": [True, False]})),
+    ):
+        with pytest.raises(error):
+            make()
+
+
+def both(a: Any, b: Any, call: Any) -> Any:
+    result = call(a)
+    assert_same(result, call(b))
+    return result
+
+
+def masked_reset(env: Any, mask: list[bool], seed: Any = None) -> Any:
+    return env.reset(seed=seed, options={"reset_mask": np.array(mask)})
+
+
+@modes
+def test_native_and_sync_give_the_same_bits(mode: AutoresetMode) -> None:
+    n = 4
+    native, sync = WenVectorEnv(n, mode), SyncVectorEnv([WenEnv] * n, autoreset_mode=mode)
+    plan = np.random.default_rng(0).uniform(-1.0, 1.0, (40, n, 4)).astype(np.float32)
+    both(native, sync, lambda env: env.reset(seed=5))
+    over = np.zeros(n, bool)
+    for k, action in enumerate(plan):
+        if mode == AutoresetMode.DISABLED and over.any():
+            mask = over.tolist()
+            both(native, sync, lambda env, mask=mask: masked_reset(env, mask))
+        elif k % 7 == 3:  # so that some episodes end a step later than the others
+            both(native, sync, lambda env: masked_reset(env, [False, True, False, True], [None, 77, None, None]))
+            over = over & np.array([True, False, True, False])
+        if mode == AutoresetMode.NEXT_STEP:
+            action = np.where(over[:, None], np.float32(np.nan), action)  # which must be ignored
+        _, _, over, _, _ = both(native, sync, lambda env, action=action: env.step(action))
+    both(native, sync, lambda env: env.reset(seed=[4, None, 2, 1]))
+    both(native, sync, lambda env: env.step(plan[0]))
+    both(native, sync, lambda env: env.reset())
+
+
+@modes
+def test_results_are_the_callers_and_copies_of_the_env_go_on_alone(mode: AutoresetMode) -> None:
+    env = WenVectorEnv(3, mode)
+    kept = [env.reset(seed=2)[0]]
+    for action in np.random.default_rng(1).uniform(-1.0, 1.0, (6, 3, 4)):
+        if mode == AutoresetMode.DISABLED and len(kept) > 1:
+            env.reset()
+        kept += env.step(action)[:4]
+    before = [each.copy() for each in kept]
+    twin = pickle.loads(pickle.dumps(env))
+    ahead = twin.reset(), twin.step(np.zeros((3, 4)))
+    assert_same((env.reset(), env.step(np.zeros((3, 4)))), ahead)
+    assert_same(kept, before)
+    assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(kept, 2))
+
+
+def test_the_spaces_of_two_envs_have_random_numbers_of_their_own() -> None:
+    a, b = WenEnv(), WenEnv()
+    a.action_space.seed(1)
+    b.action_space.seed(1)
+    assert_same(a.action_space.sample(), b.action_space.sample())
+    assert a.observation_space == WenVectorEnv(2).single_observation_space
+    assert [entry.name for entry in a.observation_info()] == list(CASES)
+    assert isinstance(a.observation_space, gym.spaces.Box)

@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+
+from grind_env.envs.contexts import Fixed, Given
+from grind_env.envs.episode import TapeRow
+from grind_env.envs.observations import physical
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.process.state import WheelState
+from tests.envs.harness import rollout, start
+
+CBN = Simulation(load_task("CBN"), full=True)
+N = 64
+STEP = 2 * 3 * 0.004
+"""mm of diameter that one execution takes off."""
+
+
+def test_the_wheel_starts_with_8_to_26_executions_left() -> None:
+    episodes = start(CBN, 3000)
+    diameter = WheelState(*episodes.wheels.T).ds
+    left = (diameter - 290.0) / STEP
+    assert 8.0 <= left.min() < 8.05 and 25.95 < left.max() <= 26.0
+    assert left.mean() == pytest.approx(17.0, abs=5 * 18.0 / np.sqrt(12 * 3000))
+    seen = physical(CBN.observe(episodes), CBN.entries)
+    np.testing.assert_allclose(seen["executions_left"], left, rtol=1e-5)
+
+
+def test_a_worn_out_wheel_gives_way_to_a_new_one() -> None:
+    episodes = start(CBN, N)
+    diameters, flats, wheels = [WheelState(*episodes.wheels.T).ds.copy()], [], []
+    outcomes = []
+    for _ in range(CBN.task.blocks):
+        outcomes.append(CBN.step(episodes, np.full(N, 15000.0), np.ones(N))[0])
+        wheels.append(WheelState(*episodes.wheels.T.copy()))
+        diameters.append(wheels[-1].ds)
+        flats.append(wheels[-1].wd)
+    outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
+    changed = outcome.change_cost > 0.0
+    assert (changed.sum(axis=0) == 1).all()  # 120 executions: 8 to 26 of the old wheel, and the new one has 416
+    np.testing.assert_array_equal(np.unique(outcome.change_cost), [0.0, 150.0])
+    ds, wd = np.array(diameters), np.array(flats)
+    assert (ds[1:][changed] == 300.0).all() and (ds[ds != ds[0]] >= 290.0).all()
+    # the wheel was changed as soon as one more block had taken it below 290 mm
+    before = ds[:-1][changed]
+    assert (before >= 290.0).all() and (before - STEP < 290.0 + 0.001).all()
+    # 40 minutes more than a block without
+    seconds = outcome.seconds
+    block = np.argmax(changed, axis=0)
+    usual = seconds[(block + 2) % 120, np.arange(N)]
+    assert (np.abs(seconds[block, np.arange(N)] - usual - 2400.0) < 60.0).all()
+    # it is mounted dressed, by the same diamond
+    at = (block, np.arange(N))
+    np.testing.assert_allclose(np.array([wheel.A for wheel in wheels])[at], 0.004 + 0.0012 * overlap(wd[at]), rtol=1e-6)
+    for name in ("V", "lam", "W"):
+        assert (np.array([getattr(wheel, name) for wheel in wheels])[at] == 0.0).all(), name
+    seen = physical(CBN.observe(episodes), CBN.entries)
+    assert (seen["executions_left"] > 300.0).all()
+
+
+def overlap(flat: np.ndarray) -> np.ndarray:
+    """Overlap ratio of a 0.5 mm diamond at a depth of 0.004 mm and a lead of 0.10 mm (model.md, section 4)."""
+    return (2.0 * np.sqrt(2 * 0.5 * 0.004 - 0.004**2) + flat) / 0.10
+
+
+def test_the_new_wheel_has_factors_of_its_own() -> None:
+    tape = TapeRow(*np.moveaxis(start(CBN, 2000).tape, 2, 0))
+    z = np.clip(np.random.default_rng(0).standard_normal(1_000_000), -1.8, 1.8).std()
+    ratio = np.log(tape.spare_kA[:, 0] / tape.kA[:, 0])
+    assert ratio.std() == pytest.approx(np.sqrt(2.0) * 0.30 * z, rel=0.06)
+    spare = np.log(tape.spare_ra_scale[:, 0])
+    assert spare.std() == pytest.approx(0.07 * z, rel=0.06)
+    assert np.corrcoef(spare, np.log(tape.ra_scale[:, 0]))[0, 1] == pytest.approx(0.0, abs=0.1)
+
+
+def test_the_factors_of_the_new_wheel_act_from_the_next_block_on() -> None:
+    given = Given(fixed=Fixed(executions_left=0.5, wheel_kA=1.0, ra_scale=1.0))
+    episodes = CBN.start([np.random.default_rng(0), np.random.default_rng(0)], [given] * 2)
+    rough = TapeRow._fields.index("spare_ra_scale")
+    episodes.tape[1, :, rough] *= 1.5
+    speeds, ones = np.full(2, 15000.0), np.ones(2)
+    first = Outcome(*CBN.step(episodes, speeds, ones)[0].T)
+    assert (first.change_cost == 150.0).all() and first.roughness[0] == first.roughness[1]
+    second = Outcome(*CBN.step(episodes, speeds, np.zeros(2))[0].T)
+    assert second.roughness[1] > 1.2 * second.roughness[0]
+    # its power readings begin anew
+    assert (physical(CBN.observe(episodes), CBN.entries)["mean_power"] > 0.0).all()
+
+
+def test_nothing_is_known_of_a_wheel_just_mounted() -> None:
+    given = Given(fixed=Fixed(executions_left=0.5))
+    episodes = CBN.start([np.random.default_rng(0)], [given])
+    CBN.step(episodes, np.full(1, 15000.0), np.ones(1))
+    seen = physical(CBN.observe(episodes), CBN.entries)
+    for name in ("mean_power", "volume", "blocks_since_dress"):
+        assert seen[name][0] == 0.0, name
+    assert seen["diameter"][0] == pytest.approx(300.0)
+
+
+def test_other_tasks_wear_their_wheel_without_a_change() -> None:
+    simulation = Simulation(load_task("wide_rails"))
+    outcome, _, _ = rollout(simulation, start(simulation, 4), 12000.0, 3.0)
+    assert (outcome.change_cost == 0.0).all()

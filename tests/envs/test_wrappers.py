@@ -1,0 +1,132 @@
+"""The wrappers: vector and single form give the same in every autoreset mode, and both keep their contract."""
+
+import warnings
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from grind_env.envs.belief import BeliefError, WheelBelief, belief_entries
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.memory import WrapperError
+from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
+from tests.envs.harness import actions, assert_same, native
+from tests.envs.walks import Walk, Walks
+
+MEASURED = {"observation": "measured", "show_block": False}
+
+
+def believing(env_id: str) -> Any:
+    return BeliefFilter(gym.make(env_id, **MEASURED), members=8)
+
+
+def test_the_stack_of_a_vector_env_is_that_of_its_single_envs() -> None:
+    check_vector_env(
+        lambda mode: VectorHistoryStack(SyncVectorEnv([Walk] * 3, autoreset_mode=mode), 3),
+        single=lambda: HistoryStack(Walk(), 3),
+        steps=30,
+    )
+    check_vector_env(lambda mode: VectorHistoryStack(Walks(mode), 1), single=lambda: HistoryStack(Walk(), 1), steps=30)
+
+
+def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> None:
+    check_vector_env(
+        lambda mode: VectorBeliefFilter(native("grind/PowerLimited-v0", 3, mode, **MEASURED), members=8),
+        single=lambda: believing("grind/PowerLimited-v0"),
+        steps=70,
+    )
+
+
+def test_a_stack_of_beliefs_is_one_too() -> None:
+    check_vector_env(
+        lambda mode: VectorHistoryStack(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
+        single=lambda: HistoryStack(believing("grind/Oracle6-v0")),
+        steps=20,
+    )
+
+
+def test_the_first_observation_of_an_episode_knows_nothing_of_the_one_before() -> None:
+    env = VectorHistoryStack(Walks(AutoresetMode.SAME_STEP), 3)
+    env.reset(seed=0)
+    ends = 0
+    for _ in range(40):
+        shown, _, terminations, truncations, info = env.step(np.full((3, 1), 0.5, np.float32))
+        for i in np.flatnonzero(terminations | truncations):
+            assert not shown[i, :-3].any() and shown[i, -1] == 0.0
+            assert info["final_obs"][i][-1] == 0.5 and info["final_obs"][i].shape == (9,)
+            ends += 1
+    assert ends > 10
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_a_reset_between_end_and_restart_is_not_followed_by_another(masked: bool) -> None:
+    env = VectorHistoryStack(Walks(AutoresetMode.NEXT_STEP), 2)
+    env.reset(seed=0)
+    over = np.zeros(3, bool)
+    while not over.any():
+        _, _, terminations, truncations, _ = env.step(np.ones((3, 1), np.float32))
+        over = terminations | truncations
+    first, _ = env.reset(options={"reset_mask": over} if masked else None)
+    shown, *_ = env.step(np.ones((3, 1), np.float32))
+    assert (shown[over, :3] == first[over, 3:]).all()
+    assert (shown[over, 5] == 1.0).all()
+
+
+def test_the_callers_options_and_info_are_left_alone() -> None:
+    env = VectorHistoryStack(SyncVectorEnv([Walk] * 3, autoreset_mode=AutoresetMode.DISABLED), 2)
+    env.reset(seed=0)
+    options = {"reset_mask": np.array([True, False, False])}
+    env.reset(options=options)
+    assert list(options) == ["reset_mask"]
+
+
+@pytest.mark.parametrize("wrap", [HistoryStack, BeliefFilter, lambda env: HistoryStack(BeliefFilter(env))])
+@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/Oracle6-v0"])
+def test_both_checkers_pass_without_a_warning(env_id: str, wrap: Any) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # Gymnasium warns of every wrapper, whatever it does
+        warnings.filterwarnings("ignore", ".*is different from the unwrapped version.*")
+        check_env(wrap(gym.make(env_id, **MEASURED)))
+        sb3_check_env(wrap(gym.make(env_id, **MEASURED)))
+
+
+def test_a_wrapped_env_can_be_made_again_from_its_spec() -> None:
+    env = HistoryStack(BeliefFilter(gym.make("grind/PowerLimited-v0", **MEASURED), members=4), n=2)
+    again = gym.make(EnvSpec.from_json(env.spec.to_json()))
+    assert again.observation_space == env.observation_space
+    assert_same(env.reset(seed=1), again.reset(seed=1))
+    for action in actions(5, 1)[:, 0]:
+        assert_same(env.step(action), again.step(action))
+
+
+def test_the_belief_of_the_wrapper_is_that_of_the_filter() -> None:
+    env = VectorBeliefFilter(native("grind/PowerLimited-v0", 2, AutoresetMode.DISABLED))
+    belief = WheelBelief(env.unwrapped.task)
+    belief.begin(2)
+    shown, _ = env.reset(seed=3)
+    count = len(belief_entries())
+    assert [entry.name for entry in env.observation_info()][-count:] == [entry.name for entry in belief_entries()]
+    assert len(env.observation_info()) == env.single_observation_space.shape[0]
+    for action in actions(20, 2):
+        wear = np.float32(belief.update(shown[:, :-count]).wear_flat / 0.05)
+        assert (shown[:, -count] == wear).all()
+        shown, *_ = env.step(action)
+
+
+def test_what_is_no_grinding_environment_has_no_belief() -> None:
+    for make in (
+        lambda: BeliefFilter(Walk()),
+        lambda: BeliefFilter(HistoryStack(gym.make("grind/Oracle6-v0"))),
+        lambda: VectorBeliefFilter(Walks(AutoresetMode.NEXT_STEP)),
+        lambda: VectorBeliefFilter(VectorHistoryStack(native("grind/Oracle6-v0", 2))),
+    ):
+        with pytest.raises(WrapperError, match="no grinding environment with its own observation"):
+            make()
+    with pytest.raises(BeliefError, match="members is 1"):
+        BeliefFilter(gym.make("grind/Oracle6-v0"), members=1)

@@ -1,0 +1,186 @@
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import Line, Source, execute, read
+from grind_env.kernel.rows import dtype_of
+from grind_env.machine.batch import PARAMETERS, PART, RESULT, WHEEL, as_table
+from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine.cycle import PartState
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job, WheelStart
+from grind_env.machine.reciprocation import Feeding, Segment, feed_blocks, segments
+from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke
+from tests.machine.harness import DRESS, job
+
+FEEDING = dtype_of(Feeding)
+ACCELERATION, DWELL = 1000.0, 0.15
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A G81 block with an infeed: depths in um, E and F in mm/min."""
+
+    depth: int
+    infeed: float
+    E: int
+    D: int
+    sparkout: int
+    pre_dress: bool
+
+    @property
+    def feeding(self) -> Feeding:
+        speed = self.E / 60.0
+        return Feeding(
+            speed=speed,
+            travel=260.0 / speed + speed / ACCELERATION,
+            dwell=DWELL,
+            infeed=self.infeed / 60.0,
+            acceleration=ACCELERATION,
+            target=self.depth / 1000.0,
+            requests=float(self.D),
+            pre_dress=float(self.pre_dress),
+            sparkout=float(self.sparkout),
+            width=20.0,
+            length=200.0,
+            dress_passes=2.0,
+            dress_feed=191.0 / 60.0,
+            dress_depth=0.02,
+            dress_seconds=0.0,
+        )
+
+    @property
+    def segments(self) -> list[Segment]:
+        return segments(self.feeding)
+
+    @property
+    def text(self) -> str:
+        code = "G81.1" if self.pre_dress else "G81"
+        lines = ["G71 G94 G90 G19", "G00 X-30. Y0 Z0", f"{code} X230. I-30. E{self.E}. P9100"]
+        for part in self.segments:
+            lines += [f"G01 Y-{part.end:.3f} F{self.infeed}", f"G04 X{part.dwell:.3f}"]
+        return "\n".join([*lines, "G80", "M30", DRESS])
+
+
+def requested(case: Case, job: Job) -> tuple[float, ...]:
+    """When the operator asks: at the end of every infeed but the last."""
+    control, times = job.control, []
+    for event in execute(read(case.text), control):
+        if isinstance(event, Line) and event.source is Source.PROGRAM and len(times) < case.D:
+            control.request_dress()
+            times.append(event.finish + 1e-6)
+    return tuple(times)
+
+
+def program_run(case: Case, job: Job) -> GrindingRecord:
+    control = dataclasses.replace(job.control, operator_dress_at=requested(case, job))
+    return grind(read(case.text), job, control=control)
+
+
+def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any, Any, Any, Any]:
+    """Wheels, parts, results and stroke logs; a dress takes `seconds`."""
+    n, p = len(cases), job.parameters
+    feedings = np.array([tuple(case.feeding._replace(dress_seconds=seconds)) for case in cases], FEEDING)
+    wheel = dressed_wheel(300.0, 0.0, 0.1, 0.02, p)
+    wheel = dressed_wheel(300.0, 0.0, dress_lead(wheel, 191.0 / 60.0, p), 0.02, p)
+    start = job.wheel
+    wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)
+    wheels = np.array([tuple(wheel)] * n, WHEEL)
+    parts = np.array([tuple(PartState(0.0, 0.0, INITIAL_ROUGHNESS))] * n, PART)
+    results, log = np.zeros(n, RESULT), np.zeros((n, 400, len(Stroke._fields)))
+    parameters = np.array([tuple(p)] * n, PARAMETERS)
+    tables = (as_table(t) for t in (feedings, parameters, wheels, parts, results))
+    feed_blocks(*tables, log, np.arange(n))
+    return wheels, parts, results, log.view(dtype_of(Stroke))[..., 0]
+
+
+CASES = st.builds(
+    Case,
+    depth=st.integers(40, 400),
+    infeed=st.sampled_from([0.2, 0.6, 1.5]),
+    E=st.integers(3000, 30_000),
+    D=st.integers(0, 4),
+    sparkout=st.integers(1, 4),
+    pre_dress=st.booleans(),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(case=CASES, A=st.floats(0.006, 0.05))
+def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
+    shop = job(wheel_start=WheelStart(wear_flat_area=A, volume_since_dress=50.0), stock=0.1)
+    record = program_run(case, shop)
+    seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
+    wheels, parts, results, log = compiled_run([case], shop, seconds)
+    result, n = results[0], len(record.strokes)
+    assert (result["strokes"], result["dresses"]) == (n, len(record.dresses))
+    assert list(record.dresses["cause"]) == ["pre"] * case.pre_dress + ["operator"] * case.D
+    counts = np.cumsum([part.strokes for part in case.segments]).astype(int)
+    assert list(record.dresses["after"]) == [0] * case.pre_dress + counts[:-1].tolist()
+    for name in Stroke._fields:
+        np.testing.assert_allclose(record.strokes[name], log[name][0, :n], rtol=1e-8, atol=1e-11, err_msg=name)
+    for name in WHEEL_FIELDS:
+        assert record.strokes[name][-1] == pytest.approx(wheels[name][0], rel=1e-9, abs=1e-13), name
+    part = record.parts[0]
+    assert part["S"] == pytest.approx(parts["S"][0], rel=1e-9)
+    assert part["Ra"] == pytest.approx(parts["Rs"][0], rel=1e-9)
+    assert part["rise"] == pytest.approx(result["finish_rise"], rel=1e-8)
+    for name in ("peak_power", "burn_ratio", "worn", "dressed_off"):
+        assert part[name] == pytest.approx(result[name], rel=1e-8), name
+    # all but the loading, which goes on until the first stroke
+    assert part["seconds"] - shop.times.load == pytest.approx(result["seconds"], rel=1e-9)
+
+
+def test_a_stroke_is_as_deep_as_the_infeed_comes_in_its_time() -> None:
+    case = Case(depth=300, infeed=0.6, E=12_000, D=0, sparkout=2, pre_dress=False)
+    record = program_run(case, job(stock=0.3))
+    depth = record.strokes["Z"]
+    # 0.01 mm/s times 260/200 + 200/1000 + 0.15 s
+    assert np.diff(depth)[:-4] == pytest.approx(0.0165, abs=1e-9)
+    assert depth[-3:] == pytest.approx(0.3)
+    assert depth[-4] < 0.3 - 1e-4
+    faster = program_run(dataclasses.replace(case, E=24_000), job(stock=0.3)).strokes["Z"]
+    assert np.diff(faster)[0] == pytest.approx(0.01 * (260.0 / 400.0 + 400.0 / 1000.0 + 0.15), abs=1e-9)
+
+
+@given(case=CASES)
+def test_requests_stand_at_equal_fractions_of_depth(case: Case) -> None:
+    ends = [part.end for part in case.segments]
+    assert ends[-1] == case.depth / 1000.0
+    assert ends == pytest.approx([case.depth * (k + 1) / (case.D + 1) / 1000.0 for k in range(case.D + 1)], abs=5.01e-4)
+    assert [part.start for part in case.segments] == [0.0, *ends[:-1]]
+    stroke = case.feeding.travel + case.feeding.dwell
+    for part in case.segments[:-1]:
+        # the table comes to its next reversal in the dwell, and waits there for no more than 2 ms
+        assert part.seconds < part.strokes * stroke + 1e-8
+        assert part.strokes * stroke < part.seconds + part.dwell <= part.strokes * stroke + 0.0021
+
+
+def test_machines_do_not_touch_each_other() -> None:
+    cases = [Case(60 + 20 * k, (0.3, 0.6)[k % 2], 4000 + 2000 * k, k % 4, 1 + k % 3, k % 3 == 0) for k in range(9)]
+    shop = job(stock=0.1)
+    together = compiled_run(cases, shop, 30.0)
+    for k, case in enumerate(cases):
+        alone = compiled_run([case], shop, 30.0)
+        assert [table[k].tobytes() for table in together] == [table[0].tobytes() for table in alone]
+
+
+def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
+    case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
+    shop = job(stock=0.3)
+    strokes = program_run(case, shop).strokes
+    result = compiled_run([case], shop)[2][0]
+    deeper = np.diff(strokes["Z"], prepend=0.0)
+    full = np.flatnonzero(deeper >= 0.9 * 0.0165)
+    after = int(case.segments[0].strokes)
+    assert result["first_power"] / result["first_count"] == pytest.approx(strokes["power"][full[:6]].mean(), rel=1e-9)
+    last = full[full >= after][-6:]
+    assert len(last) == result["last_count"] == 6.0
+    assert result["last_power"] == pytest.approx(strokes["power"][last].sum(), rel=1e-9)
+    assert result["plunge_rise"] == pytest.approx(strokes["T"][deeper > 0.0].max(), rel=1e-9)
