@@ -32,7 +32,10 @@ Radius = Annotated[
     list[str] | None,
     typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
 ]
-GrooveRetract = Annotated[float, typer.Option(help="Retract amount e of G76 and G77, mm.")]
+GrooveRetract = Annotated[
+    float | None,
+    typer.Option(help="Retract amount e of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in while G70 is in force."),
+]
 
 
 @app.callback()
@@ -47,7 +50,7 @@ def check(
     acceleration: Acceleration = 1000.0,
     block_delete: BlockDelete = False,
     radius: Radius = None,
-    groove_retract: GrooveRetract = 0.5,
+    groove_retract: GrooveRetract = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
     """Read every block of a program, execute it, and report errors or a summary."""
@@ -73,7 +76,7 @@ def trace(
     acceleration: Acceleration = 1000.0,
     block_delete: BlockDelete = False,
     radius: Radius = None,
-    groove_retract: GrooveRetract = 0.5,
+    groove_retract: GrooveRetract = None,
 ) -> None:
     """Print the motions of a program, one JSON object a line."""
     from grind_env import control
@@ -190,7 +193,7 @@ def tasks(
 
 
 def _control(
-    strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float
+    strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float | None
 ) -> "Control":
     """The settings that the options of `check` and `trace` ask for."""
     from grind_env.control import Control, ControlError

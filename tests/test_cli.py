@@ -201,3 +201,8 @@ def test_trace_takes_the_retract_of_grooves(grind) -> None:
     text = "G00 X25. Z-10.\nG77 X20. I2. D0 F1.\n"
     ends = [json.loads(line)["end"][0] for line in grind("trace", text, "--groove-retract", "0.25")[1].splitlines()]
     assert ends == [25.0, 23.0, 23.25, 21.0, 21.25, 20.0, 25.0]
+    unset = [json.loads(line)["end"][0] for line in grind("trace", text)[1].splitlines()]
+    assert unset == [25.0, 23.0, 23.5, 21.0, 21.5, 20.0, 25.0]
+    text = "G70 G00 X1. Z-1.\nG77 X.8 I.1 D0 F1.\n"
+    inch = [json.loads(line)["end"][0] for line in grind("trace", text)[1].splitlines()]
+    assert inch == pytest.approx([1.0, 0.9, 0.92, 0.8, 1.0])

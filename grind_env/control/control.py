@@ -48,7 +48,7 @@ class Control:
         work_offsets: origins of G54 to G59.3 by their code, mm.
         external_offset: shift of all of them (11-10), mm.
         reference_points: of G28 or G30 P1, and of G30 P2 to P4, mm.
-        groove_retract: retract amount e of G76 and G77, mm.
+        groove_retract: retract amount e of G76 and G77, mm; None for 0.5 mm, and 0.02 in while G70 is in force.
         dress_amount: what one dress takes off the wheel radius of entry 33, mm.
         minimum_radius: of the wheel, below which the operator is warned, mm.
         announce_cycles: whether a `CycleAhead` comes before every cycle block.
@@ -82,7 +82,7 @@ class Control:
     work_offsets: Mapping[str, Position] = field(default_factory=dict)
     external_offset: Position = ORIGIN
     reference_points: tuple[Position, Position, Position, Position] = (ORIGIN, ORIGIN, ORIGIN, ORIGIN)
-    groove_retract: float = 0.5
+    groove_retract: float | None = None
     dress_amount: float = 0.0
     minimum_radius: float = 0.0
     announce_cycles: bool = False
@@ -90,7 +90,10 @@ class Control:
 
     def __post_init__(self) -> None:
         """Refuse values that no machine has."""
-        for name in ("acceleration", "rapid_feed", "maximum_feed", "groove_retract"):
+        positive = ["acceleration", "rapid_feed", "maximum_feed"]
+        if self.groove_retract is not None:
+            positive.append("groove_retract")
+        for name in positive:
             value = getattr(self, name)
             if not 0.0 < value < math.inf:
                 raise ControlError("setting", f"{name} is {value}; it must be a finite number above 0")

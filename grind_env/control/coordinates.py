@@ -53,9 +53,10 @@ class WorkSystems:
         """
         block, words = command.block, command.words
         command.allow_only("LPOXYZ", "a G10 block")
-        for letter, meaning in (("L", "L2"), ("P", "P1 to P9, the work system")):
+        for letter, meaning in (("L", "L2"), ("P", "P")):
             if letter not in words:
-                raise command.error("missing-parameter", f"G10 lacks {meaning}")
+                message = f"G10 lacks {meaning}; G10 L2 P1 to P{len(WORK_SYSTEMS)} loads a work system"
+                raise command.error("missing-parameter", message)
         if numbers.integer(block, words["L"], 0, 99) != 2:
             raise command.error("not-supported", f"G10 {words['L']} is not supported; G10 L2 loads work systems", "L")
         system = WORK_SYSTEMS[numbers.integer(block, words["P"], 1, len(WORK_SYSTEMS)) - 1]
@@ -84,7 +85,8 @@ class WorkSystems:
         """
         command.allow_only(AXES, "a G92 block")
         if not command.lengths:
-            raise command.error("missing-parameter", "G92 lacks the coordinates that the present position shall have")
+            message = "G92 lacks X, Y or Z; it takes the coordinates that the present position shall have"
+            raise command.error("missing-parameter", message)
         origin = self.origin(command.modes.work_system)
         shift = list(self.shift)
         for letter, value in command.lengths.items():

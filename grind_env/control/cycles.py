@@ -74,7 +74,10 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
         )
     plunge, cross = PLANES[command.modes.plane]
     roles = f" in {command.modes.plane}, where {AXES[axis]} reciprocates and {AXES[plunge]} plunges"
-    command.allow_only(_words(code, axis, plunge, cross), f"a {code} block{'' if code == 'G81' else roles}")
+    if code == "G81":
+        command.allow_only(_words(code, axis, plunge, cross), "a G81 block", common="EST")
+    else:
+        command.allow_only(_words(code, axis, plunge, cross), f"a {code} block{roles}")
 
     memory, secondary = _reversal_points(command, memory, situation, axis)
     memory, feed, program, dresses = _feed_and_dress(command, memory, bool(pre_dress))
@@ -174,8 +177,6 @@ def _reversal_points(command: Command, memory: Memory, situation: Situation, axi
 
 
 def _feed_and_dress(command: Command, memory: Memory, pre_dress: bool) -> tuple[Memory, float, int | None, int]:
-    if command.action.startswith("G81") and "F" in command.words:
-        raise command.error("block-format", f"{command.words['F']} has no meaning in a G81 block", "F")
     block, words = command.block, command.words
     dresses = numbers.integer(block, words["D"], 0, MOST) if "D" in words else 0
     if "P" in words:

@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 
 from grind_env.control import numbers
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import CYCLES, LATER, MOTIONS, ONE_SHOT, SWITCHES, Modes
+from grind_env.control.modes import ACTIONS, LATER, MOTIONS, SWITCHES, Modes
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
-ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})
 """M words that end or call a program; a block holds one of them at most."""
 
@@ -66,11 +65,13 @@ class Command:
         unit = float(numbers.MILLIMETRES_PER_INCH) if self.modes.inch else 1.0
         return str(self.words[letter]) if letter in self.words else f"{letter}{round(mm / unit, 7):g}"
 
-    def allow_only(self, letters: str, action: str) -> None:
-        """Refuse every word other than these, F, E, S and T, as foreign to the block (PD-18)."""
+    def allow_only(self, letters: str, action: str, common: str = "FEST") -> None:
+        """Refuse every word other than these and the common ones as foreign to the block (PD-18)."""
+        allowed = {*letters, *common}
         for letter, word in self.words.items():
-            if letter not in letters and letter not in "FEST":
-                raise self.block.error("block-format", f"{word} has no meaning in {action}", word)
+            if letter not in allowed:
+                message = f"{word} has no meaning in {action}; {', '.join(sorted(allowed))} have"
+                raise self.block.error("block-format", message, word)
 
 
 def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
@@ -129,7 +130,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
     if code in MOTIONS:
         modes = replace(modes, motion=code)
     if sum(number in PROGRAM_FLOW for number in m) > 1:
-        raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99")
+        raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99; it may hold one")
     return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed, tool, form)
 
 
@@ -151,7 +152,8 @@ def recognise(block: Block, form: NumberFormat) -> None:
 
 
 def _refused(block: Block, word: Word, code: str) -> ControlError:
-    hint = "; G70 is inch and G71 metric" if code in ("G20", "G21") else ""
+    hint = "G70 is inch and G71 metric" if code in ("G20", "G21") else ""
     if code in LATER:
-        return block.error("not-supported", f"{code} is a code of the control but not supported yet{hint}", word)
-    return block.error("unknown-word", f"{word} is not a G code of this control{hint}", word)
+        message = f"{code} is a code of the control that this simulator does not have; {hint or 'leave it out'}"
+        return block.error("not-supported", message, word)
+    return numbers.unknown_code(block, word, hint)

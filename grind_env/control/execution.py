@@ -79,5 +79,6 @@ def dress_program_moves(
     interpreter = Interpreter(programs, control or Control())
     interpreter.timeline.position = start
     if programs.find(number) is None:
-        raise ControlError("program-not-found", f"O{number} is not in {programs.name} or beside it")
+        message = f"O{number} names no program; it must be in {programs.name} or beside it"
+        raise ControlError("program-not-found", message)
     return [event for event in interpreter.dress(number, "pre") if isinstance(event, Motion)]

@@ -10,7 +10,7 @@ from decimal import ROUND_HALF_UP, Context, Decimal, DecimalException
 
 from grind_env.control.errors import ControlError
 from grind_env.control.reader import Block, Word
-from grind_env.control.words import LONGEST_NUMBER
+from grind_env.control.words import LONGEST_NUMBER, NO_VARIABLE_NUMBER
 
 DEEPEST_BRACKET = 20
 DECIMALS = 10
@@ -31,7 +31,7 @@ def evaluated(block: Block, variables: Mapping[int, float]) -> Block:
 
     Args:
         block: as it was read.
-        variables: values of the ``#`` variables by their numbers.
+        variables: finite values of the ``#`` variables by their numbers, as `Control` has checked them.
 
     Raises:
         ControlError: expression, what is wrong in one of them; not-supported, a function.
@@ -47,7 +47,8 @@ def _evaluated_word(block: Block, word: Word, variables: Mapping[int, float]) ->
     try:
         value = _rounded(_Evaluation(block, word, variables).value())
     except DecimalException:
-        raise block.error("expression", f"the value of {word.letter} is too large", word) from None
+        message = f"the value of {word.letter} has more digits than the control can hold; use smaller numbers"
+        raise block.error("expression", message, word) from None
     whole, _, decimals = f"{value.copy_abs():f}".partition(".")
     return word._replace(sign="-" if value < 0 else "", whole=whole, point=True, decimals=decimals.rstrip("0"))
 
@@ -86,7 +87,7 @@ class _Evaluation:
             elif operand:
                 value = _ARITHMETIC.divide(value, operand)
             else:
-                raise self._error("a value is divided by 0", at)
+                raise self._error("a value is divided by 0; a divisor must not be 0", at)
         return value
 
     def _signed_operand(self) -> Decimal:
@@ -106,12 +107,14 @@ class _Evaluation:
         if character == "." or character in _DIGITS:
             return Decimal(self._digits(_NUMBER))
         if character in "]+-*/":
-            raise self._error(f"an operand is missing before {character!r}", self._position)
+            message = f"{character!r} follows no operand; a number, a # variable or a bracket must stand before it"
+            raise self._error(message, self._position)
         raise self._misplaced(character)
 
     def _bracket(self) -> Decimal:
         if self._depth == DEEPEST_BRACKET:
-            raise self._error(f"brackets are nested more than {DEEPEST_BRACKET} deep", self._position)
+            message = f"brackets are nested more than {DEEPEST_BRACKET} deep; {DEEPEST_BRACKET} are allowed"
+            raise self._error(message, self._position)
         self._depth += 1
         self._position += 1
         value = self._sum()
@@ -134,13 +137,10 @@ class _Evaluation:
         elif self._next() in _DIGITS:
             number = int(self._digits(_VARIABLE_NUMBER))
         else:
-            raise self._error("'#' lacks the number of a variable", at)
+            raise self._error(NO_VARIABLE_NUMBER, at)
         if number not in self._variables:
             raise self._error(f"#{number} has no value; give it one in the variables of the control", at)
-        value = Decimal(repr(float(self._variables[number])))
-        if not value.is_finite():
-            raise self._error(f"#{number} is {value}; a variable must be a finite number", at)
-        return value
+        return Decimal(repr(float(self._variables[number])))
 
     def _digits(self, pattern: re.Pattern[str]) -> str:
         """The number that begins here, without its blanks."""
@@ -151,8 +151,9 @@ class _Evaluation:
         digits = "".join(match[0].split())
         if digits == ".":
             raise self._error("'.' has no digits; a number must stand here", at)
-        if len(digits) > LONGEST_NUMBER:
-            raise self._error(f"a number has more than {LONGEST_NUMBER} digits", at)
+        count = len(digits) - digits.count(".")
+        if count > LONGEST_NUMBER:
+            raise self._error(f"a number has {count} digits; {LONGEST_NUMBER} are allowed", at)
         return digits
 
     def _next(self) -> str:
@@ -168,8 +169,9 @@ class _Evaluation:
             message = f"{name[0].upper()} is no part of an expression here; + - * / and brackets are"
             return self._block.place.error("not-supported", message, column)
         if character in "#[." or character in _DIGITS:
-            return self._error(f"an operator is missing before {character!r}", self._position)
-        return self._error(f"{character!r} has no place in an expression", self._position)
+            return self._error(f"{character!r} follows an operand; + - * or / must stand between", self._position)
+        message = f"{character!r} has no place in an expression; numbers, # variables, + - * / and brackets have"
+        return self._error(message, self._position)
 
     def _error(self, message: str, position: int) -> ControlError:
         return self._block.place.error("expression", message, self._word.column + 1 + position)

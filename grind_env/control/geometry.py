@@ -118,10 +118,13 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
     centre[second] += offset[1]
     radius = math.hypot(*offset)
     if radius == 0.0:
-        raise ImpossibleArc("the centre is at the start point")
+        raise ImpossibleArc("the centre is at the start point; I, J or K must lead away from it")
     to_end = math.hypot(end[first] - centre[first], end[second] - centre[second])
     if abs(to_end - radius) > RADIUS_TOLERANCE:
-        raise ImpossibleArc(f"the end is {to_end:.4f} mm from the centre but the start {radius:.4f} mm")
+        raise ImpossibleArc(
+            f"the end is {to_end:.4f} mm from the centre but the start {radius:.4f} mm; "
+            f"they may differ by {RADIUS_TOLERANCE} mm"
+        )
     return Circular(start, end, (centre[0], centre[1], centre[2]), rotation, plane)
 
 
@@ -137,7 +140,9 @@ def arc_with_radius(start: Position, end: Position, radius: float, rotation: int
     if chord == 0.0:
         raise ImpossibleArc("the end is at the start point; a full circle needs I, J or K")
     if 0.5 * chord > abs(radius) + 0.5 * RADIUS_TOLERANCE:
-        raise ImpossibleArc(f"the end is {chord:.4f} mm away, more than twice the radius of {abs(radius):.4f} mm")
+        raise ImpossibleArc(
+            f"the end is {chord:.4f} mm away; it can be at most twice the radius of {abs(radius):.4f} mm"
+        )
     height = math.sqrt(max(radius * radius - 0.25 * chord * chord, 0.0))
     side = math.copysign(height, radius) * rotation / chord
     return arc_about(start, end, (0.5 * u - side * v, 0.5 * v + side * u), rotation, plane)

@@ -18,6 +18,11 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 
 LegKind: TypeAlias = Literal["infeed", "rapid"]
 
+METRIC_RETRACT = 0.5
+"""e under G71 unless set otherwise, mm (D)."""
+INCH_RETRACT = 0.508
+"""e under G70 unless set otherwise, mm: 0.02 in (D)."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroovePlan:
@@ -94,7 +99,8 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
         letters, f"a {code} block in {command.modes.plane}, where {infeed} infeeds and {space} spaces the grooves"
     )
     if command.modes.compensation != "G40":
-        raise command.error("compensation", f"{code} is programmed under {command.modes.compensation}; G40 is needed")
+        message = f"{code} is programmed under {command.modes.compensation}; program G40 before"
+        raise command.error("compensation", message)
     bottom = _bottom(command, axis, position[axis])
     last, spacing = _last_groove(command, spacing_axis, position[spacing_axis])
     plan = GroovePlan(

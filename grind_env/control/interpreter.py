@@ -166,7 +166,7 @@ class Interpreter:
         if command.code is not None:
             raise command.error("block-format", f"{command.code} stands with M98; a call needs its own block")
         if "P" not in words:
-            raise command.error("missing-parameter", "M98 lacks P, the number of the subprogram")
+            raise command.error("missing-parameter", "M98 lacks P; it takes the number of the subprogram")
         program = self._find(block, words["P"])
         times = numbers.integer(block, words["L"], 0, 999) if "L" in words else 1
         for left in reversed(range(times)):

@@ -1,5 +1,7 @@
 """Modal state of the control, and the codes that change it (10-23)."""
 
+import itertools
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,8 +34,22 @@ SWITCHES: dict[str, tuple[str, Any]] = {
 ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G76", "G77", "G92", "G92.1")
 """Codes that act in their own block only."""
 
+ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
+"""Codes of which a block holds one at most."""
+
 LATER = frozenset({"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"})
 """Codes of the 9/Series control that this simulator does not support."""
+
+
+def listed(codes: Collection[str]) -> str:
+    """Codes in ascending order, those of three or more successive numbers as a range such as ``G00 to G04``."""
+    numbers = sorted({int(code[1:3]) for code in codes})
+    parts: list[str] = []
+    for _, run in itertools.groupby(enumerate(numbers), lambda pair: pair[1] - pair[0]):
+        successive = [number for _, number in run]
+        members = sorted(code for code in codes if int(code[1:3]) in successive)
+        parts += [f"{members[0]} to {members[-1]}"] if len(successive) > 2 else members
+    return ", ".join(parts)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from grind_env.control.decode import Command
 from grind_env.control.dressing import Recorder
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Path, Straight, split
-from grind_env.control.grooving import groove_legs, plan_groove
+from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import Event, Hold, Position, Source
@@ -108,9 +108,10 @@ class Mover:
         axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
         if not axes:
             raise command.error("missing-parameter", f"{command.action} names no axis; X, Y or Z is needed")
-        if self._reciprocating in axes:
+        table = self._reciprocating
+        if table is not None and table in axes:
             raise command.error(
-                "axis-conflict", f"{command.action} moves an axis that reciprocates; program G80 before"
+                "axis-conflict", f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before"
             )
         named = target(command, self.position, self._origin(command))
         if command.action == "G29":
@@ -142,10 +143,14 @@ class Mover:
             ControlError: axis-conflict while an axis reciprocates, and what `plan_groove` raises.
         """
         if self._reciprocating is not None:
-            raise command.error("axis-conflict", f"{command.action} is programmed during reciprocation; G80 is needed")
+            message = f"{command.action} is programmed during reciprocation; program G80 before"
+            raise command.error("axis-conflict", message)
         self.refuse_displaced(command)
         origin, place = self._origin(command), command.block.place
-        plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), self.control.groove_retract)
+        retract = self.control.groove_retract
+        if retract is None:
+            retract = INCH_RETRACT if command.modes.inch else METRIC_RETRACT
+        plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), retract)
         feed, groove = self.rate(command), 1
         for leg in groove_legs(plan):
             self.timeline.budget.spend(place)

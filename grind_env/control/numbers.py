@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
 from grind_env.control.errors import ControlError
+from grind_env.control.modes import ACTIONS, SWITCHES, listed
 from grind_env.control.reader import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
@@ -158,8 +159,14 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
         whole, decimals = _left_aligned(whole, G_CODE_DIGITS)
     decimals = decimals.rstrip("0")
     if word.sign == "-" or len(decimals) > 1 or len(whole) > 4:
-        raise block.error("unknown-word", f"{word} is not a G code of this control", word)
+        raise unknown_code(block, word)
     return f"G{int(whole or '0'):02d}{'.' if decimals else ''}{decimals}"
+
+
+def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
+    """The error of a G word that no code answers to; without a hint it says which codes there are."""
+    legal = hint or f"{listed(SWITCHES.keys() | ACTIONS)} are"
+    return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 
 def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFormat) -> str:

@@ -111,9 +111,8 @@ def dwell_seconds(command: Command, speed: float | None) -> float:
     command.allow_only("PX", "a G04 block")
     words = [command.words[letter] for letter in "PX" if letter in command.words]
     if len(words) != 1:
-        raise command.error(
-            "block-format" if words else "missing-parameter", "G04 takes the time in either P or X", "P"
-        )
+        name, found = ("block-format", "both P and X") if words else ("missing-parameter", "neither P nor X")
+        raise command.error(name, f"G04 has {found}; it takes its time in one of them", "P")
     amount = numbers.plain(command.block, words[0], command.number_format)
     if not command.modes.per_revolution:
         return amount

@@ -12,6 +12,7 @@ REPEATABLE = frozenset("GM")
 LONGEST_COMMENT = 128
 LONGEST_NUMBER = 30
 LONGEST_LABEL = 5
+NO_VARIABLE_NUMBER = "'#' lacks the number of a variable; write #1 or #[1+2]"
 
 _USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
 """A word as most are written, in capitals and without blanks; what it matches, `_any_word` reads alike but slower."""
@@ -133,17 +134,20 @@ def _any_word(text: str, start: int, place: Place, column: int) -> tuple[Word, i
     letter = text[start].upper()
     paramacro = _PARAMACRO.match(text, start)
     if paramacro:
-        raise place.error(
-            "not-supported", f"{paramacro[1].upper()} is a paramacro command; expressions alone are supported", column
-        )
+        name = paramacro[1].upper()
+        message = f"{name} is a paramacro command; of paramacros only expressions such as X[#1+2] are supported"
+        raise place.error("not-supported", message, column)
     if letter not in ADDRESSES:
-        raise place.error("unknown-word", f"{letter} is not an address of this control", column)
+        known = " ".join(sorted(ADDRESSES))
+        raise place.error("unknown-word", f"{letter} is not an address of this control; {known} are", column)
     match = _NUMBER.match(text, start + 1)
     assert match is not None  # every part of the pattern may be empty
     sign, point, end = match[1], match[3], match.end()
     whole, decimals = ("".join(match[group].split()) for group in (2, 4))
-    if len(whole) + len(decimals) > LONGEST_NUMBER:
-        raise place.error("number-format", f"{letter} has a number of more than {LONGEST_NUMBER} digits", column)
+    digits = len(whole) + len(decimals)
+    if digits > LONGEST_NUMBER:
+        message = f"the number of {letter} has {digits} digits; {LONGEST_NUMBER} are allowed"
+        raise place.error("number-format", message, column)
     if whole or decimals:
         return Word(letter, sign, whole, bool(point), decimals, column), end
     if point or not text.startswith(("[", "#"), end):
@@ -159,7 +163,7 @@ def _expression_end(text: str, start: int, place: Place, first_column: int) -> i
         return variable.end()
     begin = variable.end() if variable is not None else start
     if not text.startswith("[", begin):
-        raise place.error("expression", "'#' lacks the number of a variable", first_column + start)
+        raise place.error("expression", NO_VARIABLE_NUMBER, first_column + start)
     depth = 0
     for bracket in _BRACKET.finditer(text, begin):
         depth += 1 if bracket[0] == "[" else -1
@@ -173,7 +177,7 @@ def _stray(character: str) -> tuple[str, str]:
     if character == "/":
         return "block-format", "'/' stands inside a block; block delete is its first character"
     if character == ")":
-        return "block-format", "')' closes no comment"
+        return "block-format", "')' closes no comment; '(' must open one before it"
     if character == "#":
         return "not-supported", "'#' begins an assignment; programs can read variables and not set them"
     if character in "[]":

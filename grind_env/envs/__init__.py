@@ -4,13 +4,22 @@ import gymnasium as gym
 
 from grind_env.envs.names import environment_id, task_names
 
+OTHERS = {"Job": "job_env", "Reciprocation": "reciprocation_env", "Stroke": "stroke_env", "Wen": "wen"}
+"""Environments that have classes of their own, and the modules of these."""
+
 
 def register() -> None:
-    """Register every task with Gymnasium."""
+    """Register every task with Gymnasium, and the environments that are no task of cycle blocks."""
     for name in task_names():
         gym.register(
             environment_id(name),
             entry_point="grind_env.envs.env:GrindEnv",
             vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
             kwargs={"task": name},
+        )
+    for name, module in OTHERS.items():
+        gym.register(
+            f"grind/{name}-v0",
+            entry_point=f"grind_env.envs.{module}:{name}Env",
+            vector_entry_point=f"grind_env.envs.{module}:{name}VectorEnv",
         )

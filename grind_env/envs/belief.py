@@ -146,8 +146,8 @@ class WheelBelief:
             seen["mean_power"],
             seen["first_power"],
             seen["peak_power"],
-            # the control reads whole mm/min; the observation holds them in single precision
-            np.round(1000.0 * seen["last_speed"]),
+            1000.0 * seen["last_speed"],
+            # a whole number again, which the single precision of the observation may have missed
             np.round(seen["last_executions"]),
             seen.get("last_pre_dress", np.zeros(len(observation))),
             seen["diameter"],

@@ -25,6 +25,7 @@ class StrokeProgram:
         clock: time of the control since the table set out from rest, s.
         began: time at which the stroke in progress began, s.
         speed: of the stroke in progress, mm/min.
+        running: whether the table reciprocates.
     """
 
     task: Task
@@ -32,6 +33,7 @@ class StrokeProgram:
     clock: float = 0.0
     began: float = 0.0
     speed: float = 0.0
+    running: bool = False
 
     @property
     def kind(self) -> Kind:
@@ -52,7 +54,7 @@ class StrokeProgram:
             f"{'G81.1' if dress else 'G81'} X{number(self.kind.length + overrun)} I{number(-overrun)} "
             f"E{number(speed)} P{DRESS_PROGRAM}",
         ]
-        self.clock, self.began, self.speed = 0.0, 0.0, speed
+        self.clock, self.began, self.speed, self.running = 0.0, 0.0, speed, True
 
     def next_stroke(self, pick: float, depth: float, speed: float, dress: bool) -> float:
         """Go down by `pick` to `depth` (mm) for the next stroke at E `speed` (mm/min), after a dress or not.
@@ -74,13 +76,18 @@ class StrokeProgram:
 
     def end_part(self) -> None:
         """Stop the table at the end of the stroke in progress."""
-        self._dwell(math.floor(1000.0 * (self.began + 0.5 * self._travel(self.speed) - self.clock)))
-        self.lines.append("G80")
+        self.lines += self._stop()
+        self.running = False
 
     def text(self) -> str:
-        """The program as far as it is written, with its dress program."""
+        """The program as far as it is written, with its dress program; the stroke in progress is its last."""
         head = [f"O0001 ({self.task.title.upper()})", "G71 G90 G94 G19 G40", f"G01 F{number(PICK_FEED)}"]
-        return "\n".join([*head, *self.lines, "M30", *dress_program(self.task), ""])
+        end = self._stop() if self.running else []
+        return "\n".join([*head, *self.lines, *end, "M30", *dress_program(self.task), ""])
+
+    def _stop(self) -> list[str]:
+        wait = self.began + 0.5 * self._travel(self.speed) - self.clock
+        return [f"G04 X{number(math.floor(1000.0 * wait) / 1000.0)}", "G80"]
 
     def _dwell(self, milliseconds: int, comment: str = "") -> None:
         self.lines.append(f"G04 X{number(milliseconds / 1000.0)}{comment}")

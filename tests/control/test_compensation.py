@@ -1,8 +1,10 @@
 """Radius compensation of whole programs: the worked examples E1 to E11, and what the state machine promises."""
 
+from pathlib import Path
+
 import pytest
 
-from grind_env.control import Arc, Control, ControlError, Line, Motion, Source, execute, read
+from grind_env.control import Arc, Control, ControlError, Line, Motion, Source, execute, read, read_file
 from tests.control.harness import motions, refusal
 
 Point = tuple[float, float]
@@ -255,6 +257,23 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
 def test_refusals(text: str, name: str, line: int) -> None:
     error = refusal(text, radius=2.0)
     assert (error.name, error.line) == (name, line)
+
+
+def test_a_fault_of_another_block_names_where_that_one_stands(tmp_path: Path) -> None:
+    short = "the line of 1.0000 mm in {} is too short for a radius of 2.0000 mm"
+    lines = refusal("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", radius=2.0)
+    assert (lines.line, lines.message.partition(" in its corners")[0]) == (4, short.format("line 3"))
+    blocks = refusal("G41 G01 Z10 F100; Z30; X1; Z0; G40 X9", radius=2.0)
+    assert (blocks.column, blocks.message.partition(" in its corners")[0]) == (28, short.format("column 24"))
+    (tmp_path / "main.nc").write_text("G41 G01 Z10 F100\nM98 P5\nZ0\nG40 X9\nM30")
+    (tmp_path / "O5.nc").write_text("O5\nZ30\nX1\nM99")
+    with pytest.raises(ControlError) as caught:
+        list(execute(read_file(tmp_path / "main.nc"), Control(radius=2.0)))
+    error = caught.value
+    assert (error.file, error.line) == ("main.nc", 3)
+    assert error.message.partition(" in its corners")[0] == short.format("line 3 of O5.nc")
+    own = refusal("G41 G01 Z10 F100\nG03 Z11 X1 I1 K0\nG01 X9", radius=2.0)
+    assert (own.line, " in line" in own.message) == (2, False)
 
 
 def test_m800_switches_the_detection_off_and_m801_on() -> None:

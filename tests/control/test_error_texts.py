@@ -3,7 +3,6 @@
 import ast
 import contextlib
 import io
-import math
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -27,7 +26,6 @@ from grind_env.control import (
 )
 from grind_env.control.compensation.corners import CompensationFault
 from grind_env.control.decode import decode
-from grind_env.control.expressions import evaluated
 from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.modes import Modes
 from grind_env.control.source import HELD
@@ -125,7 +123,6 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "encoding": encoding,
     "changed file": changed_file,
     "unevaluated": unevaluated,
-    "variable": lambda folder: evaluated(block("G00 X#1"), {1: math.inf}),
 }
 """What no program and no setting can cause."""
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import numbers
+from grind_env.control import Control, numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
 from grind_env.control.numbers import NumberFormat
@@ -46,6 +46,7 @@ def written(text: str) -> str:
         ("X[#2+#3]", "0.3"),
         ("X[#2*100000000000-10000000000]", "0."),
         ("X[0" + "+[1]" * 30 + "]", "30."),
+        ("X[1." + "0" * 29 + "+0]", "1."),
         ("X[1/3*3]", "1."),
         ("X[2/3]", "0.6666666667"),
         ("X#4", "0.0000001"),
@@ -162,6 +163,7 @@ def test_precedence_is_that_of_python(first: int, rest: list[tuple[str, int]]) -
         ("X[1(A)]", 4),
         ("X[1=2]", 4),
         ("X[" + "1" * 31 + "]", 3),
+        ("X[1." + "0" * 30 + "]", 3),
         ("X#" + "1" * 31, 3),
         ("X" + "[" * 21 + "1" + "]" * 21, 22),
         ("X" + "#[" * 21 + "1" + "]" * 21, 43),
@@ -183,8 +185,8 @@ def test_functions_are_not_supported(text: str, name: str) -> None:
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_a_variable_is_a_finite_number(value: float) -> None:
-    with pytest.raises(ControlError, match="must be a finite number"):
-        evaluated(block_of("X#1"), {1: value})
+    with pytest.raises(ControlError, match=r"variable #1 is .*; it must be a finite number"):
+        Control(variables={1: value})
 
 
 @given(st.text(st.sampled_from("[]#123.+-*/ XG()A%;é٣"), max_size=20))

@@ -1,6 +1,8 @@
 import pytest
 
 from grind_env.control import Control, ControlError, Dwell, Line, Motion, ProgramEnd, ProgramStop, execute, read
+from grind_env.control.decode import recognise
+from grind_env.control.numbers import STANDARD
 from grind_env.control.reader import read_block, read_file
 from tests.control.harness import ends, motions, plans, refusal, run
 
@@ -113,6 +115,20 @@ def test_b9_the_integrand_of_g81_is_read_in_the_last_mode() -> None:
 def test_refusals_name_the_column(text: str, name: str, column: int) -> None:
     error = refusal(text)
     assert (error.name, error.column) == (name, column)
+
+
+def test_the_codes_that_a_refusal_lists_are_those_that_are_known() -> None:
+    listed = refusal("G05").message.partition("; ")[2].removesuffix(" are").replace("G", "")
+    ranges = [(part.partition(" to ")[0], part.rpartition(" to ")[2]) for part in listed.split(", ")]
+    assert len(ranges) < 20
+    for code in (*range(100), 81.1, 82.1, 83.1, 92.1, 59.1, 59.2, 59.3, 39.1, 100, 99.9):
+        named = any(float(first) <= code <= float(last) for first, last in ranges)
+        try:
+            recognise(read_block(next(iter(read(f"G{code}").main.blocks))), STANDARD)
+        except ControlError as error:
+            assert not named and error.name in ("unknown-word", "not-supported")
+        else:
+            assert named
 
 
 @pytest.mark.parametrize(

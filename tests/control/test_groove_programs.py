@@ -26,7 +26,19 @@ def test_f_of_a_groove_stays_modal() -> None:
 @pytest.mark.parametrize(("retract", "back"), [(0.5, 23.5), (0.25, 23.25)])
 def test_the_retract_is_a_setting(retract: float, back: float) -> None:
     assert ends(START + "G77 X20. I2. D0 F1.", groove_retract=retract)[2][0] == back
-    assert Control().groove_retract == 0.5
+
+
+def test_the_usual_retract_is_a_round_number_of_the_units_in_force() -> None:
+    # grooving-g77.md, 3(b): 0.5 mm, or 0.02 in = 0.508 mm; the depths are multiples of 1 mm and of 0.1 in
+    assert ends(START + "G77 X20. I2. D0 F1.")[2][0] == 23.5
+    inch = "G70 G00 X1. Z-1.\nG77 X.8 I.1 D0 F1."
+    assert [end[0] for end in ends(inch)] == pytest.approx([25.4, 22.86, 23.368, 20.32, 25.4], abs=1e-9)
+    assert ends(inch, groove_retract=0.25)[2][0] == pytest.approx(23.11, abs=1e-9)
+    assert ends("G70\nG71\n" + START + "G77 X20. I2. D0 F1.")[2][0] == 23.5
+    # a step of 0.02 in leaves nothing, one of 0.0201 in a little
+    error = refusal("G70 G00 X1. Z-1.\nG77 X.8 I.02 D0 F1.")
+    assert (error.name, "the retract of 0.508 mm" in error.message) == ("groove-retract", True)
+    assert ends("G70 G00 X1. Z-1.\nG77 X.95 I.0201 D0 F1.")[1][0] == pytest.approx(25.4 * 0.9799, abs=1e-9)
 
 
 def test_a_groove_is_not_modal() -> None:

@@ -213,8 +213,8 @@ def test_no_groove_beside_reciprocation() -> None:
         ("N7 G17 G76 X20 I2 D0 K3", "block-format", "K3", "where X infeeds and Y spaces"),
         ("N7 G77 X20 I2 D0 P3", "block-format", "P3", "no meaning"),
         ("N7 G77 X20 I2 D1234567.", "number-format", "D", "integer digits"),
-        ("N7 G41 G77 X20 I2 D0", "compensation", "G77", "under G41; G40 is needed"),
-        ("N7 G42 G76 Z-20 K2 D0", "compensation", "G76", "under G42; G40 is needed"),
+        ("N7 G41 G77 X20 I2 D0", "compensation", "G77", "under G41; program G40 before"),
+        ("N7 G42 G76 Z-20 K2 D0", "compensation", "G76", "under G42; program G40 before"),
     ],
 )
 def test_refusals(text: str, name: str, word: str, words: str) -> None:

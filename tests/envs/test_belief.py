@@ -24,7 +24,7 @@ from grind_env.machine.cycle import CycleResult
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
 
-PLATES, RAILS = load_task("power_limited"), load_task("wide_rails")
+PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
 RISE = Outcome._fields.index("rise")
 
 
@@ -272,15 +272,15 @@ def test_every_member_has_the_measured_diameter() -> None:
 
 
 def beliefs_of(entries: Any, observations: Array, masks: Array | None = None) -> list[Belief]:
-    belief = WheelBelief(PLATES, 8, entries)
+    belief = WheelBelief(BLADES, 8, entries)
     belief.begin(observations.shape[1])
     masks = np.ones(observations.shape[:2], bool) if masks is None else masks
     return [belief.update(each, mask) for each, mask in zip(observations, masks, strict=True)]
 
 
 def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
-    simulation = Simulation(PLATES, full=True, pre_dress=True)
-    observations = run(PLATES, 6, 5)["observation"][:12]
+    simulation = Simulation(BLADES, full=True, pre_dress=True)
+    observations = run(BLADES, 6, 5)["observation"][:12]
     together = beliefs_of(simulation.entries, observations)
     turned = beliefs_of(simulation.entries, observations[:, ::-1])
     for i in range(6):
@@ -291,8 +291,8 @@ def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
 
 
 def test_only_what_is_measured_is_read() -> None:
-    full = Simulation(PLATES, full=True, pre_dress=True)
-    observations = run(PLATES, 4, 6)["observation"][:12]
+    full = Simulation(BLADES, full=True, pre_dress=True)
+    observations = run(BLADES, 4, 6)["observation"][:12]
     measured = [k for k, entry in enumerate(full.entries) if entry.noise != "hidden"]
     entries = tuple(full.entries[k] for k in measured)
     assert len(entries) < len(full.entries)
@@ -300,10 +300,10 @@ def test_only_what_is_measured_is_read() -> None:
 
 
 def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
-    simulation = Simulation(PLATES, full=True, pre_dress=True)
-    observations = run(PLATES, 2, 7)["observation"][:10]
+    simulation = Simulation(BLADES, full=True, pre_dress=True)
+    observations = run(BLADES, 2, 7)["observation"][:10]
     alone = [beliefs_of(simulation.entries, observations[:, i : i + 1]) for i in range(2)]
-    belief = WheelBelief(PLATES, 8, simulation.entries)
+    belief = WheelBelief(BLADES, 8, simulation.entries)
     belief.begin(2)
     pair = np.empty_like(observations[0])
     # episode 1 runs three blocks behind episode 0, then begins again
@@ -314,10 +314,11 @@ def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
         if k >= 3:
             assert [column[1] for column in seen] == [column[0] for column in alone[1][k - 3]]
     belief.restart(np.array([False, True]))
-    pair[1] = observations[0, 1]
-    seen = belief.update(pair, np.array([False, True]))
-    assert [column[1] for column in seen] == [column[0] for column in alone[1][0]]
-    assert [column[0] for column in seen] == [column[0] for column in alone[0][9]]
+    for k in range(6):
+        pair[1] = observations[k, 1]
+        seen = belief.update(pair, np.array([False, True]))
+        assert [column[1] for column in seen] == [column[0] for column in alone[1][k]]
+        assert [column[0] for column in seen] == [column[0] for column in alone[0][9]]
 
 
 def test_an_ensemble_needs_two_members() -> None:

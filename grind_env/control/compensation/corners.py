@@ -33,12 +33,14 @@ class CompensationFault(ValueError):
 
     Attributes:
         name: circular-departure-too-small, backwards-motion or interference (1.11).
+        subject: beginning of the sentence: what is at fault.
+        predicate: rest of the sentence; between the two there is room for the place of the element.
         element: the programmed element at fault; the second one where two do not meet.
     """
 
-    def __init__(self, name: str, message: str, element: Element) -> None:
-        self.name, self.element = name, element
-        super().__init__(message)
+    def __init__(self, name: str, subject: str, predicate: str, element: Element) -> None:
+        self.name, self.subject, self.predicate, self.element = name, subject, predicate, element
+        super().__init__(f"{subject} {predicate}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +83,8 @@ def corner(first: Element, second: Element, offset: Offset, circular: bool, mini
         if out < 0.0:
             raise CompensationFault(
                 "interference",
-                f"the paths offset by {offset.radius:.4f} do not meet inside this corner; use a smaller radius "
-                "or a larger arc",
+                f"the paths offset by {offset.radius:.4f} mm",
+                "do not meet inside this corner; use a smaller radius or a larger arc",
                 second,
             )
     if circular:
@@ -132,8 +134,9 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
         if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:
             raise CompensationFault(
                 "backwards-motion",
-                f"the line of {element.length:.4f} is too short for a radius of {offset.radius:.4f} in its corners; "
-                "use a smaller radius or a longer line",
+                f"the line of {element.length:.4f} mm",
+                f"is too short for a radius of {offset.radius:.4f} mm in its corners; use a smaller radius or a "
+                "longer line",
                 element,
             )
         return (Segment(start, end),)
@@ -148,8 +151,9 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
         if detect:
             raise CompensationFault(
                 "interference",
-                f"the arc of radius {element.radius:.4f} is too short for a radius of {offset.radius:.4f} in its "
-                "corners; use a smaller radius or a longer arc",
+                f"the arc of radius {element.radius:.4f} mm",
+                f"is too short for a radius of {offset.radius:.4f} mm in its corners; use a smaller radius or a "
+                "longer arc",
                 element,
             )
         return (Bow(start, end, centre, -rotation),)
@@ -263,8 +267,8 @@ def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
     if result < NEGLIGIBLE_LENGTH:
         raise CompensationFault(
             "circular-departure-too-small",
-            f"the arc of radius {radius:.4f} is too small for a radius of {offset.radius:.4f} inside; "
-            "use a smaller radius or a larger arc",
+            f"the arc of radius {radius:.4f} mm",
+            f"is too small for a radius of {offset.radius:.4f} mm inside; use a smaller radius or a larger arc",
             arc,
         )
     return result

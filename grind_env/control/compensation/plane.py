@@ -1,7 +1,7 @@
 """Paths in the compensation plane and the side they are offset to.
 
 A point is (first axis, second axis) of the plane, so (Z, X) in G18; counter-clockwise, the sense of G03 and of
-rotation +1, turns the first axis towards the second. Lengths are in the unit of the caller, angles in rad.
+rotation +1, turns the first axis towards the second. Lengths are in mm, angles in rad.
 """
 
 import math

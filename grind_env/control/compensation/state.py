@@ -148,8 +148,8 @@ class Compensation:
         try:
             junction = self._junction(command, element, coming, ahead, before, after)
         except CompensationFault as fault:
-            own = fault.name == TOO_SMALL and fault.element is element
-            raise _error(fault, command.block.place if own else place) from None
+            own = command.block.place if fault.element is element else place
+            raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         generated = junction.generated
         if before.radius != after.radius and isinstance(element, Bow):
             arrival = before.beside_end(element)
@@ -163,7 +163,8 @@ class Compensation:
             )
             share = feed_share(element, before, self.control.minimum_feed_reduction)
         except CompensationFault as fault:
-            raise _error(fault, command.block.place if fault.name == TOO_SMALL else place) from None
+            own = command.block.place
+            raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         self.programmed = path.end
         pieces = [Piece(piece.path, share=share) for piece in _pieces(run, actual, path.end, plane)]
         pieces += [Piece(piece.path, generated=True) for piece in _pieces(generated, path.end, path.end, plane)]
@@ -261,5 +262,15 @@ def _require_line(command: Command, path: Path, move: str) -> None:
         )
 
 
-def _error(fault: CompensationFault, place: Place) -> ControlError:
-    return place.error(fault.name, str(fault))
+def _error(fault: CompensationFault, place: Place, own: Place) -> ControlError:
+    """The error at `place` of a fault whose element is programmed at `own`."""
+    return place.error(fault.name, f"{fault.subject}{_seen_from(place, own)} {fault.predicate}")
+
+
+def _seen_from(place: Place, own: Place) -> str:
+    """Where a block stands, for a message that points to another block."""
+    if own.file != place.file:
+        return f" in line {own.line} of {own.file}"
+    if own.line != place.line:
+        return f" in line {own.line}"
+    return f" in column {own.column}" if own.column != place.column else ""

@@ -239,7 +239,7 @@ def test_an_arc_not_larger_than_the_radius_is_too_small(radius: float) -> None:
 def test_an_arc_too_small_at_one_end_is_too_small() -> None:
     """Words are rounded: here the start is 2.004 from the centre, the end 1.997."""
     arc = Bow((2.004, 0.0), (0.0, 1.997), (0.0, 0.0), 1)
-    with pytest.raises(CompensationFault, match=r"radius 1\.9970 is too small"):
+    with pytest.raises(CompensationFault, match=r"radius 1\.9970 mm is too small"):
         compensated(arc, (0.004, 0.0), (0.0, -0.003), LEFT)
 
 
