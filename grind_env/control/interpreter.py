@@ -102,7 +102,7 @@ class Interpreter:
             block = evaluated(read_block(source), self.control.variables)
             if self.control.announce_cycles and self._is_cycle(block):
                 yield CycleAhead(self.timeline.time, block)
-                block, self.chosen = with_words(block, self.chosen), {}
+                block, self.chosen = evaluated(with_words(block, self.chosen), self.control.variables), {}
             command = decode(block, self.modes, self.control.number_format)
             ended = yield from self._block(command)
             if ended is not None:

@@ -30,6 +30,10 @@ MOST_EXECUTIONS = 3
 OBSERVATIONS = ("measured", "full")
 
 
+EXAMPLE = Path(__file__).parents[1] / "examples" / "plate_g82.nc"
+"""The program that the environment steps if none is given."""
+
+
 class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -62,7 +66,7 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     episode to episode as in the other tasks; all that is random is drawn at reset.
 
     Args:
-        program: file of the part program.
+        program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
@@ -75,7 +79,7 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def __init__(
         self,
-        program: str,
+        program: str | None = None,
         job: str | None = None,
         observation: str = "measured",
         spread: float = 1.0,
@@ -83,7 +87,7 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         render_mode: str | None = None,
     ) -> None:
         _check(observation, spread, render_mode)
-        path = Path(program)
+        path = EXAMPLE if program is None else Path(program)
         self.programs: Programs = read_file(path)
         self.job = load_job(path.with_suffix(".toml") if job is None else job)
         self.choices = Choices(*SPEEDS, MOST_EXECUTIONS)
@@ -191,7 +195,7 @@ class JobVectorEnv(SerialVectorEnv):
     """N times `JobEnv`, one after the other (gymnasium's `SyncVectorEnv`): the control is no compiled code.
 
     Args:
-        program: file of the part program.
+        program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
         num_envs: number of sub-environments.
         observation: `"measured"` or `"full"`.
@@ -203,7 +207,7 @@ class JobVectorEnv(SerialVectorEnv):
 
     def __init__(
         self,
-        program: str,
+        program: str | None = None,
         job: str | None = None,
         num_envs: int = 1,
         observation: str = "measured",
@@ -213,15 +217,6 @@ class JobVectorEnv(SerialVectorEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(JobEnv(program, job, observation, spread, show_block, render_mode), num_envs, autoreset_mode)
-
-
-def register() -> None:
-    """Register `grind/Job-v0` with Gymnasium."""
-    gym.register(
-        "grind/Job-v0",
-        entry_point="grind_env.envs.job_env:JobEnv",
-        vector_entry_point="grind_env.envs.job_env:JobVectorEnv",
-    )
 
 
 def _check(observation: str, spread: float, render_mode: str | None) -> None:

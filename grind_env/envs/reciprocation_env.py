@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import read
 from grind_env.envs.env import GrindEnv, wants_full
+from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import bounds, layout
 from grind_env.envs.program import coming_block
 from grind_env.envs.reciprocation import INFEED, block_lines, part_program, reciprocation_task, request_times, shop
@@ -113,6 +113,7 @@ class ReciprocationEnv(GrindEnv):
         self.simulation = ReciprocationSimulation(
             self.task, full=wants_full(self.task, observation), pre_dress=predress
         )
+        self.infos = InfoWriter(self.task, self.codec.names)
         self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -151,6 +152,7 @@ class ReciprocationVectorEnv(GrindVectorEnv):
         self.simulation = ReciprocationSimulation(
             self.task, full=wants_full(self.task, observation), pre_dress=predress
         )
+        self.infos = InfoWriter(self.task, self.codec.names)
         self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
 
@@ -159,12 +161,3 @@ class ReciprocationVectorEnv(GrindVectorEnv):
             i: "\n".join(block_lines(self.task, coming_block(self.task, self.episodes, i, *(v[i] for v in choice))))
             for i in stepping.tolist()
         }
-
-
-def register() -> None:
-    """Register `grind/Reciprocation-v0` with Gymnasium."""
-    gym.register(
-        "grind/Reciprocation-v0",
-        entry_point="grind_env.envs.reciprocation_env:ReciprocationEnv",
-        vector_entry_point="grind_env.envs.reciprocation_env:ReciprocationVectorEnv",
-    )

@@ -26,8 +26,11 @@ from grind_env.process.state import WheelState
 PARTS = 10
 """Parts of an episode, which has some 180 strokes."""
 
-REFERENCE_COST = 0.25
-"""$ per stroke: the best fixed plan."""
+REFERENCE_COST = 0.17
+"""$ per stroke: the best fixed plan, a dress before every 34th stroke at E = 8.8 m/min (12 episodes).
+
+A rule that sees the wheel (a dress at 2.2 % wear-flat area, E falling with it) costs 0.133 $ on the same episodes.
+"""
 
 
 @functools.cache
@@ -174,12 +177,3 @@ class StrokeVectorEnv(SerialVectorEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(StrokeEnv(observation, show_block, render_mode), num_envs, autoreset_mode)
-
-
-def register() -> None:
-    """Register `grind/Stroke-v0` with Gymnasium."""
-    gym.register(
-        "grind/Stroke-v0",
-        entry_point="grind_env.envs.stroke_env:StrokeEnv",
-        vector_entry_point="grind_env.envs.stroke_env:StrokeVectorEnv",
-    )

@@ -63,12 +63,6 @@ machine_overrides = { hourly_rate = 0 }
 )
 
 
-@pytest.fixture(autouse=True)
-def registered() -> None:
-    if ID not in gym.registry:
-        job_env.register()
-
-
 @pytest.fixture(scope="module")
 def batch(tmp_path_factory: pytest.TempPathFactory) -> str:
     """A program of three parts with two blocks each."""

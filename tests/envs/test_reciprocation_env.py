@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.control import read
-from grind_env.envs import reciprocation_env
 from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.names import task_names
@@ -30,12 +29,6 @@ from grind_env.process.state import WheelState
 from tests.envs.harness import MODES, assert_same
 
 ID = "grind/Reciprocation-v0"
-
-
-@pytest.fixture(autouse=True)
-def registered() -> None:
-    if ID not in gym.registry:
-        reciprocation_env.register()
 
 
 def play(env: ReciprocationEnv, seed: int, policy_seed: int, blocks: int) -> list[dict[str, Any]]:
@@ -173,3 +166,17 @@ def test_a_bad_action_is_refused() -> None:
     for action in (np.zeros(3), [np.nan, 0.0], "fast"):
         with pytest.raises(ActionError):
             env.step(action)
+
+
+def test_the_terms_add_up_to_the_reward() -> None:
+    env = ReciprocationEnv()
+    env.reset(seed=0)
+    vector = gym.make_vec(ID, 4)
+    vector.reset(seed=0)
+    for k in range(5):
+        action = np.full(2, 0.2 * k - 0.5, np.float32)
+        _, reward, _, _, info = env.step(action)
+        assert sum(info["reward_terms"].values()) == pytest.approx(reward, rel=1e-12)
+        _, rewards, _, _, infos = vector.step(np.tile(action, (4, 1)))
+        terms = [values for name, values in infos["reward_terms"].items() if not name.startswith("_")]
+        np.testing.assert_allclose(np.sum(terms, axis=0), rewards, rtol=1e-12)

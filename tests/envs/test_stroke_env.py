@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.control import read
-from grind_env.envs import stroke_env
 from grind_env.envs.actions import ActionError
 from grind_env.envs.choice import Choice
 from grind_env.envs.conformance import check_vector_env
@@ -28,12 +27,6 @@ from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import assert_same
 
 ID = "grind/Stroke-v0"
-
-
-@pytest.fixture(autouse=True)
-def registered() -> None:
-    if ID not in gym.registry:
-        stroke_env.register()
 
 
 def ground(env: StrokeEnv) -> GrindingRecord:
@@ -154,6 +147,18 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
     assert [view["roughness"] for view in views[:4]] == pytest.approx([0.0, gauged, gauged, gauged], rel=1e-5)
     assert [view["parts_since_gauged"] for view in views[:5]] == pytest.approx([1, 1, 2, 3, 1])
     assert [view["remaining"] for view in views] == pytest.approx(np.arange(9, -1, -1) / 10.0)
+
+
+def test_a_fixed_plan_earns_about_minus_one_a_stroke() -> None:
+    env, rewards = StrokeEnv(show_block=False), []
+    for seed in range(6):
+        env.reset(seed=seed)
+        terminated = False
+        while not terminated:
+            dress = env.made > 0 and env.made % 34 == 0
+            _, reward, terminated, _, _ = env.step(env.choices.encode(Choice(8782.0, int(dress))))
+            rewards.append(reward)
+    assert np.mean(rewards) == pytest.approx(-1.0, abs=0.15)
 
 
 def test_the_noise_does_not_depend_on_the_policy() -> None:
