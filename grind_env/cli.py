@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 SCRAP = 1
 BAD_INPUT = 2
+HIGHEST_ENTRY = 99
+"""Of the radius table, which two digits of a T word select from."""
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -56,15 +58,17 @@ def check(
     """Read every block of a program, execute it, and report errors or a summary."""
     from grind_env import control
 
-    settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
-    programs = control.read_file(program)
-    report = control.check(programs, settings)
+    try:
+        settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
+        report = control.check(control.read_file(program), settings)
+    except control.ControlError as error:
+        report = control.Report(errors=[error])
     if as_json:
-        print(json.dumps(_check_record(report, programs.name)))
+        print(json.dumps(_check_record(report, program.name)))
     elif not report.errors:
         print(_summary(report))
-    for error in report.errors:
-        print(f"grind: {error}", file=sys.stderr)
+    for found in report.errors:
+        print(f"grind: {found}", file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 
@@ -202,6 +206,8 @@ def _control(
     for option in radius or ():
         entry, _, size = option.rpartition("=")
         try:
+            if entry and int(entry) not in range(HIGHEST_ENTRY + 1):
+                raise ControlError("setting", f"--radius {option} names no entry; T is 0 to {HIGHEST_ENTRY}")
             if entry:
                 radii[int(entry)] = float(size)
             else:

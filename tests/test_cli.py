@@ -206,3 +206,15 @@ def test_trace_takes_the_retract_of_grooves(grind) -> None:
     text = "G70 G00 X1. Z-1.\nG77 X.8 I.1 D0 F1.\n"
     inch = [json.loads(line)["end"][0] for line in grind("trace", text)[1].splitlines()]
     assert inch == pytest.approx([1.0, 0.9, 0.92, 0.8, 1.0])
+
+
+def test_check_as_json_of_a_file_that_is_not_there(grind) -> None:
+    status, out, err = grind("check", None, "--json")
+    (error,) = json.loads(out)["errors"]
+    assert (status, error["error"], err.count("\n")) == (2, "file", 1)
+
+
+def test_radii_are_those_of_table_entries(grind) -> None:
+    for wrong in ("100=2", "-1=2"):
+        status, out, _ = grind("trace", "M30", f"--radius={wrong}")
+        assert (status, json.loads(out)["error"]) == (2, "setting")

@@ -132,6 +132,11 @@ class Control:
         if list(self.interrupts) != sorted(self.interrupts, key=lambda interrupt: interrupt.at):
             raise ControlError("setting", "the times of interrupts do not ascend; sort them")
 
+    def length_offset(self, entry: int) -> Position:
+        """Length offset of an entry, mm; with the entire wheel the radius takes care of X (15-11)."""
+        x, y, z = self.lengths.get(entry, ORIGIN)
+        return 0.0 if self.entire_wheel else x, y, z
+
     def request_dress(self) -> None:
         """Ask for a dress at the next reversal point; several requests before it make one dress (22-11)."""
         self.panel.dress_requested = True

@@ -120,7 +120,7 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
     if radius == 0.0:
         raise ImpossibleArc("the centre is at the start point; I, J or K must lead away from it")
     to_end = math.hypot(end[first] - centre[first], end[second] - centre[second])
-    if abs(to_end - radius) > RADIUS_TOLERANCE:
+    if abs(to_end - radius) > min(RADIUS_TOLERANCE, 0.5 * radius):
         raise ImpossibleArc(
             f"the end is {to_end:.4f} mm from the centre but the start {radius:.4f} mm; "
             f"they may differ by {RADIUS_TOLERANCE} mm"

@@ -119,6 +119,7 @@ class Interpreter:
         """Execute a block; returns how the program ends with it, None if it goes on."""
         self.modes, self.place = command.modes, command.block.place
         self.timeline.inch = command.modes.inch
+        self.mover.compensation.refuse_plane(command)
         self._switch(command)
         yield from self._turn_spindle()
         end = None
@@ -310,7 +311,7 @@ class Interpreter:
         assert program is not None  # the block that names it has been checked
         timeline, mover, modes, place = self.timeline, self.mover, self.modes, self.place
         table, timeline.reciprocation = timeline.reciprocation, None
-        programmed, detect = mover.compensation.programmed, mover.compensation.detect
+        programmed, plane, detect = (mover.compensation.programmed, mover.compensation.plane, mover.compensation.detect)
         mover.compensation.forget()
         mover.compensation.programmed = None
         self.modes = _without_compensation(modes)
@@ -328,7 +329,8 @@ class Interpreter:
         if returning:
             yield from self._retrace(recorder)
         mover.compensation.forget()
-        mover.compensation.programmed, mover.compensation.detect = programmed, detect
+        mover.compensation.programmed, mover.compensation.plane = programmed, plane
+        mover.compensation.detect = detect
         mover.recorder, mover.source, self.modes, self.place = None, Source.PROGRAM, modes, place
         timeline.inch = modes.inch
         if self.remembered_later is not None:

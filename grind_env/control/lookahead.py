@@ -15,13 +15,13 @@ from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
 from grind_env.control.flow import BlockStream, Call
 from grind_env.control.geometry import Path, Straight
-from grind_env.control.modes import CYCLES, PLANES, Modes
+from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS, Modes
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
 from grind_env.control.reader import HIGHEST_PROGRAM, Program, Source, read_block
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
-COORDINATE_CODES = ("G10", "G92", "G92.1")
+PRESET_CODES = ("G92", "G92.1")
 
 
 class Barrier(Enum):
@@ -49,12 +49,14 @@ class Outlook:
         modes: in force.
         position: programmed position, machine coordinates, mm.
         origin: of the work system, machine coordinates, mm.
+        length: the length offset that is part of it, mm.
         reciprocating: the axis that words do not move; None if none reciprocates.
     """
 
     modes: Modes
     position: Position
     origin: Position
+    length: Position
     reciprocating: int | None
 
 
@@ -74,7 +76,7 @@ def upcoming(
         control: settings.
         find: returns a program by its number.
     """
-    modes, position, gap = outlook.modes, outlook.position, 0
+    modes, position, origin, length, gap = outlook.modes, outlook.position, outlook.origin, outlook.length, 0
     walk = _Walk(calls, find)
     for source in walk:
         if gap > control.non_motion_blocks:
@@ -84,11 +86,19 @@ def upcoming(
             continue
         try:
             command = decode(evaluated(read_block(source), control.variables), modes, control.number_format)
-            moved = _motion(command, position, outlook)
+            if command.tool is not None:
+                new = control.length_offset(command.tool[1])
+                origin = (
+                    origin[0] + new[0] - length[0],
+                    origin[1] + new[1] - length[1],
+                    origin[2] + new[2] - length[2],
+                )
+                length = new
+            moved = None if 98 in command.m else _motion(command, position, origin, outlook.reciprocating)
             walk.follow(command)
         except ControlError:
             break
-        if command.modes.work_system != modes.work_system or command.code in COORDINATE_CODES:
+        if command.modes.work_system != modes.work_system or _shifts(command):
             yield Barrier.COORDINATES
             return
         if command.action in CYCLES and not command.action.startswith("G81"):
@@ -99,6 +109,8 @@ def upcoming(
             if in_plane(moved, modes.plane):
                 yield Prospect(command, moved)
                 gap = 0
+            elif command.action in REFERENCE_MOVES:
+                break
         if walk.ended:
             break
     if gap <= control.non_motion_blocks:
@@ -107,12 +119,20 @@ def upcoming(
         yield Barrier.CANCELLED if modes.compensation == "G40" else Barrier.LIMIT
 
 
-def _motion(command: Command, position: Position, outlook: Outlook) -> Path | None:
+def _shifts(command: Command) -> bool:
+    """Whether a block moves the origin of the work system in force (lathe 11-8); G10 may load another one."""
+    if command.code != "G10":
+        return command.code in PRESET_CODES
+    number = command.words.get("P")
+    return number is None or number.whole.lstrip("0") == str(1 + WORK_SYSTEMS.index(command.modes.work_system))
+
+
+def _motion(command: Command, position: Position, origin: Position, table: int | None) -> Path | None:
     """The path of a block; None if it holds no motion."""
     if command.action in ("G02", "G03"):
-        return arc_path(command, position, outlook.origin)
+        return arc_path(command, position, origin)
     if command.action in ("G00", "G01", *REFERENCE_MOVES):
-        return Straight(position, target(command, position, outlook.origin, outlook.reciprocating))
+        return Straight(position, target(command, position, origin, table))
     return None
 
 

@@ -70,12 +70,12 @@ class Mover:
         """G00 or G01."""
         table = self.timeline.reciprocation
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
-        if command.modes.compensation == "G40" and self.compensation.offset is not None:
+        if command.modes.compensation == "G40" and self.compensation.programmed is not None:
             letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
         command.allow_only(letters, f"this {command.action} block")
         end = target(command, self.position, self._origin(command), self._reciprocating)
         path = Straight(self.position, end)
-        if path.length > 0.0:
+        if path.length > 0.0 or (self.detour is not None and command.lengths):
             yield from self._run(command, path, ahead)
 
     def circular(self, command: Command, ahead: Ahead) -> Iterator[Event]:
@@ -126,15 +126,20 @@ class Mover:
                     number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
             self.passed = named
             stops = [named, self.control.reference_points[number - 1]]
+        programmed, here = self.position, self.timeline.position
+        owed = [axis for axis in range(3) if axis not in axes and programmed[axis] != here[axis]]
+        self.detour = None
         self.compensation.forget()
         self.compensation.programmed = None
+        self.goal = _moved(programmed, stops[-1], axes)
         for stop in stops:
             here = self.timeline.position
-            path = Straight(here, _moved(here, stop, axes))
+            path = Straight(here, _moved(_moved(here, programmed, owed), stop, axes))
             if path.length > 0.0:
                 away = yield from self._advance(command.block.place, path, None, self.source)
                 if away:
                     break
+        self.goal = None
 
     def groove(self, command: Command) -> Iterator[Event]:
         """G76 or G77, and a stop after each groove in single block.
@@ -145,6 +150,7 @@ class Mover:
         if self._reciprocating is not None:
             message = f"{command.action} is programmed during reciprocation; program G80 before"
             raise command.error("axis-conflict", message)
+        self.detour = None
         self.refuse_displaced(command)
         origin, place = self._origin(command), command.block.place
         retract = self.control.groove_retract
@@ -219,7 +225,7 @@ class Mover:
                 f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
             )
         if compensated and in_plane(path, modes.plane):
-            outlook = Outlook(modes, path.end, self._origin(command), table)
+            outlook = Outlook(modes, path.end, self._origin(command), self.work.length, table)
             return compensation.plan(command, path, actual, self.tooling.radius, ahead(outlook))
         if not compensated:
             compensation.programmed = None

@@ -5,6 +5,7 @@ stops the control where it stands and not before (ruling 12). Reading finds the 
 begin; their blocks are cut from the text again whenever they are needed.
 """
 
+import functools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -28,6 +29,8 @@ __all__ = [
 ]
 
 HIGHEST_PROGRAM = 99_999
+SHORT = 50
+"""Blocks up to which a program is kept instead of being cut from its text again."""
 
 _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
@@ -58,6 +61,12 @@ class Blocks:
         Raises:
             ControlError: file, the text has changed.
         """
+        if self.count <= SHORT:
+            yield from _kept(self)
+        else:
+            yield from self._read()
+
+    def _read(self) -> Iterator[Source]:
         left = self.count
         if not left:
             return
@@ -68,6 +77,12 @@ class Blocks:
                 if not left:
                     return
         raise changed(self.text.title)
+
+
+@functools.lru_cache(maxsize=64)
+def _kept(blocks: Blocks) -> tuple[Source, ...]:
+    """The blocks of a short program, which may be called a thousand times over."""
+    return tuple(blocks._read())
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.control.control import ORIGIN, WHEEL_RADIUS, Control
+from grind_env.control.control import WHEEL_RADIUS, Control
 from grind_env.control.decode import Command
 from grind_env.control.modes import Modes
 from grind_env.control.motions import Position
@@ -41,8 +41,7 @@ class Tooling:
         if command.tool is None:
             return None
         self.entry, number = command.tool
-        x, y, z = self.control.lengths.get(number, ORIGIN)
-        return 0.0 if self.control.entire_wheel else x, y, z
+        return self.control.length_offset(number)
 
     def dressed_off(self, amount: float) -> None:
         """Keep entry 33 up to date after a dress that takes `amount` mm off the radius (15-11)."""

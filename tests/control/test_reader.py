@@ -162,15 +162,23 @@ class Opened:
 
 
 def test_the_text_is_closed_with_the_iterator() -> None:
-    opened = Opened("X1\nX2\nX3")
-    blocks = Blocks(opened.text, Mark(), 3, None)
-    assert [source.text for source in blocks] == ["X1", "X2", "X3"]
+    words = [f"X{number}" for number in range(60)]
+    opened = Opened("\n".join(words))
+    blocks = Blocks(opened.text, Mark(), 60, None)
+    assert [source.text for source in blocks] == words
     unfinished = iter(blocks)
     next(unfinished)
     assert [handle.closed for handle in opened.handles] == [True, False]
     del unfinished
     assert [handle.closed for handle in opened.handles] == [True, True]
     assert not list(Blocks(opened.text, Mark(), 0, None)) and len(opened.handles) == 2
+
+
+def test_a_short_program_is_cut_from_its_text_once() -> None:
+    opened = Opened("X1\nX2\nX3")
+    blocks = Blocks(opened.text, Mark(), 3, None)
+    assert [source.text for source in (*blocks, *blocks)] == ["X1", "X2", "X3"] * 2
+    assert [handle.closed for handle in opened.handles] == [True]
 
 
 def peak(work: Path, count: int) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from grind_env.control.compensation.corners import (
     side_change,
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, Point, Segment
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError, Place
@@ -81,7 +81,8 @@ class Compensation:
                 backwards-motion.
         """
         side = command.modes.compensation
-        self._keep_plane(command)
+        self.refuse_plane(command)
+        self.plane = command.modes.plane
         if self.offset is None:
             return self._leave(path, actual) if side == "G40" else self._enter(command, path, actual, radius, ahead)
         if side == "G40":
@@ -93,14 +94,13 @@ class Compensation:
             return self._leave(path, actual)
         return self._follow(command, path, actual, Offset.of(radius, side), coming, ahead)
 
-    def _keep_plane(self, command: Command) -> None:
+    def refuse_plane(self, command: Command) -> None:
         """Refuse a change of plane before the compensation is cancelled."""
         plane = command.modes.plane
         if self.offset is not None and plane != self.plane and command.modes.compensation != "G40":
             raise command.error(
                 "block-format", f"{plane} changes the plane under {command.modes.compensation}; program G40 before"
             )
-        self.plane = plane
 
     def _leave(self, path: Path, actual: Position) -> list[Piece]:
         """Run to the programmed end point from wherever the axes are."""
@@ -126,7 +126,11 @@ class Compensation:
             side = coming.command.modes.compensation if coming.command.modes.compensation in SIDES else side
         offset = Offset.of(radius, side)
         move = Segment(_point(actual, plane), _point(path.end, plane))
-        elements = entry(move, following, offset, settings.compensation_type, command.modes.corner == "G39.1")
+        if move.length > NEGLIGIBLE_LENGTH:
+            elements = entry(move, following, offset, settings.compensation_type, command.modes.corner == "G39.1")
+        else:  # a lapsed compensation has left the wheel where this move ends
+            to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
+            elements = (Segment(move.start, to),)
         self.offset, self.programmed = offset, path.end
         pieces = _pieces(elements, actual, path.end, plane)
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
@@ -151,14 +155,14 @@ class Compensation:
             own = command.block.place if fault.element is element else place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         generated = junction.generated
-        if before.radius != after.radius and isinstance(element, Bow):
+        if before != after and isinstance(element, Bow):
             arrival = before.beside_end(element)
             generated = (Segment(arrival, junction.end), *generated)
             junction = Junction(arrival, generated)
         try:
             run: tuple[Element, ...] = (
                 (Segment(start, junction.end),)
-                if before.radius != after.radius and isinstance(element, Segment)
+                if before != after and isinstance(element, Segment)
                 else compensated(element, start, junction.end, before, self.detect)
             )
             share = feed_share(element, before, self.control.minimum_feed_reduction)

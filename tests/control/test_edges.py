@@ -1,0 +1,139 @@
+"""Corner cases of the compensation and of interrupts that an attack on the control found."""
+
+from math import hypot
+
+import pytest
+
+from grind_env.control import Arc, Control, ControlError, Interrupt, Motion, Source, execute, read
+
+
+def ends(text: str, **settings: object) -> list[tuple[int, tuple[float, ...]]]:
+    """Block and end of the motions of the part program."""
+    return [
+        (move.block, tuple(round(coordinate, 4) for coordinate in move.end))
+        for move in execute(read(text), Control(**settings))
+        if isinstance(move, Motion) and move.source in (Source.PROGRAM, Source.COMPENSATION)
+    ]
+
+
+R = {"radius": 2.0, "start": (0.0, 0.0, -10.0)}
+
+
+def test_m98_after_an_arc() -> None:
+    text = (
+        "N10 G17 G90 F100.\n"
+        "N20 G41 G01 X0 Y0\n"
+        "N30 X20.\n"
+        "N40 G03 X30. Y10. R10.\n"
+        "N50 M98 P7\n"
+        "N60 G40 G01 X0. Y30.\n"
+        "M30\n"
+        "O7\n"
+        "N1 G02 X40. Y20. R10.\n"
+        "N2 G01 X60.\n"
+        "M99"
+    )
+    assert ends(text, radius=2.0, start=(-10.0, 0.0, 0.0))[3] == (1, (40.0, 22.0, 0.0))
+
+
+def test_g28_of_one_axis_gives_the_offset_back() -> None:
+    text = "N10 G18 G91 F600. G41 G01 Z10.\nN30 Z20.\nN40 G28 Z5.\nN50 G40 X10.\nN60 X10.\nM30"
+    assert ends(text, **R)[-1] == (60, (20.0, 0.0, 0.0))
+
+
+def test_g28_of_the_third_axis() -> None:
+    text = "N10 G18 G91 F600. G41 G01 Z10.\nN30 Z20.\nN40 G28 Y5.\nN50 X10.\nN60 Z10.\nN70 G40 X10.\nM30"
+    got = ends(text, **R)
+    assert got[1] == (30, (2.0, 0.0, 20.0)) and got[-1] == (70, (20.0, 0.0, 30.0))
+
+
+def test_g28_after_a_type_1_interrupt() -> None:
+    text = "N10 G18 G91 F600. G01 Z10.\nN30 Z20.\nN40 G28 X20.\nN50 G01 Z5.\nM30\nO9\nG90 G01 X15. Z0\nM99"
+    got = ends(
+        text, start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),), reference_points=((50.0, 0, 0),) * 4
+    )
+    assert got[-1][1][0] == 50.0
+
+
+def test_a_dress_compensated_in_another_plane() -> None:
+    text = (
+        "N10 G18 G90 F100. G41 G01 Z0 X0\nN20 G81 Y10. J0. E6000. P9\nN30 G91 G01 Z20.\nN35 X10.\nN40 X10.\n"
+        "N45 Z10.\nN60 G40 X10.\nN70 G80\nM30\nO9\nG90\n{}\nM99"
+    )
+    a = ends(text.format("G17 G41 G01 X5. Y5. F100.\nX15.\nY20.\nG40 Y30."), operator_dress_at=(20.0,), **R)
+    b = ends(text.format("G17 G01 X5. Y5. F100.\nX15.\nY20.\nG40 Y30."), operator_dress_at=(20.0,), **R)
+    assert [(n, (x, z)) for n, (x, _, z) in a] == [(n, (x, z)) for n, (x, _, z) in b]
+
+
+def test_t_with_the_other_sign_on_an_arc() -> None:
+    text = (
+        "N10 G18 G90 F100.\n"
+        "N20 G41 G01 Z0 X0 T0101\n"
+        "N30 Z20.\n"
+        "N40 G03 Z30. X10. I10. T0202\n"
+        "N50 G01 X30.\n"
+        "N60 G40 X40.\n"
+        "M30"
+    )
+    for m in execute(read(text), Control(radii={1: 2.0, 2: -2.0}, start=(0.0, 0.0, -10.0))):
+        if isinstance(m, Arc):
+            a, b = (hypot(p[2] - m.centre[2], p[0] - m.centre[0]) for p in (m.start, m.end))
+            assert abs(a - b) < 0.01
+
+
+def test_an_arc_that_ends_in_its_centre() -> None:
+    with pytest.raises(ControlError):
+        list(execute(read("G17 G90 G41 G01 X0 F100.\nX5.\nG02 X5.001 I.001\nG01 X10.\nM30"), Control(radius=1.0)))
+
+
+def test_groove_after_type_1() -> None:
+    text = "N10 G18 G90 F600. G01 Z10.\nN30 Z20.\nN40 G77 X-10. I2. D0\nM30\nO9\nG01 X15. Z0\nM99"
+    ends(text, start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),))
+
+
+def test_length_offset_ahead() -> None:
+    text = (
+        "N10 G18 G90 F100.\n"
+        "N20 G41 G01 Z0 X0 T0101\n"
+        "N30 Z20.\n"
+        "N40 X20. Z20. T0102\n"
+        "N50 G01 Z40. X20.\n"
+        "N60 G40 Z50.\n"
+        "M30"
+    )
+    z = ends(text, radius=2.0, lengths={2: (0.0, 0.0, 5.0)}, start=(0.0, 0.0, -10.0))[1][1][2]
+    assert z == pytest.approx(20 - 2 * 0.7808, abs=1e-3)  # tan of half the 75.96 degrees of the real path
+
+
+def test_plane_change_names_its_own_block() -> None:
+    text = "N10 G17 G90 F100.\nN30 G41 G01 X-20.\nN40 X0.\nN50 G18\nN60 G01 X10. Z10.\nN70 G40 X20.\nM30"
+    with pytest.raises(ControlError) as caught:
+        list(execute(read(text), Control(radius=2.0, start=(-40.0, 0, 0))))
+    assert caught.value.block == 50
+
+
+def test_zero_move_after_type_1() -> None:
+    text = "N10 G18 G90 F600. G01 Z10.\nN30 Z20.\nN35 Z20.\nN50 Z25.\nM30\nO9\nG01 X15. Z0\nM99"
+    assert (35, (0.0, 0.0, 20.0)) in ends(text, start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, False, 2.5),))
+
+
+def test_interrupt_within_g28() -> None:
+    text = "N10 G18 G91 F600. G01 Z10.\nN40 G28 X20.\nN50 G01 Z5.\nM30\nO9\nG90 G01 X15. Z0\nM99"
+    got = ends(text, start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.02),), rapid_feed=1000.0)
+    assert got[-1] == (50, (0.0, 0.0, 5.0))
+
+
+def test_i_k_in_the_exit_after_a_lapse() -> None:
+    ends("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 G40 Z30. X10. I5. K5.\nM30", **R)
+
+
+def test_g10_of_another_system_changes_nothing() -> None:
+    got = ends("N10 G18 G90 F600. G41 G01 Z0. X0\nN30 Z20.\nN40 G10 L2 P5 X10.\nN60 X10.\nN70 G40 X20. Z20.\nM30", **R)
+    assert got[1] == (30, (2.0, 0.0, 18.0))
+
+
+@pytest.mark.parametrize("rest", ["M30", "Z40.\nG40 X9.\nM30"])
+def test_an_entry_that_ends_where_the_wheel_stands(rest: str) -> None:
+    text = ("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 X2.\n") + rest
+    for kind in "AB":
+        ends(text, compensation_type=kind, **R)
