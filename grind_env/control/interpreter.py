@@ -274,9 +274,12 @@ class Interpreter:
     def _delayed(self) -> Iterator[Event]:
         """Program interrupts at the end of a block or at a reversal point."""
         while (interrupt := self._due()) is not None:
-            if self.timeline.reciprocation is not None and not self.timeline.reciprocation.at_reversal:
+            table = self.timeline.reciprocation
+            if table is None or table.at_reversal:
+                yield from self._interrupt(interrupt)
+            else:
                 yield from self.timeline.finish_stroke()
-            yield from self._interrupt(interrupt)
+                yield from self._serve(0)
 
     def _immediate(self) -> Generator[Event, None, bool]:
         return (yield from self._interrupt(self.interrupts[0]))

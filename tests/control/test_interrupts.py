@@ -158,6 +158,17 @@ def test_a_request_without_a_program_is_ignored_with_a_message() -> None:
     assert [e.text for e in events if type(e).__name__ == "Message"] == ["no dress program"]
 
 
+def test_a_dress_and_an_interrupt_asked_for_at_once_are_both_served_at_the_reversal() -> None:
+    control = Control(start=PARKED, strokes=3)
+    control.request_dress()
+    control.interrupt(7)
+    events = list(execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS + "\n" + AWAY), control))
+    assert story(events) == "X230 operator X-30 X230"
+    assert [type(e).__name__ for e in events].count("InterruptEnd") == 1
+    finishes = [event.finish for event in events if isinstance(event, Motion)]
+    assert finishes == sorted(finishes)
+
+
 def test_the_override_acts_on_f_and_e_but_not_on_rapids() -> None:
     text = "G01 X10. F600.\nG00 X0\nG81 X60. E6000.\n"
     normal, half = (seconds(text, percent) for percent in (100.0, 50.0))
