@@ -9,6 +9,7 @@ from grind_env.control import (
     Arc,
     Control,
     ControlError,
+    CycleStart,
     Dwell,
     Hold,
     Interrupt,
@@ -160,9 +161,12 @@ def test_a_request_without_a_program_is_ignored_with_a_message() -> None:
 
 def test_a_dress_and_an_interrupt_asked_for_at_once_are_both_served_at_the_reversal() -> None:
     control = Control(start=PARKED, strokes=3)
-    control.request_dress()
-    control.interrupt(7)
-    events = list(execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS + "\n" + AWAY), control))
+    events = []
+    for event in execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS + "\n" + AWAY), control):
+        events.append(event)
+        if isinstance(event, CycleStart):
+            control.request_dress()
+            control.interrupt(7)
     assert story(events) == "X230 operator X-30 X230"
     assert [type(e).__name__ for e in events].count("InterruptEnd") == 1
     finishes = [event.finish for event in events if isinstance(event, Motion)]
