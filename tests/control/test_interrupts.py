@@ -160,7 +160,7 @@ def test_a_request_without_a_program_is_ignored_with_a_message() -> None:
 
 
 def test_a_dress_and_an_interrupt_asked_for_at_once_are_both_served_at_the_reversal() -> None:
-    control = Control(start=PARKED, strokes=3)
+    control = Control(start=(-20.0, 0.0, 0.0), strokes=3)
     events = []
     for event in execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS + "\n" + AWAY), control):
         events.append(event)
