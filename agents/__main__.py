@@ -1,4 +1,4 @@
-"""`python -m agents tune | train | evaluate | benchmark | video`."""
+"""`python -m agents tune | train | evaluate | benchmark | scores | video`."""
 
 import json
 import sys
@@ -6,9 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from agents import benchmark as benchmarking
+from agents import scores as scoring
 from agents import tune as tuning
+from agents.compare import compare as compare_published
+from agents.compare import comparison_table
 from agents.evaluate import SPLITS, episode_seeds
 from agents.evaluate import evaluate as run_policy
 from agents.registry import check_names, make_policy
@@ -17,6 +21,7 @@ from agents.tuned import CONFIGS
 from agents.video import Film, policy_of, record
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.scores import FILE as SCORES
 
 BAD_INPUT = 2
 
@@ -118,6 +123,32 @@ def benchmark(
     benchmarking.benchmark(
         job, listed(policies), learned=learned, episodes=episodes, folder=runs, configs=configs, fresh=fresh
     )
+
+
+@app.command(epilog="Example: python -m agents scores --task power_limited")
+def scores(
+    task: Annotated[str | None, typer.Option(help="Name of the task, or wen; all by default.")] = None,
+    episodes: Annotated[
+        int, typer.Option(min=2, help="Evaluation episodes; planners plan half as many.")
+    ] = scoring.EPISODES,
+    compare: Annotated[bool, typer.Option("--compare", help="Only set the tables beside the published costs.")] = False,
+    runs: Runs = benchmarking.RUNS,
+    configs: Configs = CONFIGS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables.")] = scoring.RESULTS,
+    data: Annotated[Path, typer.Option(help="File of the reference scores.")] = SCORES,
+) -> None:
+    """Measure the reference scores: tune what is missing, run every policy, write the tables."""
+    names = scoring.scored_names() if task is None else [task]
+    if compare:
+        Console(width=None if sys.stdout.isatty() else benchmarking.WIDTH).print(
+            comparison_table(compare_published(names, results))
+        )
+        return
+    for name in names:
+        if name == scoring.WEN:
+            scoring.score_wen(data)
+        else:
+            scoring.score(name, episodes=episodes, results=results, runs=runs, configs=configs, data=data)
 
 
 @app.command(epilog="Example: python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")

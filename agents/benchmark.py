@@ -6,7 +6,7 @@ import io
 import os
 import sys
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
@@ -114,22 +114,43 @@ def benchmark(
     return rows
 
 
-def table_rows(policies: Sequence[Policy], results: dict[str, Evaluation]) -> list[Row]:
-    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100."""
-    fixed = min((results[name] for name in FIXED_PLANS), key=lambda run: float(run.cost.mean()))
+def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[Row]:
+    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
+
+    Scores are of the episodes that the planner has planned, the first ones of the others.
+    """
+    planner = results[REFERENCE]
+    planned = len(planner.cost)
+    fixed = results[better_plan(results)]
     rows = []
     for policy in policies:
         run = results[policy.name]
-        score = run.score(fixed, results[REFERENCE])
+        score = run.first(planned).score(fixed.first(planned), planner)
         speed, executions = float(run.speeds.mean()) / 1000.0, float(run.executions.mean())
         rows.append(Row(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 
 
-def kept_evaluation(policy: Policy, task: Task, seeds: range, folder: Path, fresh: bool) -> Evaluation:
-    """The evaluation kept in `folder` if it is of the same code, parameters and seeds, else a new one, now kept."""
+def better_plan(results: Mapping[str, Evaluation]) -> str:
+    """Name of the fixed plan of lower mean cost."""
+    return min(FIXED_PLANS, key=lambda name: float(results[name].cost.mean()))
+
+
+def kept_evaluation(
+    policy: Policy, task: Task, seeds: range, folder: Path, fresh: bool, code: str | None = None
+) -> Evaluation:
+    """The evaluation kept in `folder` if it is of the same code, parameters and seeds, else a new one, now kept.
+
+    Args:
+        policy: the policy.
+        task: the task.
+        seeds: of the episodes.
+        folder: where evaluations are kept.
+        fresh: run also what is kept.
+        code: stands for the code; the hash of all of it by default.
+    """
     path = folder / f"{policy.name}.npz"
-    fingerprint = hashlib.sha256(f"{code_hash()} {task.name} {seeds} {policy!r}".encode()).hexdigest()
+    fingerprint = hashlib.sha256(f"{code or code_hash()} {task.name} {seeds} {policy!r}".encode()).hexdigest()
     if not fresh:
         # a file that is missing, damaged or of something else is made anew
         with suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as kept:

@@ -7,7 +7,7 @@ the nominal pressure under them it gives their area (Malkin; scenarios, section 
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.observations import physical, readings
 from grind_env.envs.tasks import Task
@@ -34,6 +34,7 @@ DULLING_RATE = 2.5e-5
 LEAST_VOLUME = 15.0
 """Specific volume, mm3/mm, below which growth since the dress drowns in noise."""
 LARGEST_TERM = 2.0
+LEAST_EXECUTIONS = 0.5
 MEMORY = 4.0
 """Blocks after which the mean over a lot becomes a running one."""
 
@@ -51,6 +52,10 @@ class Estimate(NamedTuple):
     """Pre-gauged stock of the coming block over its nominal stock."""
     kind: Any
     """Index of the kind of the coming block."""
+    pressed: Any
+    """Log of the nominal work up to the next due date over the time left; 0 in a task without."""
+    thrift: Any
+    """Log of the dress executions left over the blocks left; 0 in a task whose wheel is never changed."""
 
 
 class Signals(NamedTuple):
@@ -68,6 +73,8 @@ class Signals(NamedTuple):
     stock: Any
     kind: Any
     last_kind: Any
+    pressed: Any
+    thrift: Any
 
 
 class LotMemory(NamedTuple):
@@ -90,6 +97,7 @@ class SharpnessEstimator:
     """
 
     def __init__(self, task: Task) -> None:
+        self.task = task
         self.entries = readings(task, full=False)
         self.kinds = [kind.name for kind in task.kinds]
         self.parameters = np.array([task.parameters(kind) for kind in task.kinds])
@@ -111,6 +119,7 @@ class SharpnessEstimator:
         kind = np.zeros(len(observation))
         if len(self.kinds) > 1:
             kind = np.argmax([seen[f"coming_{name}"] for name in self.kinds], axis=0).astype(np.float64)
+        nothing = np.zeros(len(observation))
         signals = Signals(
             power=seen["mean_power"],
             speed=seen["last_speed"],
@@ -122,11 +131,23 @@ class SharpnessEstimator:
             stock=seen["stock"],
             kind=kind,
             last_kind=self.kind,
+            pressed=nothing if self.task.due is None else -seen["slack"],
+            thrift=(
+                nothing
+                if self.task.wheel_change is None
+                else thrift(seen["executions_left"], self.task.blocks * seen["remaining"])
+            ),
         )
         estimates = np.empty((len(observation), len(Estimate._fields)))
         _update(self.parameters, np.stack(signals, axis=1), self.memory, estimates)
         self.kind = kind
         return Estimate(*estimates.T)
+
+
+def thrift(executions: ArrayLike, blocks: ArrayLike) -> NDArray[np.float64]:
+    """Log of the dress executions left over the blocks left; less than half an execution counts as half a one."""
+    # after the last block there are none; the decision is not used then
+    return np.asarray(np.log(np.maximum(executions, LEAST_EXECUTIONS) / np.maximum(blocks, 1.0)))
 
 
 @entry
@@ -152,4 +173,6 @@ def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
         if seen.new_lot > 0.5:
             lot = LotMemory(0.0, 0.0)
         write_memory(memory, i, lot)
-        write_estimate(estimates, i, Estimate(area, seen.volume, lot.severity, seen.stock, seen.kind))
+        write_estimate(
+            estimates, i, Estimate(area, seen.volume, lot.severity, seen.stock, seen.kind, seen.pressed, seen.thrift)
+        )

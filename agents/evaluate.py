@@ -1,7 +1,7 @@
 """Runs a policy through the episodes of a list of seeds, side by side."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -58,6 +58,10 @@ class Evaluation:
     def scrap(self) -> float:
         """Share of the parts that are scrap."""
         return float(1.0 - self.good.sum() / self.finished.sum())
+
+    def first(self, count: int) -> "Evaluation":
+        """The same of the first `count` episodes."""
+        return Evaluation(*(getattr(self, each.name)[:count] for each in fields(self)))
 
     def score(self, fixed: "Evaluation", planner: "Evaluation") -> Interval:
         """Normalised score of the same episodes; see `statistics.normalised_score`."""

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.dynamic_programming import forward_plans
+from agents.dynamic_programming import forward_plans, surcharges
 from agents.planners import COST
 from agents.policy import Array, Decision, Sees, nearest_speed, speed_bounds
 from grind_env.envs.simulation import Episodes, Simulation
@@ -44,12 +44,21 @@ class Hindsight:
         """Plan before the first block, then follow the plan."""
         if self.plan is None:
             assert episodes is not None
-            self.plan = forward_plans(self.simulation, episodes)
+            self.plan = cheapest_plans(self.simulation, episodes)
             rng = np.random.default_rng(self.seed)
             for _ in range(self.sweeps):
                 self.plan = sweep(self.simulation, episodes, self.plan, rng)
         self.block += 1
         return Decision(self.plan.speeds[:, self.block - 1], self.plan.executions[:, self.block - 1])
+
+
+def cheapest_plans(simulation: Simulation, start: Episodes) -> Decision:
+    """For each of N episodes, the cheapest of the plans that forward dynamic programming makes with each surcharge."""
+    plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
+    speeds, executions = np.stack([plan.speeds for plan in plans]), np.stack([plan.executions for plan in plans])
+    best = plan_cost(simulation, start, speeds, executions).argmin(axis=0)
+    n = np.arange(len(best))
+    return Decision(speeds[best, n], executions[best, n])
 
 
 def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.random.Generator) -> Decision:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.episode import TapeRow
+from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.envs.tasks import Due, Task
 
 Sees = Literal["measurements", "state", "future"]
 """`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
@@ -23,6 +24,12 @@ Array = NDArray[np.float64]
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 KIND, STOCK, GAUGED = (TapeRow._fields.index(name) for name in ("kind", "stock", "gauged"))
 NEW_LOT = TapeRow._fields.index("new_lot")
+DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
+LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]
+"""What the list of the blocks to grind says of each."""
+OF_WHEEL = [tuple(TapeRow._fields.index(name) for name in (old, f"spare_{old}")) for old in ("kA", "ra_scale")]
+"""Factors of a wheel: of the first one, and of those after a change."""
+CHANGES = Memory._fields.index("wheel_changes")
 
 
 class Decision(NamedTuple):
@@ -59,7 +66,8 @@ def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
     """What a policy may see of the true episodes, as copies.
 
     Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
-    expect: the lot at hand lasts, and the stock is nominal.
+    expect: the lot at hand lasts, the stock is nominal, due dates after the next one lie at their mean distance, and
+    a wheel yet to be mounted is like the one at hand.
     """
     if sees == "measurements":
         return None
@@ -71,11 +79,32 @@ def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
         coming = shown.tape[np.arange(len(shown.block)), np.minimum(shown.block, blocks - 1)]
         nominal = np.array([kind.stock for kind in task.kinds])[shown.tape[..., KIND].astype(np.int64)]
         expected = np.repeat(coming[:, None], blocks, axis=1)
-        expected[..., KIND] = shown.tape[..., KIND]
+        expected[..., LISTED] = shown.tape[..., LISTED]
         expected[..., STOCK] = expected[..., GAUGED] = nominal
         expected[..., NEW_LOT] = 0.0
         shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
+        first_wheel = shown.memory[:, CHANGES] == 0.0
+        for old, new in OF_WHEEL:
+            shown.tape[first_wheel, :, new] = shown.tape[first_wheel, :, old]
+        if task.due is not None:
+            shown.tape[..., DUE] = expected_dates(task.due, shown.tape, coming[:, DUE], shown.block)
     return shown
+
+
+def expected_dates(dates: Due, tape: Array, due: Array, block: NDArray[np.int64]) -> Array:
+    """Due date of every block, shape (N, blocks): those after the next one, `due`, at the mean of the slack.
+
+    Args:
+        dates: of the task.
+        tape: shape (N, blocks, fields of `TapeRow`).
+        due: next date, s, shape (N,).
+        block: coming block, shape (N,).
+    """
+    period = np.arange(tape.shape[1]) // dates.blocks
+    # the first block of a period holds the work of the whole of it
+    work = np.cumsum(tape[:, :: dates.blocks, WORK], axis=1)[:, period]
+    done = work[np.arange(len(due)), np.minimum(block, tape.shape[1] - 1)][:, None]
+    return np.asarray(due[:, None] + sum(dates.slack) / 2.0 * np.maximum(work - done, 0.0))
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:

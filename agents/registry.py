@@ -17,7 +17,11 @@ FIXED_PLANS = ("constant", "interval")
 REFERENCE = "hindsight"
 """Scores 100."""
 
-UNTUNED: dict[str, Callable[[], Policy]] = {"random": Random, "handbook": handbook, REFERENCE: Hindsight}
+UNTUNED: dict[str, Callable[[Task], Policy]] = {
+    "random": lambda task: Random(),
+    "handbook": handbook,
+    REFERENCE: lambda task: Hindsight(),
+}
 TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
@@ -55,7 +59,7 @@ def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
     """
     check_names(task, [name])
     if name in UNTUNED:
-        return UNTUNED[name]()
+        return UNTUNED[name](task)
     if name == "mpc":
         return ModelPredictive(FullStateRule(**_tuned_arguments("full_state_rule", task, folder)))
     return TUNED[name](**_tuned_arguments(name, task, folder))

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.estimator import SharpnessEstimator
+from agents.estimator import Estimate, SharpnessEstimator
 from agents.policy import Array, Decision, Sees, nearest_speed, speed_bounds
 from grind_env.envs.observations import Reading, physical, readings
 from grind_env.envs.simulation import Episodes
@@ -17,6 +17,8 @@ from grind_env.envs.tasks import Task
 
 HANDBOOK_SPEED = 12.0
 """m/min; a usual table speed for hardened steel."""
+HANDBOOK_SPEEDS = {"job_shop": 15.0, "rush": 15.0, "blades": 10.0, "CBN": 20.0}
+"""m/min, of the tasks where another one is usual (scenarios, section 7)."""
 
 REFERENCE_AREA = 0.015
 """Wear-flat area at which the rules have their stated E."""
@@ -76,9 +78,9 @@ class Fixed:
         return Decision(nearest_speed(self.task, np.full(n, 1000.0 * self.E)), np.full(n, float(dresses)))
 
 
-def handbook() -> Fixed:
+def handbook(task: Task) -> Fixed:
     """The constant that a handbook would give: one execution in every block."""
-    return Fixed(HANDBOOK_SPEED, 1, name="handbook")
+    return Fixed(HANDBOOK_SPEEDS.get(task.name, HANDBOOK_SPEED), 1, name="handbook")
 
 
 @dataclass
@@ -143,13 +145,15 @@ class PowerThreshold:
 class SharpnessRule:
     """The form of the rules on sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
 
-        ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + ...
-        D = 1 if x + wV V / 300 + wH h + ... > ln(A_dress[kind] / 0.015), else 0
+        ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + gP p + gB q + ...
+        D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
         x = ln(A / 0.015)
 
     Attributes:
         E: m/min at the reference sharpness, by kind of block.
         A_dress: wear-flat area above which to dress, by kind.
+        gP: pays only in a task with due dates, like wP.
+        gB: pays only in a task whose wheel is changed, like wB.
     """
 
     E: tuple[float, ...]
@@ -159,10 +163,19 @@ class SharpnessRule:
     gH: float
     wV: float
     wH: float
+    gP: float = 0.0
+    wP: float = 0.0
+    gB: float = 0.0
+    wB: float = 0.0
     task: Task = field(init=False, repr=False)
 
-    def decide(self, kind: Array, area: Array, V: Array, h: Array, faster: Array, duller: Array) -> Decision:
+    def decide(self, seen: Estimate, faster: Array, duller: Array) -> Decision:
         """Apply the rule; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
+        kind, area, V = seen.kind, seen.wear_flat, seen.volume
+        # after the last block there is no stock; the decision is not used then
+        h = np.log(np.maximum(seen.stock, 0.1))
+        faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
+        duller = duller + self.wP * seen.pressed + self.wB * seen.thrift
         number = kind.astype(np.int64)
         x = np.log(area / REFERENCE_AREA)
         ln_E = np.log(self.E)[number] + self.gA * x + self.gF * np.exp(-V / FRESH_VOLUME) + self.gH * h + faster
@@ -173,7 +186,11 @@ class SharpnessRule:
 
 @dataclass(kw_only=True)
 class AdaptiveRule(SharpnessRule):
-    """E and D from the estimated sharpness, the volume since the dress V, the stock h and the lot severity."""
+    """E and D from the estimated sharpness, the volume since the dress V and the lot severity.
+
+    Further symbols: h, the log of the pre-gauged stock over the nominal one; p, of the work over the time left to the
+    next due date; q, of the dress executions over the blocks left.
+    """
 
     gS: float
     wS: float
@@ -189,6 +206,4 @@ class AdaptiveRule(SharpnessRule):
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide."""
         seen = self.estimator.update(observation)
-        # after the last block there is no stock; the decision is not used then
-        h = np.log(np.maximum(seen.stock, 0.1))
-        return self.decide(seen.kind, seen.wear_flat, seen.volume, h, self.gS * seen.severity, self.wS * seen.severity)
+        return self.decide(seen, self.gS * seen.severity, self.wS * seen.severity)

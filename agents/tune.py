@@ -32,7 +32,8 @@ DIGITS = 5
 class Coefficient(NamedTuple):
     """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
 
-    `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task.
+    `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task;
+    `needs` is the table of a task without which the parameter has no meaning.
     """
 
     name: str
@@ -42,9 +43,12 @@ class Coefficient(NamedTuple):
     by_kind: bool = False
     whole: bool = False
     most: float = np.inf
+    needs: str | None = None
 
     def size(self, task: Task) -> int:
-        """How many entries of the search vector it takes."""
+        """How many entries of the search vector it takes: none if the task lacks what it needs."""
+        if self.needs is not None and getattr(task, self.needs) is None:
+            return 0
         return len(task.kinds) if self.by_kind else 1
 
     def value(self, z: float, executions: int) -> float:
@@ -62,6 +66,10 @@ SHARPNESS = (
     Coefficient("gH", 0.0, 0.1),
     Coefficient("wV", 0.0, 0.2),
     Coefficient("wH", 0.5, 0.2),
+    Coefficient("gP", 0.0, 0.1, needs="due"),
+    Coefficient("wP", 0.0, 0.1, needs="due"),
+    Coefficient("gB", 0.0, 0.1, needs="wheel_change"),
+    Coefficient("wB", 0.0, 0.1, needs="wheel_change"),
 )
 RULES: dict[str, tuple[Coefficient, ...]] = {
     "constant_per_kind": (
@@ -160,14 +168,15 @@ class Tuner:
 
 
 def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) -> Parameters:
-    """Parameters of a rule from a search vector; a coefficient by kind takes one entry a kind."""
+    """Parameters of a rule from a search vector, with as many entries for each coefficient as it has for the task."""
     result: dict[str, Any] = {}
     position = 0
     for coefficient in coefficients:
         size = coefficient.size(task)
         values = [coefficient.value(z, task.action.executions) for z in vector[position : position + size]]
         position += size
-        result[coefficient.name] = values if coefficient.by_kind else values[0]
+        if values:
+            result[coefficient.name] = values if coefficient.by_kind else values[0]
     return result
 
 

@@ -189,10 +189,18 @@ def tasks(
         print(json.dumps([asdict(row) for row in rows]))
         return
     table = Table(
-        Column("id", no_wrap=True), "steps", Column("actions", no_wrap=True), "obs.", "easy or hard", box=SIMPLE
+        Column("id", no_wrap=True),
+        "steps",
+        Column("actions", no_wrap=True),
+        "obs.",
+        Column("rule", justify="right"),
+        "easy or hard",
+        box=SIMPLE,
+        caption="rule: score of the best scripted policy; 0 is the best fixed plan, 100 a planner that sees the future",
     )
     for row in rows:
-        table.add_row(row.id, str(row.steps or "-"), "\n".join(row.actions), str(row.observation), row.hard)
+        score = "" if row.scripted is None else f"{row.scripted:.0f}"
+        table.add_row(row.id, str(row.steps or "-"), "\n".join(row.actions), str(row.observation), score, row.hard)
     Console(markup=False, highlight=False).print(table)
 
 

@@ -107,6 +107,62 @@ def test_restart_forgets_the_masked_episodes_only():
     assert severity[1] > severity[0]
 
 
+def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
+    # wear flats press less on 1020; a block of another kind comes next
+    task = load_task("job_shop")
+    entries = readings(task, full=False)
+    p = task.parameters(task.kinds[2])
+    assert p.pm != task.parameters(task.kinds[0]).pm
+    vw, vs, area = 250.0, 30.0, 0.02
+    curvature = 4.0 * vw / (300.0 * vs * 1000.0)
+    force = p.u_ch * 0.02 * vw / vs + p.Fpl0 + p.mu * p.pm * (p.pa + p.pb * curvature) * area * math.sqrt(6.0)
+    last = {"last_speed": 15.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
+
+    def seen(**values):
+        return np.array([[(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]], np.float32)
+
+    estimator = SharpnessEstimator(task)
+    estimator.begin(1)
+    assert estimator.update(seen(coming_wear_plate=1.0)).kind[0] == 2.0
+    after = estimator.update(seen(coming_gauge=1.0, mean_power=20.0 * vs * force, **last))
+    assert after.kind[0] == 0.0
+    assert after.wear_flat[0] == pytest.approx(area, rel=1e-3)
+
+
+def test_pressure_of_time_and_thrift_by_hand():
+    # half the nominal time of the work is left: ln 2; 20 executions for 30 of 120 blocks: ln(2/3)
+    rush, cbn = load_task("rush"), load_task("CBN")
+    for task, values, expected in (
+        (rush, {"slack": math.log(0.5)}, (math.log(2.0), 0.0)),
+        (cbn, {"executions_left": 20.0, "remaining": 0.25}, (0.0, math.log(2.0 / 3.0))),
+        (cbn, {"executions_left": 0.0, "remaining": 0.25}, (0.0, math.log(0.5 / 30.0))),
+        (TASK, {}, (0.0, 0.0)),
+    ):
+        entries = readings(task, full=False)
+        row = [(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]
+        estimator = SharpnessEstimator(task)
+        estimator.begin(1)
+        estimate = estimator.update(np.array([row], np.float32))
+        assert (estimate.pressed[0], estimate.thrift[0]) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["slot", "job_shop", "wide_rails", "blades"])
+def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
+    task = load_task(name)
+    simulation = Simulation(task)
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
+    estimator = SharpnessEstimator(task)
+    estimator.begin(200)
+    estimator.update(simulation.observe(episodes))
+    for _ in range(3 if name == "slot" else 6):
+        simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
+        pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
+        estimate = estimator.update(simulation.observe(episodes))
+    true = episodes.wheels[:, AREA] * pressure
+    assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.75
+    assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.25)
+
+
 def test_the_estimate_follows_the_true_wear_flats():
     simulation = Simulation(TASK)
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])

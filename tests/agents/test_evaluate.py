@@ -6,12 +6,25 @@ import pytest
 
 import grind_env
 from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate, roll_out, start_episodes
-from agents.policy import GAUGED, NEW_LOT, NOISE, STOCK, Decision
+from agents.policy import (
+    CHANGES,
+    DUE,
+    GAUGED,
+    LISTED,
+    NEW_LOT,
+    NOISE,
+    OF_WHEEL,
+    STOCK,
+    WORK,
+    Decision,
+    expected_dates,
+    reveal,
+)
 from agents.scripted import Fixed, handbook
 from grind_env.envs.actions import ActionError
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import load_task
+from grind_env.envs.tasks import Due, load_task
 from grind_env.errors import GrindError
 
 gym.register_envs(grind_env)
@@ -82,8 +95,8 @@ def test_an_evaluation_is_what_the_environment_says():
 
 
 def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
-    alone = evaluate(handbook(), TASK, [5])
-    beside = evaluate(handbook(), TASK, [4, 5, 6])
+    alone = evaluate(handbook(TASK), TASK, [5])
+    beside = evaluate(handbook(TASK), TASK, [4, 5, 6])
     assert alone.cost[0] == beside.cost[1]
 
 
@@ -104,6 +117,47 @@ def test_a_policy_that_sees_the_state_is_not_shown_the_future():
         assert (shown.tape[..., NOISE] == 0.0).all()
 
 
+@pytest.mark.parametrize(("name", "changed"), [("rush", False), ("CBN", False), ("CBN", True)])
+def test_the_state_says_nothing_of_what_is_drawn_later(name, changed):
+    # two episodes that agree up to the coming block, but in nothing that is drawn after it
+    task, k = load_task(name), 11
+    episodes = start_episodes(Simulation(task), [0, 0])
+    episodes.block[:] = k
+    episodes.memory[:, CHANGES] = float(changed)
+    future = np.setdiff1d(np.arange(episodes.tape.shape[2]), LISTED)
+    next_period = 16 if task.due else k + 1
+    rng = np.random.default_rng(1)
+    for row in range(k + 1, task.blocks):
+        for column in future:
+            if column != DUE or row >= next_period:
+                episodes.tape[1, row, column] = rng.uniform(0.5, 2.0)
+    if not changed:
+        episodes.tape[1, :, [new for _, new in OF_WHEEL]] = rng.uniform(0.5, 2.0)
+    shown = reveal("state", task, episodes)
+    assert np.array_equal(shown.tape[0, k:], shown.tape[1, k:])
+
+
+def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
+    task = load_task("CBN")
+    episodes = start_episodes(Simulation(task), [0, 0])
+    episodes.memory[1, CHANGES] = 1.0
+    shown = reveal("state", task, episodes).tape[:, 0]
+    for old, new in OF_WHEEL:
+        assert shown[0, new] == episodes.tape[0, 0, old] != episodes.tape[0, 0, new]
+        assert shown[1, new] == episodes.tape[1, 0, new]
+
+
+def test_later_due_dates_are_expected_at_the_mean_slack():
+    # periods of two blocks: 30, 50 and 20 s of work, the next date at 100 s, mean slack 1.1
+    tape = np.zeros((1, 6, len(TapeRow._fields)))
+    tape[0, :, WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
+    dates = Due(blocks=2, speed=12.0, slack=(0.9, 1.3), late=1.0)
+    for block in (0, 1):
+        due = expected_dates(dates, tape, np.array([100.0]), np.array([block]))
+        assert due[0] == pytest.approx([100.0, 100.0, 155.0, 155.0, 177.0, 177.0])
+    assert expected_dates(dates, tape, np.array([100.0]), np.array([3]))[0, 3:] == pytest.approx([100.0, 122.0, 122.0])
+
+
 def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
     tape = truth().tape
     quiet = [k for k in range(tape.shape[2]) if k not in NOISE]
@@ -114,15 +168,15 @@ def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
 
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
-    assert np.array_equal(evaluate(Spy(sees), TASK, [3, 4]).cost, evaluate(handbook(), TASK, [3, 4]).cost)
+    assert np.array_equal(evaluate(Spy(sees), TASK, [3, 4]).cost, evaluate(handbook(TASK), TASK, [3, 4]).cost)
 
 
 def test_a_roll_out_leaves_the_episodes_as_they_are():
     simulation = Simulation(TASK)
     episodes = start_episodes(simulation, [1, 2])
-    first = roll_out(handbook(), simulation, episodes)
+    first = roll_out(handbook(TASK), simulation, episodes)
     assert (episodes.block == 0).all()
-    assert np.array_equal(first.cost, roll_out(handbook(), simulation, episodes).cost)
+    assert np.array_equal(first.cost, roll_out(handbook(TASK), simulation, episodes).cost)
 
 
 def test_a_decision_outside_the_action_space_is_an_error():

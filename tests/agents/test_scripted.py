@@ -1,8 +1,10 @@
+import math
+
 import numpy as np
 import pytest
 
 from agents.policy import nearest_speed, speed_grid
-from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random
+from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import load_task
 
@@ -76,3 +78,30 @@ def test_the_adaptive_rule_by_hand():
     assert decide(AdaptiveRule(**RULE), observation(mean_power=7000.0, **AFTER | {"stock": 2.0})) == [(9917.0, 1.0)]
     # 8500 W: friction 2.82667 N/mm, area 0.0236042, E = 10 (0.0236042/0.015)^-0.5 = 7.9717 m/min
     assert decide(AdaptiveRule(**RULE), observation(mean_power=8500.0, **AFTER)) == [(7972.0, 1.0)]
+
+
+def test_the_adaptive_rule_follows_the_clock_and_the_layer():
+    rule = RULE | {"E": (10.0,) * 3, "A_dress": (0.02,) * 3, "gP": 0.5, "wP": -1.0}
+    rush, fresh = load_task("rush"), math.log(0.0095 / 0.015)
+    unhurried = 10.0 * math.exp(-0.5 * fresh)
+    # with a quarter of the time left, E doubles
+    for slack, E in ((0.0, unhurried), (math.log(0.25), 2.0 * unhurried)):
+        assert decide(AdaptiveRule(**rule), observation(rush, slack=slack, stock=1.0), task=rush) == [
+            (pytest.approx(1000.0 * E, abs=1.0), 0.0)
+        ]
+    # much time in hand makes a dress cheap: ln(0.0095) + ln 3 is above ln(0.02)
+    assert decide(AdaptiveRule(**rule), observation(rush, slack=math.log(3.0), stock=1.0), task=rush)[0][1] == 1.0
+    cbn = load_task("CBN")
+    rule = RULE | {"E": (10.0,) * 2, "A_dress": (0.02,) * 2, "gB": 1.0, "wB": 2.0}
+    few, many = (observation(cbn, executions_left=left, remaining=0.25, stock=1.0) for left in (15.0, 60.0))
+    assert decide(AdaptiveRule(**rule), few, task=cbn) == [(pytest.approx(500.0 * unhurried, abs=1.0), 0.0)]
+    # twice as many executions as blocks: E doubles, and ln(0.0095) + 2 ln 2 is above ln(0.02)
+    assert decide(AdaptiveRule(**rule), many, task=cbn) == [(pytest.approx(2000.0 * unhurried, abs=1.0), 1.0)]
+
+
+def test_handbook_speeds():
+    # scenarios, section 7
+    speeds = {"slot": 12, "power_limited": 12, "wide_rails": 12, "job_shop": 15, "rush": 15, "blades": 10, "CBN": 20}
+    for name, E in speeds.items():
+        plan = handbook(load_task(name))
+        assert (plan.E, plan.D, plan.every) == (E, 1, 1)

@@ -3,7 +3,7 @@ import pytest
 from agents.evaluate import episode_seeds, evaluate
 from agents.registry import make_policy
 from agents.tune import RULES, from_vector, tunable, tune
-from agents.tuned import ConfigError, Tuned, read_tuned, write_tuned
+from agents.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
 from grind_env.envs.tasks import load_task
 
 TASK = load_task("power_limited")
@@ -46,7 +46,7 @@ def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
     assert -0.9 <= read_tuned("power_limited")["adaptive_rule"].parameters["gA"] <= -0.5
 
 
-@pytest.mark.parametrize("task", ["power_limited", "oracle6"])
+@pytest.mark.parametrize("task", sorted(path.stem for path in CONFIGS.glob("*.toml")))
 def test_the_files_hold_what_their_parameters_cost(task):
     job, tuned = load_task(task), read_tuned(task)
     assert list(tuned) == tunable(job)
@@ -61,6 +61,15 @@ def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
     assert (start["E"], start["gA"], start["wH"]) == ([12.0, 12.0], -0.3, 0.5)
     assert from_vector(RULES["constant_per_kind"], task, [0.0, 0.0, 9.0, -9.0])["D"] == [1, 0]
     assert from_vector(RULES["power_threshold"], task, [0.0, 0.0, 9.0, 0.0])["lower"] == 1.0
+
+
+def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
+    sizes = {name: sum(each.size(load_task(name)) for each in RULES["adaptive_rule"]) for name in ("rush", "CBN")}
+    # 3 or 2 kinds, each with E and A_dress; 7 coefficients of every task, 2 of the task
+    assert sizes == {"rush": 15, "CBN": 13}
+    rush, cbn = (set(from_vector(RULES["adaptive_rule"], load_task(name), [0.0] * sizes[name])) for name in sizes)
+    assert rush - cbn == {"gP", "wP"}
+    assert cbn - rush == {"gB", "wB"}
 
 
 def test_tuning_resumes_and_repeats(tmp_path):

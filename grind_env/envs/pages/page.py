@@ -15,6 +15,7 @@ from grind_env.envs.pages.tables import (
     reward_table,
     setup_table,
 )
+from grind_env.scores import measured, normalise
 
 SECTIONS = (
     "Description",
@@ -142,4 +143,16 @@ def _arguments(about: Sheet) -> str:
 
 
 def _scores(about: Sheet) -> str:
-    return "None measured yet."
+    """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
+    known = measured(about.id)
+    if known is None:
+        return "None measured yet."
+    rows = [
+        (policy, f"{mean.value:.4g} ± {mean.error:.2g}", f"{normalise(about.id, mean.value):.4g}")
+        for policy, mean in known.returns.items()
+    ]
+    heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
+    bound = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the bound, on the episodes of the bound."
+    return f"Mean return of an episode with its standard error, default arguments.{bound}\n\n" + table(
+        ("policy", "return", heading), rows
+    )

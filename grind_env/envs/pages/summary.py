@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from grind_env.envs.pages.markdown import table
 from grind_env.envs.pages.sheet import Sheet, page_ids, sheet
+from grind_env.scores import measured, normalise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +20,7 @@ class Summary:
         full: the same with `observation="full"`.
         reward: lowest and highest reward of a step; None where they cannot be told.
         hard: what makes it easy or hard.
+        scripted: score of the best scripted policy that sees measurements; None if it has not been measured.
     """
 
     id: str
@@ -29,6 +31,7 @@ class Summary:
     full: int
     reward: tuple[float, float] | None
     hard: str
+    scripted: float | None
 
 
 def summary(env_id: str) -> Summary:
@@ -55,7 +58,13 @@ def _row(about: Sheet) -> Summary:
         full=len(about.full),
         reward=None if about.reward is None else (about.reward.least, about.reward.most),
         hard=about.note.hard,
+        scripted=_scripted(about.id),
     )
+
+
+def _scripted(env_id: str) -> float | None:
+    known = measured(env_id)
+    return None if known is None else round(normalise(env_id, known.returns[known.best_scripted].value), 3)
 
 
 def file_name(env_id: str) -> str:

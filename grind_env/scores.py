@@ -1,0 +1,137 @@
+"""Reference scores of the registered environments: what known policies earn, and the scale that scores are on.
+
+A score of 0 is the best plan that can be written into a program without sensors, 100 is a planner that knows the whole
+episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`, measured by `python -m agents scores`.
+"""
+
+import functools
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from grind_env.errors import GrindError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FILE = Path(__file__).with_name("envs") / "scores.toml"
+
+
+class ScoreError(GrindError):
+    """An id without reference scores, or a damaged file of them."""
+
+
+class Mean(NamedTuple):
+    """A mean episode return and its standard error."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reference:
+    """Reference scores of one environment. Returns are mean episode returns, costs $ an episode.
+
+    Attributes:
+        zero: return that scores 0: the best fixed plan; for Wen random actions.
+        hundred: return that scores 100: the hindsight planner; for Wen the optimum.
+        ratio: the two are so close that `normalise` gives the cost over that of the fixed plan instead.
+        fixed_plan: policy that `zero` is of.
+        best_scripted: the policy that earns most of those that see what a machine measures.
+        J_fix: cost of the best fixed plan on all its episodes; for Wen the loss, which has no unit, like J_plan.
+        J_plan: cost of the planner.
+        returns: by policy.
+    """
+
+    zero: float
+    hundred: float
+    ratio: bool
+    fixed_plan: str
+    best_scripted: str
+    J_fix: float
+    J_plan: float
+    returns: Mapping[str, Mean]
+
+
+def normalise(environment_id: str, episode_return: float) -> float:
+    """The score of a mean episode return in an environment with its default arguments.
+
+    Returns:
+        0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond; in `grind/Wen-v0` 0 for
+        random actions and 100 for the optimum. In `grind/Slot-v0`, where these two cost nearly the same, the cost
+        over that of the best constant.
+
+    Raises:
+        ScoreError: if the environment has no reference scores.
+    """
+    scale = reference(environment_id)
+    if scale.ratio:
+        return episode_return / scale.zero
+    return 100.0 * (episode_return - scale.zero) / (scale.hundred - scale.zero)
+
+
+def reference(environment_id: str) -> Reference:
+    """The reference scores of an environment.
+
+    Raises:
+        ScoreError: if it has none.
+    """
+    known = _references()
+    if environment_id not in known:
+        raise ScoreError(f"{environment_id!r} has no reference scores: choose from {', '.join(known)}")
+    return known[environment_id]
+
+
+def measured(environment_id: str) -> Reference | None:
+    """The reference scores of an environment; None if it has none."""
+    return _references().get(environment_id)
+
+
+@functools.cache
+def _references() -> dict[str, Reference]:
+    return read_references(FILE)
+
+
+def read_references(path: Path) -> dict[str, Reference]:
+    """The reference scores in a file, by id; none if there is no such file.
+
+    Raises:
+        ScoreError: if it is not what `write_text` writes.
+    """
+    if not path.exists():
+        return {}
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        return {
+            name: Reference(**{**table, "returns": {policy: Mean(*pair) for policy, pair in table["returns"].items()}})
+            for name, table in document.items()
+        }
+    except (tomllib.TOMLDecodeError, TypeError, KeyError, AttributeError) as error:
+        raise ScoreError(f"{path} is damaged ({error}): delete it and run `python -m agents scores`") from error
+
+
+def write_text(references: Mapping[str, Reference]) -> str:
+    """The text of such a file."""
+    lines = [
+        "# Reference scores, written by `python -m agents scores`; see grind_env/scores.py.",
+        "# Returns are of one episode: mean and standard error.",
+    ]
+    for name, each in sorted(references.items()):
+        lines += [
+            "",
+            f'["{name}"]',
+            f"zero = {each.zero}",
+            f"hundred = {each.hundred}",
+            f"ratio = {str(each.ratio).lower()}",
+            f'fixed_plan = "{each.fixed_plan}"',
+            f'best_scripted = "{each.best_scripted}"',
+            f"J_fix = {each.J_fix}",
+            f"J_plan = {each.J_plan}",
+            f'["{name}".returns]',
+            *(f"{policy} = [{mean.value}, {mean.error}]" for policy, mean in each.returns.items()),
+        ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,154 @@
+import csv
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents import __main__, benchmark, scores
+from agents.compare import PUBLISHED, Comparison, compare, compared
+from agents.evaluate import Evaluation
+from agents.registry import make_policy, policy_names
+from agents.scores import behaviour, mean_return, reference_of
+from agents.tuned import ConfigError
+from agents.wen_scores import losses, optimum
+from grind_env.envs.tasks import load_task
+from grind_env.process.wen import CASES, REFERENCES
+from grind_env.scores import read_references
+
+ORACLE = load_task("oracle6")
+ROW = {"cost_per_good_part": "4.4", "cost_per_good_part_low": "4.204", "cost_per_good_part_high": "4.596"}
+
+
+def evaluation(*cost):
+    n = len(cost)
+    return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 6), 9000.0), np.ones((n, 6)))
+
+
+def run(folder):
+    return scores.score(
+        "oracle6",
+        episodes=4,
+        results=folder / "results",
+        runs=folder / "runs",
+        data=folder / "scores.toml",
+        console=Console(quiet=True),
+    )
+
+
+def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
+    run(tmp_path)
+    with (tmp_path / "results/oracle6.csv").open(encoding="utf-8") as file:
+        rows = {row["policy"]: row for row in csv.DictReader(file)}
+    assert list(rows) == policy_names(ORACLE)
+    assert {row["task"] for row in rows.values()} == {"oracle6"}
+    assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000001")
+    scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
+    # scenarios, section 4.2: optimum 17.4850 $ for six parts
+    assert scale.J_plan == pytest.approx(17.4850, rel=1e-3)
+    assert scale.hundred == pytest.approx(-17.4850 / ORACLE.reference_cost, rel=1e-3)
+    assert scale.fixed_plan == "interval"
+    assert float(rows["interval"]["score"]) == 0.0
+    assert float(rows["constant_per_kind"]["score"]) == pytest.approx(
+        100.0 * (scale.zero - scale.returns["constant_per_kind"].value) / (scale.zero - scale.hundred), rel=1e-3
+    )
+
+
+def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
+    evaluated = []
+    evaluate = benchmark.evaluate
+
+    def counted(policy, *arguments):
+        evaluated.append(policy.name)
+        return evaluate(policy, *arguments)
+
+    monkeypatch.setattr(benchmark, "evaluate", counted)
+    run(tmp_path)
+    assert evaluated == policy_names(ORACLE)
+    (tmp_path / "runs/oracle6/scores/handbook.npz").unlink()
+    evaluated.clear()
+    run(tmp_path)
+    assert evaluated == ["handbook"]
+
+
+def test_behaviour_follows_the_task_but_not_its_reference_cost():
+    code = behaviour(ORACLE)
+    assert behaviour(replace(ORACLE, reference_cost=1.0)) == code
+    assert behaviour(replace(ORACLE, factors={"kA": 2.5001})) != code
+    assert behaviour(replace(ORACLE, dress=replace(ORACLE.dress, setup=8.001))) != code
+
+
+def test_references_are_anchored_on_the_episodes_of_the_planner():
+    task = replace(ORACLE, reference_cost=2.0)
+    costs = {
+        "constant": (10.0, 12.0, 30.0),
+        "interval": (11.0, 13.0, 14.0),
+        "adaptive_rule": (8.0, 8.0, 8.0),
+        "full_state_rule": (7.0, 7.0, 7.0),
+        "hindsight": (6.0, 4.0),
+    }
+    found = {name: evaluation(*cost) for name, cost in costs.items()}
+    scale = reference_of(task, [make_policy(name, task) for name in costs], found)
+    assert (scale.fixed_plan, scale.best_scripted) == ("interval", "adaptive_rule")
+    assert (scale.zero, scale.hundred) == (-6.0, -2.5)
+    assert (scale.J_fix, scale.J_plan) == (pytest.approx(38.0 / 3.0, abs=1e-4), 5.0)
+    # -5.5, -6.5, -7: mean -6.3333, standard deviation 0.76376, over the root of 3
+    assert scale.returns["interval"] == (-6.3333, 0.441)
+    assert mean_return(task, evaluation(3.0)) == (-1.5, 0.0)
+
+
+@pytest.mark.parametrize("case", list(CASES))
+def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case):
+    number = list(CASES).index(case)
+    found, published = optimum(number), REFERENCES[case]
+    assert found.cost == pytest.approx(published.optimum, abs=2e-5)
+    assert losses(found.point[None], number)[0] == found.cost
+    actions = np.random.default_rng(1).uniform(-1.0, 1.0, (20000, 4))
+    assert losses(actions, number).mean() == pytest.approx(published.random, abs=0.005)
+
+
+def test_a_comparison_by_hand():
+    # 4.21 to the last digit: 0.01/sqrt(12); ours 4.4 +- 0.1; 0.19/sqrt(2 * 0.01 + 0.0029^2) = 1.343
+    found = compared("power_limited", "interval", "4.21", ROW)
+    assert found.rounding == pytest.approx(0.0028868, rel=1e-4)
+    assert found.error == pytest.approx(0.1, rel=1e-4)
+    assert found.difference == pytest.approx(4.5131, rel=1e-4)
+    assert found.errors == pytest.approx(1.3433, rel=1e-3)
+    assert compared("slot", "random", "31", ROW).rounding == pytest.approx(1.0 / 12.0**0.5)
+
+
+def test_tasks_that_were_not_measured_are_left_out_of_a_comparison(tmp_path):
+    assert compare(["slot", "wen"], tmp_path, PUBLISHED) == []
+    (tmp_path / "slot.csv").write_text("policy\nrandom\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"slot\.csv is damaged .*: run `python -m agents scores --task slot`"):
+        compare(["slot"], tmp_path, PUBLISHED)
+
+
+def test_a_number_far_off_is_marked():
+    near = Comparison("slot", "constant", 6.17, 0.003, 6.2, 0.05)
+    assert abs(near.errors) < 1.0
+    assert near._replace(ours=6.5).errors == pytest.approx(0.33 / (2.0 * 0.0025 + 0.003**2) ** 0.5)
+
+
+def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["agents", "scores", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            __main__.main()
+        return stopped.value.code or 0
+
+    data = ("--data", tmp_path / "scores.toml", "--results", tmp_path, "--runs", tmp_path / "runs")
+    assert command("--task", "wen", *data) == 0
+    assert command("--task", "oracle6", "--episodes", 2, *data) == 0
+    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
+    row = "slot,{},6.2,6.1,6.3\n"
+    policies = [name for name in policy_names(load_task("slot")) if name != "power_threshold"]
+    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high\n"
+    (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
+    capsys.readouterr()
+    assert command("--compare", *data) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [("differs" in line) for line in lines if "constant" in line or "random" in line] == [True, False]
+    assert command("--task", "no_such", *data) == 2
+    assert "there is no task 'no_such'" in capsys.readouterr().err

@@ -1,0 +1,103 @@
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.tasks import load_task
+from grind_env.scores import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text
+
+SCORED = sorted(read_references(FILE))
+TASKS = [name for name in task_names() if environment_id(name) in SCORED]
+SMALL = Reference(
+    zero=-40.0,
+    hundred=-30.0,
+    ratio=False,
+    fixed_plan="interval",
+    best_scripted="adaptive_rule",
+    J_fix=160.0,
+    J_plan=120.0,
+    returns={"random": Mean(-300.0, 2.5), "interval": Mean(-40.0, 0.25)},
+)
+
+
+@pytest.mark.parametrize("name", [name for name in SCORED if not reference(name).ratio])
+def test_the_anchors_score_0_and_100_and_the_middle_50(name: str) -> None:
+    scale = reference(name)
+    assert normalise(name, scale.zero) == 0.0
+    assert normalise(name, scale.hundred) == pytest.approx(100.0)
+    assert normalise(name, (scale.zero + scale.hundred) / 2.0) == pytest.approx(50.0)
+    assert normalise(name, scale.returns["random"].value) <= 0.0
+
+
+def test_slot_gives_the_cost_over_that_of_the_constant() -> None:
+    scale = reference("grind/Slot-v0")
+    assert scale.ratio
+    assert scale.fixed_plan == "constant"
+    assert normalise("grind/Slot-v0", 1.25 * scale.zero) == pytest.approx(1.25)
+    # scenarios, section 8: the planner is within 2 % of the constant
+    assert abs(normalise("grind/Slot-v0", scale.hundred) - 1.0) < 0.02
+
+
+def test_wen_has_the_published_anchors() -> None:
+    # scenarios, section 4.3: COF + v of random settings and of the optimum, rough and finish, equally likely
+    scale = reference("grind/Wen-v0")
+    assert scale.zero == pytest.approx(-(0.1478 + 0.8426) / 2.0, abs=0.003)
+    assert scale.hundred == pytest.approx((0.22925 - 0.52242) / 2.0, abs=1e-4)
+    centre = normalise("grind/Wen-v0", -(0.0744 + 0.8009) / 2.0)
+    assert centre == pytest.approx(normalise("grind/Wen-v0", scale.returns["centre"].value), abs=0.1)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_returns_are_costs_over_the_reference_cost_of_the_task(name: str) -> None:
+    scale, task = reference(environment_id(name)), load_task(name)
+    assert scale.returns[scale.fixed_plan].value == pytest.approx(-scale.J_fix / task.reference_cost, abs=1e-3)
+    assert scale.returns["hindsight"].value == pytest.approx(-scale.J_plan / task.reference_cost, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_known_policies_are_in_their_order(name: str) -> None:
+    # scenarios, section 8: 6 < 5 < 3b in cost, all but Slot; random is the worst
+    scale = reference(environment_id(name))
+    returns = {policy: mean.value for policy, mean in scale.returns.items()}
+    fixed = max(returns["constant"], returns["interval"])
+    assert returns["hindsight"] >= max(returns.values()) - 3.0 * scale.returns["hindsight"].error
+    assert returns[scale.best_scripted] >= fixed == returns[scale.fixed_plan]
+    assert returns["random"] < fixed
+    if not scale.ratio:
+        assert scale.hundred > scale.zero
+        assert returns["adaptive_rule"] > fixed
+
+
+def test_the_file_is_read_as_it_was_written(tmp_path: Path) -> None:
+    path = tmp_path / "scores.toml"
+    assert read_references(path) == {}
+    path.write_text(write_text({"grind/B-v0": SMALL, "grind/A-v0": SMALL}), encoding="utf-8")
+    assert read_references(path) == {"grind/A-v0": SMALL, "grind/B-v0": SMALL}
+    assert write_text(read_references(path)) == path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("text", ["[a", "a = 1", "[a]\nzero = 1.0", "[a]\nreturns = {random = 3}"])
+def test_a_damaged_file_is_named_with_the_remedy(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "scores.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ScoreError, match=r"scores\.toml is damaged .*: delete it and run `python -m agents scores`"):
+        read_references(path)
+
+
+def test_an_id_without_scores_is_refused() -> None:
+    with pytest.raises(ScoreError, match=r"'grind/Nothing-v0' has no reference scores: choose from .*grind/Wen-v0"):
+        normalise("grind/Nothing-v0", -1.0)
+
+
+def test_scores_need_no_agents() -> None:
+    code = "import sys, grind_env.scores; sys.exit('agents' in sys.modules or 'torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_worse_return_scores_less() -> None:
+    for name in SCORED:
+        a, b = (normalise(name, value) for value in (-50.0, -60.0))
+        assert math.copysign(1.0, a - b) == (-1.0 if reference(name).ratio else 1.0)
