@@ -9,14 +9,14 @@ import typer
 from rich.console import Console
 
 from agents import benchmark as benchmarking
-from agents import scores as scoring
 from agents import tune as tuning
-from agents.compare import compare as compare_published
-from agents.compare import comparison_table
 from agents.evaluate import SPLITS, episode_seeds
 from agents.evaluate import evaluate as run_policy
+from agents.learning.train import LAST_SEED, LearnedPolicy, Training, trained_agent
+from agents.reference import scores as scoring
+from agents.reference.compare import compare as compare_published
+from agents.reference.compare import comparison_table
 from agents.registry import check_names, make_policy
-from agents.train import LAST_SEED, LearnedPolicy, Training, trained_agent
 from agents.tuned import CONFIGS
 from agents.video import Film, policy_of, record
 from grind_env.envs.tasks import load_task

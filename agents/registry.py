@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agents.hindsight import Hindsight
-from agents.planners import FullStateRule, ModelPredictive
+from agents.bounds.hindsight import Hindsight
+from agents.bounds.planners import FullStateRule, ModelPredictive
 from agents.policy import Policy
-from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from agents.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
 from agents.tuned import CONFIGS, ConfigError, arguments, read_tuned
 from grind_env.envs.tasks import Task
 

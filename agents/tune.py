@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from agents.evaluate import episode_seeds, roll_out, start_episodes
 from agents.policy import Policy, speed_bounds, speed_grid
 from agents.registry import TUNED, policy_names
-from agents.scripted import Fixed
+from agents.scripted.rules import Fixed
 from agents.search import Found, evolve, grid_search, refine
 from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation

@@ -12,7 +12,7 @@ from PIL import Image
 from agents.evaluate import start_episodes
 from agents.policy import Policy, reveal, speed_bounds
 from agents.registry import make_policy
-from agents.scripted import Fixed
+from agents.scripted.rules import Fixed
 from agents.tuned import CONFIGS
 from grind_env.control.rules import dresses_due
 from grind_env.envs.actions import ActionCodec
@@ -71,7 +71,7 @@ def policy_of(text: str, task: Task, configs: Path = CONFIGS) -> Policy:
     """
     if text.endswith(".zip"):
         # torch takes seconds to load
-        from agents.train import LearnedPolicy
+        from agents.learning.train import LearnedPolicy
 
         return LearnedPolicy(Path(text), "trained agent (PPO)")
     if constant := FIXED.fullmatch(text):

@@ -9,7 +9,7 @@ from rich.console import Console
 from agents import __main__, benchmark
 from agents.benchmark import kept_evaluation, table_rows
 from agents.evaluate import Evaluation
-from agents.scripted import Fixed, Random
+from agents.scripted.rules import Fixed, Random
 from grind_env.envs.tasks import load_task
 
 ORACLE = load_task("oracle6")

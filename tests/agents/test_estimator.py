@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from agents.estimator import SharpnessEstimator
-from agents.planners import AREA
-from agents.planners import PRESSURE as PRESSURE_FACTOR
+from agents.bounds.planners import AREA
+from agents.bounds.planners import PRESSURE as PRESSURE_FACTOR
+from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.observations import readings
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task

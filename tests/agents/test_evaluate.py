@@ -20,7 +20,7 @@ from agents.policy import (
     expected_dates,
     reveal,
 )
-from agents.scripted import Fixed, handbook
+from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.actions import ActionError
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation

@@ -7,9 +7,9 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
 from agents.__main__ import app
 from agents.evaluate import episode_seeds, evaluate
-from agents.features import LearnerVecEnv, LearnerView
-from agents.sb3_adapter import SB3VecEnv
-from agents.train import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, LearnedPolicy, Training, train_ppo
+from agents.learning.features import LearnerVecEnv, LearnerView
+from agents.learning.sb3_adapter import SB3VecEnv
+from agents.learning.train import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, LearnedPolicy, Training, train_ppo
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from agents.dynamic_programming import Surcharge, cheapest_of_each, exact_optimum, forward_plans, surcharges
+from agents.bounds.dynamic_programming import Surcharge, cheapest_of_each, exact_optimum, forward_plans, surcharges
+from agents.bounds.hindsight import Hindsight, cheapest_plans, moved, moves, plan_cost, sweep
+from agents.bounds.planners import CLOCK, DIAMETER, FullStateRule, all_choices
 from agents.evaluate import episode_seeds, evaluate, start_episodes
-from agents.hindsight import Hindsight, cheapest_plans, moved, moves, plan_cost, sweep
-from agents.planners import CLOCK, DIAMETER, FullStateRule, all_choices
 from agents.policy import CHANGES, OF_WHEEL, Decision, speed_grid
 from agents.registry import make_policy
-from agents.scripted import Fixed
+from agents.scripted.rules import Fixed
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents import __main__, benchmark, scores
-from agents.compare import PUBLISHED, Comparison, compare, compared
+from agents import __main__, benchmark
 from agents.evaluate import Evaluation
+from agents.reference import scores
+from agents.reference.compare import PUBLISHED, Comparison, compare, compared
+from agents.reference.scores import behaviour, mean_return, reference_of
+from agents.reference.wen_scores import losses, optimum
 from agents.registry import make_policy, policy_names
-from agents.scores import behaviour, mean_return, reference_of
 from agents.tuned import ConfigError
-from agents.wen_scores import losses, optimum
 from grind_env.envs.tasks import load_task
 from grind_env.process.wen import CASES, REFERENCES
 from grind_env.scores import read_references

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agents.policy import nearest_speed, speed_grid
-from agents.scripted import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from agents.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import load_task
 

@@ -6,7 +6,7 @@ from PIL import Image
 
 from agents.evaluate import evaluate
 from agents.registry import make_policy
-from agents.scripted import Fixed
+from agents.scripted.rules import Fixed
 from agents.video import Film, policy_of, record, watch
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from agents.estimator import SharpnessEstimator
 from agents.policy import nearest_speed
+from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.belief import WheelBelief
 from grind_env.envs.memory import StackMemory

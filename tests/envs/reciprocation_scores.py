@@ -11,8 +11,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.dynamic_programming import forward_plans
-from agents.hindsight import sweep
+from agents.bounds.dynamic_programming import forward_plans
+from agents.bounds.hindsight import sweep
 from grind_env.envs.reciprocation import reciprocation_task
 from grind_env.envs.reciprocation_env import ReciprocationSimulation
 from grind_env.envs.rows import Outcome

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.estimator import SharpnessEstimator
+from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.belief import Belief, BeliefError, WheelBelief, belief_entries, hypercube
 from grind_env.envs.belief_kernel import adjust, learn
 from grind_env.envs.belief_rows import Hidden, Signals

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from agents.scripted import Fixed
+from agents.scripted.rules import Fixed
 from agents.video import watch
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import load_task

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.estimator import Estimate, thrift
 from agents.policy import (
     CHANGES,
     DUE,
@@ -21,7 +20,8 @@ from agents.policy import (
     speed_bounds,
     speed_grid,
 )
-from agents.scripted import SharpnessRule
+from agents.scripted.estimator import Estimate, thrift
+from agents.scripted.rules import SharpnessRule
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.rows import Memory, Outcome

@@ -12,10 +12,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from agents.estimator import MEMORY, LotMemory, SharpnessEstimator
+from agents.learning.sb3_adapter import SB3VecEnv
 from agents.policy import Array, Decision, speed_grid
-from agents.sb3_adapter import SB3VecEnv
-from agents.scripted import REFERENCE_AREA
+from agents.scripted.estimator import MEMORY, LotMemory, SharpnessEstimator
+from agents.scripted.rules import REFERENCE_AREA
 from grind_env.envs.observations import bounds, readings
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.planners import AREA, COST, VOLUME, all_choices
+from agents.bounds.planners import AREA, COST, VOLUME, all_choices
 from agents.policy import KIND, Array, Decision
 from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation

@@ -11,14 +11,16 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents import dynamic_programming, estimator, hindsight, planners, policy, scripted
+from agents import policy
 from agents.benchmark import WIDTH, Row, better_plan, flat, kept_evaluation, rich_table, spread_names, table_rows
+from agents.bounds import dynamic_programming, hindsight, planners
 from agents.evaluate import Evaluation, episode_seeds, start_episodes
 from agents.provenance import ROOT, provenance
+from agents.reference.wen_scores import wen_reference
 from agents.registry import REFERENCE, make_policy, policy_names
+from agents.scripted import estimator, rules
 from agents.tune import tune
 from agents.tuned import CONFIGS, write_whole
-from agents.wen_scores import wen_reference
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
@@ -31,10 +33,10 @@ PLANNED = 64
 PLANNERS = ("mpc", REFERENCE)
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
-RESULTS = Path(__file__).with_name("results")
+RESULTS = ROOT / "agents" / "results"
 RUNS = ROOT / "runs"
 
-SOURCES = (dynamic_programming, estimator, hindsight, planners, policy, scripted)
+SOURCES = (dynamic_programming, estimator, hindsight, planners, policy, rules)
 """Modules that decide what a policy does."""
 PROBES = 4
 
@@ -113,7 +115,7 @@ def behaviour(task: Task) -> str:
     for module in SOURCES:
         digest.update(Path(str(module.__file__)).read_bytes())
     simulation = Simulation(task)
-    probe, state = scripted.Random(), start_episodes(simulation, episode_seeds("training", PROBES))
+    probe, state = rules.Random(), start_episodes(simulation, episode_seeds("training", PROBES))
     probe.begin(task, PROBES)
     for _ in range(task.blocks):
         seen = simulation.observe(state)

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.estimator import Estimate, SharpnessEstimator
 from agents.policy import Array, Decision, Sees, nearest_speed, speed_bounds
+from agents.scripted.estimator import Estimate, SharpnessEstimator
 from grind_env.envs.observations import Reading, physical, readings
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task

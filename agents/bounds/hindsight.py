@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.dynamic_programming import forward_plans, surcharges
-from agents.planners import COST
+from agents.bounds.dynamic_programming import forward_plans, surcharges
+from agents.bounds.planners import COST
 from agents.policy import Array, Decision, Sees, nearest_speed, speed_bounds
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task

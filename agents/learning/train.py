@@ -14,7 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.utils import LinearSchedule
 
-from agents.features import LearnerVecEnv, LearnerView
+from agents.learning.features import LearnerVecEnv, LearnerView
 from agents.policy import Decision, Sees
 from agents.provenance import code_hash
 from grind_env.envs.simulation import Episodes

@@ -1,0 +1,1 @@
+"""Scripted policies, each with the shop practice that it stands for."""
