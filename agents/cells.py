@@ -1,4 +1,7 @@
-"""Evaluations that are kept: run once, in chunks of episodes, and taken up again while nothing that decides has changed."""
+"""Evaluations that are kept.
+
+They are run once, in chunks of episodes, and taken up again while nothing that decides has changed.
+"""
 
 import ast
 import hashlib
@@ -39,7 +42,7 @@ def kept_evaluation(
     fresh: bool = False,
     advance: Advance = lambda episodes: None,
 ) -> Evaluation:
-    """The evaluation of the seeds, chunk by chunk: what is kept of the same policy, code, task and seeds, else a new one.
+    """The evaluation of the seeds: every chunk that is kept of the same policy, code and task, the others anew.
 
     Args:
         policy: the policy; its repr tells its parameters.
