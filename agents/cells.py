@@ -69,7 +69,7 @@ def kept_evaluation(
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
     """The evaluation in a file; None if the file is missing, damaged or of something else."""
-    with suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
+    with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
         if str(file["fingerprint"]) == fingerprint:
             return Evaluation(*(file[each.name] for each in fields(Evaluation)))
     return None

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from agents import cells
+from agents.bounds import hindsight
 from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation
 from agents.evaluate import Evaluation, evaluate
 from agents.scripted.rules import Fixed
@@ -79,6 +80,6 @@ def test_comments_docstrings_and_imports_decide_nothing():
 
 
 def test_a_planner_stands_on_its_rule_and_not_on_the_learners():
-    found = imported("agents.bounds.hindsight")
+    found = imported(hindsight.__name__)
     assert {"agents.bounds.dynamic_programming", "agents.scripted.rules", "agents.policy"} <= found
     assert not any(name.startswith("agents.learning") for name in found)
