@@ -1,0 +1,59 @@
+"""`python -m agents dress-study`."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from agents.cells import RUNS
+from agents.dress_figure import dress_figure
+from agents.dress_study import EPISODES, count, csv_text, dress_study
+from agents.evaluate import episode_seeds
+from agents.policy import Policy
+from agents.provenance import ROOT
+from agents.registry import make_policy, policy_names
+from agents.tuned import write_whole
+from grind_env.envs.names import task_names
+from grind_env.envs.tasks import Task, load_task
+from grind_env.machine.record import write_atomically
+
+RESULTS = ROOT / "agents" / "results" / "dress_study"
+BASELINES = ("random", "handbook", "constant", "constant_per_kind")
+"""Policies that do not decide when to dress."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(name="dress-study", epilog="Example: python -m agents dress-study --task power_limited")(study)
+
+
+def study(
+    task: Annotated[str | None, typer.Option(help="Name of a task; all by default.")] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = RESULTS,
+) -> None:
+    """Cost against dress interval, dress lead and depth, and what decides when to dress."""
+    tasks = [load_task(name) for name in (task_names() if task is None else [task])]
+    deciders = {each.name: deciding(each) for each in tasks}
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns) as progress:
+        bars = {each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in tasks}
+        for each in tasks:
+            advance = partial(progress.advance, bars[each.name])
+            found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
+            write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
+            write_picture(results / f"{each.name}.png", dress_figure(found, each.title))
+    print(f"tables and pictures: {results}")
+
+
+def write_picture(path: Path, picture: bytes) -> None:
+    """Write a picture whole or not at all."""
+    write_atomically(path, lambda unfinished: unfinished.write_bytes(picture))
+
+
+def deciding(task: Task) -> list[Policy]:
+    """The policies of a task that decide when to dress, scripted ones and planners."""
+    return [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]

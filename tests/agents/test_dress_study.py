@@ -1,0 +1,54 @@
+from dataclasses import replace
+
+import pytest
+
+from agents import dress_study as studies
+from agents.dress_figure import dress_figure
+from agents.dress_study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
+from agents.evaluate import evaluate
+from agents.scripted.rules import Fixed, handbook
+from grind_env.envs.tasks import load_task
+
+ORACLE = load_task("oracle6")
+
+
+def test_overlap_of_a_round_diamond_by_hand():
+    # tip radius 0.5 mm, 0.02 mm deep: chord 2 sqrt(2 * 0.5 * 0.02 - 0.02^2) = 0.28 mm; lead 0.1 mm
+    task = replace(ORACLE, dress=replace(ORACLE.dress, depth=0.02, lead=0.1))
+    assert task.parameters(task.kinds[0]).rd == 0.5
+    assert new_overlap(task) == pytest.approx(2.8, rel=1e-3)
+    assert new_overlap(replace(task, dress=replace(task.dress, lead=0.05))) == pytest.approx(5.6, rel=1e-3)
+
+
+def test_the_best_plan_is_the_cheapest_of_all():
+    plan = best_plan(ORACLE, (1, 2, 3))
+    least = min(
+        float(evaluate(Fixed(E, 1, every), ORACLE, [0]).cost[0])
+        for E in ORACLE.action.speed_levels
+        for every in (1, 2, 3)
+    )
+    assert float(evaluate(plan, ORACLE, [0]).cost[0]) == least
+
+
+def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
+    deciders = [handbook(ORACLE)]
+    steps = []
+    found = dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
+    assert len(found) == len(steps) == count(ORACLE, deciders)
+    assert {each.question for each in found} == {"interval", "dresser", "decision"}
+    own = [each for each in found if (each.lead, each.depth) == (ORACLE.dress.lead, ORACLE.dress.depth)]
+    # the dresser as it is, with the best of all intervals: one of the answers to the first question
+    dresser = next(each for each in own if each.question == "dresser")
+    assert dresser.cost == min(each.cost for each in own if each.question == "interval")
+    assert dress_figure(found, "Oracle").startswith(b"\x89PNG")
+    assert len(csv_text(found, range(2)).splitlines()) == len(found) + 1
+
+    monkeypatch.setattr(studies, "best_plan", None)
+    assert dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
+
+
+def test_a_damaged_finding_is_made_anew(tmp_path):
+    first = kept_finding(tmp_path, ORACLE, "interval", range(2), (2,))
+    (file,) = tmp_path.rglob("*.json")
+    file.write_text('{"task": "oracle6"}', encoding="utf-8")
+    assert kept_finding(tmp_path, ORACLE, "interval", range(2), (2,)) == first
