@@ -33,7 +33,7 @@ from grind_env.machine.batch import (
     run_blocks,
     run_scalar,
 )
-from tests import speed_control, speed_envs
+from tests import speed_control, speed_envs, speed_training
 
 START = """
 import time; begin = time.perf_counter()
@@ -140,6 +140,7 @@ def main() -> None:
     Console().print(table)
     Console().print(speed_control.table(fresh_process))
     Console().print(speed_envs.table(fresh_process))
+    Console().print(speed_training.table(fresh_process))
 
 
 if __name__ == "__main__":

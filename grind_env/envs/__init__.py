@@ -2,10 +2,7 @@
 
 import gymnasium as gym
 
-from grind_env.envs.names import environment_id, task_names
-
-OTHERS = {"Job": "job_env", "Reciprocation": "reciprocation_env", "Stroke": "stroke_env", "Wen": "wen"}
-"""Environments that have classes of their own, and the modules of these."""
+from grind_env.envs.names import OTHERS, camel, environment_id, task_names
 
 
 def register() -> None:
@@ -19,7 +16,7 @@ def register() -> None:
         )
     for name, module in OTHERS.items():
         gym.register(
-            f"grind/{name}-v0",
-            entry_point=f"grind_env.envs.{module}:{name}Env",
-            vector_entry_point=f"grind_env.envs.{module}:{name}VectorEnv",
+            environment_id(name),
+            entry_point=f"grind_env.envs.{module}:{camel(name)}Env",
+            vector_entry_point=f"grind_env.envs.{module}:{camel(name)}VectorEnv",
         )

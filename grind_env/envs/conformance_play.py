@@ -137,6 +137,33 @@ def episodes(subject: Subject, mode: AutoresetMode) -> list[list[tuple[Any, ...]
     return found
 
 
+def check_info(subject: Subject, info: Any, num_envs: int, place: str, *, nested: bool = False) -> None:
+    """A vector info: under each key an array with one entry a sub-environment, or a dict of such, and its mask.
+
+    Masks within a nested dict may be missing: the mask of the dict covers them.
+    """
+    subject.require(isinstance(info, dict), f"the info {place} must be a dict")
+    for key, value in info.items():
+        if key.startswith("_") and key[1:] in info:
+            continue
+        name = f"info[{key!r}] {place}"
+        mask = info.get(f"_{key}", np.ones(num_envs, bool) if nested else None)
+        subject.require(
+            isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (num_envs,),
+            f"{name} needs a mask beside it, info['_{key}'], a bool array of shape ({num_envs},)",
+        )
+        if isinstance(value, dict):
+            check_info(subject, value, num_envs, f"within {name}", nested=True)
+            continue
+        subject.require(
+            isinstance(value, np.ndarray) and len(value) == num_envs,
+            f"{name} must be an array with {num_envs} entries, one a sub-environment",
+        )
+        if value.dtype == object:
+            empty = all(each is None for each in value[~mask])
+            subject.require(empty, f"{name} must be None where info['_{key}'] is False")
+
+
 def rows(env: AnyVectorEnv, observations: Any) -> list[Any]:
     """A batch of observations, one by one."""
     return list(iterate(env.observation_space, observations))

@@ -3,8 +3,12 @@
 `env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "train"})` fixes the factors named and
 draws the rest from the training split. Both hold for later episodes too, until a reset names others; None takes a
 context or a split away again. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to chance. For the
-vector environment either may be a list, one entry for each sub-environment. A material is seen in the observation
-only where the task has several.
+vector environment either may be a list, one entry for each sub-environment.
+
+A material that is fixed in a task of one material is not observed, not even in `observation="full"`: like every other
+factor of a context it changes what is ground and not the layout of the observation, so that a policy trained on the
+task can be tested on another material as it is. Whoever is to know it appends it to the observation. In a task of
+several materials the flag of the one fixed is set; all flags are 0 for a material that the task does not have.
 
 Splits hold out ranges of the factors: the distribution of every log-normal factor (lot, wheel, coolant) is cut into ten
 ranges of equal probability, and an episode of a split draws its factors from the ranges of `SPLITS` only. So every

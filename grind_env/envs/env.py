@@ -1,6 +1,6 @@
 """The single environment."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -9,22 +9,22 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given, read_options
+from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import CycleBlock, block_text, coming_block, part_program
+from grind_env.envs.program import CycleBlock, coming_block
 from grind_env.envs.rows import Outcome
-from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tasks import Task, TaskError, load_task
+from grind_env.envs.showing import RENDER_MODES, Showing
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.view import view_of
-from grind_env.render import ansi, frames
+from grind_env.render.view import View
 
 OBSERVATIONS = ("measured", "full")
-RENDER_MODES = ("rgb_array", "human", "ansi")
-METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
 REWARD = Outcome._fields.index("reward")
 
 
-class GrindEnv(gym.Env[NDArray[np.float32], Any]):
+class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     """Choose the table speed and the dressing of every cycle block of a batch.
 
     ## Description
@@ -61,7 +61,8 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
     block. All that is random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
-    restricts what they are drawn from (`grind_env.envs.contexts`).
+    restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
+    material other than that of a task of one material has to be found out like a lot or a wheel.
 
     Args:
         task: name of the task, for example `"power_limited"`.
@@ -69,11 +70,13 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
+        cycle: refuse the task if its parts are not ground in this cycle: `"G82"`, or `"G83"` for parts wider than
+            the wheel.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
     """
 
-    metadata = METADATA
+    form: ClassVar[Form] = G82
 
     def __init__(
         self,
@@ -82,11 +85,14 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
         show_block: bool = True,
         action: str = "box",
         predress: bool = False,
+        cycle: str | None = None,
         render_mode: str | None = None,
     ) -> None:
-        self.task: Task = load_task(task)
+        self.task: Task = self.form.load(task)
         refuse_render(render_mode, RENDER_MODES)
-        self.simulation = Simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
+        if cycle is not None:
+            check_cycle(self.task, cycle)
+        self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)
         self.render_mode = render_mode
@@ -97,7 +103,6 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
         self.episodes: Episodes | None = None
         self.blocks: list[CycleBlock] = []
         self.outcomes: list[Outcome] = []
-        self.follower: frames.Follower | None = None
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -105,7 +110,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
 
     def part_program(self) -> str:
         """The blocks run since the last reset as a part program with its dress program."""
-        return part_program(self.task, self.blocks)
+        return self.form.program(self.task, self.blocks)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -126,7 +131,7 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
             self.episodes = self.simulation.start([self.np_random], [given])
         else:
             self.simulation.restart(self.episodes, 0, self.np_random, given)
-        self._follow()
+        self.follow()
         return self.simulation.observe(self.episodes)[0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -137,50 +142,30 @@ class GrindEnv(gym.Env[NDArray[np.float32], Any]):
             ActionError: if the action is not in the action space.
         """
         episodes = self.episodes
-        if episodes is None or self.simulation.over(episodes)[0]:
+        if episodes is None or episodes.block[0] >= self.task.blocks:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = self.codec.choose(self.codec.single(action))
         block = coming_block(self.task, episodes, 0, *(float(values[0]) for values in choice))
         self.blocks.append(block)
         outcomes, _ = self.simulation.step(episodes, *choice)
-        self.outcomes.append(Outcome(*outcomes[0].tolist()))
-        self._follow()
-        info = self.infos.single(outcomes, choice)
+        outcome = Outcome(*outcomes[0].tolist())
+        self.outcomes.append(outcome)
+        self.follow()
+        info = self.infos.single(outcome, choice)
         if self.show_block:
-            info["block"] = block_text(self.task, block)
-        terminated = bool(self.simulation.over(episodes)[0])
-        return self.simulation.observe(episodes)[0], float(outcomes[0, REWARD]), terminated, False, info
+            info["block"] = self.form.text(self.task, block)
+        terminated = bool(episodes.block[0] >= self.task.blocks)
+        return self.simulation.observe(episodes)[0], outcome.reward, terminated, False, info
 
-    def render(self) -> Any:
-        """The machine after the last block: a picture, uint8 of shape (540, 960, 3), or text; None for a human.
+    def view(self) -> View:
+        """The machine after the last block.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
-            RenderError: if what draws it is not installed, or the user has closed the window.
         """
         if self.episodes is None:
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
-        if self.render_mode is None:
-            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")
-            return None
-        view = view_of(self.task, self.episodes, 0, self.blocks, self.outcomes)
-        if self.render_mode == "ansi":
-            return ansi.panel(view)
-        if self.render_mode == "rgb_array":
-            return frames.render(view)
-        self.follower = self.follower or frames.Follower(self.task.title)
-        self.follower.show(view)
-        return None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self.follower is not None:
-            self.follower.close()
-            self.follower = None
-
-    def _follow(self) -> None:
-        if self.render_mode == "human":
-            self.render()
+        return view_of(self.task, self.episodes, 0, self.blocks, self.outcomes, self.form.text)
 
 
 def refuse_render(render_mode: str | None, known: tuple[str, ...] = ()) -> None:

@@ -27,18 +27,16 @@ class InfoWriter:
     def __init__(self, task: Task, names: tuple[str, ...]) -> None:
         self.terms = reward_terms(task)
         self.names = names
-        self._columns = np.array([*self.terms.values(), *(Outcome._fields.index(field) for field in READ.values())])
+        self._read = {name: Outcome._fields.index(field) for name, field in READ.items()}
+        self._columns = np.array([*self.terms.values(), *self._read.values()])
         self._reference = task.reference_cost
 
-    def single(self, outcomes: Array, choice: tuple[Array, ...]) -> dict[str, Any]:
-        """The info of one environment, from its outcome and choice in arrays of one row."""
-        rows, _ = self._rows(outcomes, np.ones(1, bool), 0)
-        cost, *numbers = rows[:, 0].tolist()
-        terms, read = numbers[: len(self.terms)], numbers[len(self.terms) :]
+    def single(self, outcome: Outcome, choice: tuple[Array, ...]) -> dict[str, Any]:
+        """The info of one environment, from its outcome and its choice in arrays of one row."""
         return {
-            "reward_terms": dict(zip(self.terms, terms, strict=True)),
-            "cost": cost,
-            **dict(zip(READ, read, strict=True)),
+            "reward_terms": {name: 0.0 - outcome[column] / self._reference for name, column in self.terms.items()},
+            "cost": outcome.finished - outcome.good,
+            **{name: outcome[column] for name, column in self._read.items()},
             **{name: float(values[0]) for name, values in zip(self.names, choice, strict=True)},
         }
 
@@ -47,34 +45,45 @@ class InfoWriter:
 
         No two arrays share memory, and the arrays of `choice` go into the info.
         """
-        rows, masks = self._rows(outcomes, mask, 2 + len(self.terms) + len(READ) + len(self.names))
-        if not mask.all():
+        rows, masks, shown = self._rows(outcomes, mask, 2 + len(self.terms) + len(READ) + len(self.names))
+        if shown < len(mask):
             choice = tuple(np.where(mask, values, 0.0) for values in choice)
-        flags = iter(masks)
+        flags, values_of = iter(masks), list(rows)
         terms: dict[str, Any] = {}
-        for name, values in zip(self.terms, rows[1:], strict=False):
+        for name, values in zip(self.terms, values_of[1:], strict=False):
             terms[name], terms[f"_{name}"] = values, next(flags)
         info: dict[str, Any] = {"reward_terms": terms, "_reward_terms": next(flags)}
-        info["cost"], info["_cost"] = rows[0], next(flags)
-        for name, values in zip((*READ, *self.names), (*rows[1 + len(self.terms) :], *choice), strict=True):
+        info["cost"], info["_cost"] = values_of[0], next(flags)
+        for name, values in zip((*READ, *self.names), (*values_of[1 + len(self.terms) :], *choice), strict=True):
             info[name], info[f"_{name}"] = values, next(flags)
         return info
 
-    def _rows(self, outcomes: Array, mask: Array, masks: int) -> tuple[Array, Array]:
+    def _rows(self, outcomes: Array, mask: Array, masks: int) -> tuple[Array, Array, int]:
         rows = np.empty((1 + len(self._columns), len(mask)))
         flags = np.empty((masks, len(mask)), bool)
-        _fill(outcomes, mask, self._columns, len(self.terms), self._reference, rows, flags)
-        return rows, flags
+        shown = _fill(outcomes, mask, self._columns, len(self.terms), self._reference, rows, flags)
+        return rows, flags, shown
 
 
 @entry
-def _fill(outcomes: Any, mask: Any, columns: Any, terms: int, reference: float, rows: Any, flags: Any) -> None:
-    """Write the chance of scrap, then one row a column of the outcomes, those of the reward first; and the masks."""
-    for i in range(mask.size):
-        shown = mask[i]
-        rows[0, i] = outcomes[i, FINISHED] - outcomes[i, GOOD] if shown else 0.0
-        for k in range(columns.size):
-            value = outcomes[i, columns[k]] if shown else 0.0
-            rows[k + 1, i] = 0.0 - value / reference if k < terms else value
-        for k in range(flags.shape[0]):
-            flags[k, i] = shown
+def _fill(outcomes: Any, mask: Any, columns: Any, terms: int, reference: float, rows: Any, flags: Any) -> int:
+    """Write the chance of scrap, then one row a column of the outcomes, those of the reward first; and the masks.
+
+    Row by row, so that every loop runs in vector registers. Returns the number of environments that are shown.
+    """
+    n, shown = mask.size, 0
+    for i in range(n):
+        rows[0, i] = outcomes[i, FINISHED] - outcomes[i, GOOD] if mask[i] else 0.0
+        shown += mask[i]
+    for k in range(columns.size):
+        column = columns[k]
+        if k < terms:
+            for i in range(n):
+                rows[k + 1, i] = 0.0 - outcomes[i, column] / reference if mask[i] else 0.0
+        else:
+            for i in range(n):
+                rows[k + 1, i] = outcomes[i, column] if mask[i] else 0.0
+    for k in range(flags.shape[0]):
+        for i in range(n):
+            flags[k, i] = mask[i]
+    return shown

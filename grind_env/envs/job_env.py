@@ -17,9 +17,12 @@ from grind_env.envs.job_tape import FACTORS, JobTape, draw
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.program_text import with_words_chosen
+from grind_env.envs.program_view import block_of_run, program_view
 from grind_env.envs.serial_vector import SerialVectorEnv
+from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
+from grind_env.render.view import GroundBlock, View
 
 SPEEDS = (3000.0, 30_000.0)
 """mm/min; the table speeds from which an agent chooses, those for which the process model holds."""
@@ -34,7 +37,7 @@ EXAMPLE = Path(__file__).parents[1] / "examples" / "plate_g82.nc"
 """The program that the environment steps if none is given."""
 
 
-class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Choose the table speed and the dressing of every cycle block of a part program.
 
     ## Description
@@ -71,7 +74,7 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
         show_block: put the text of the block that was run into `info["block"]`.
-        render_mode: none.
+        render_mode: as for `GrindEnv`.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -93,13 +96,16 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.choices = Choices(*SPEEDS, MOST_EXECUTIONS)
         extremes = [Choice(SPEEDS[0], MOST_EXECUTIONS), Choice(SPEEDS[1], 0)]
         self.outline: Outline = outline(self.programs, self.job, extremes)
-        self.full, self.spread, self.show_block, self.render_mode = observation == "full", spread, show_block, None
+        self.full, self.spread = observation == "full", spread
+        self.show_block, self.render_mode = show_block, render_mode
         self.entries = readings(self.job, self.choices, spread, full=self.full)
         self.action_space = self.choices.space
         self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
         self.tape: JobTape | None = None
         self.episode: ProgramEpisode | None = None
         self.gauges = Gauges()
+        self.ground: list[GroundBlock] = []
+        self.text = ""
 
     @property
     def reference_cost(self) -> float:
@@ -135,6 +141,8 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread)
         self.episode = ProgramEpisode(self.programs, self.job, self.tape.conditions)
         self.gauges = Gauges()
+        self.ground, self.text = [], ""
+        self.follow()
         return self._observation(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -157,6 +165,11 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.gauges.note(run, choice, self.job, tape.noise[number])
         terms = costs(run, self.job) | {"handover": handover(episode.run, run.plan, self.job) if terminated else 0.0}
         cost = sum(terms.values())
+        self.ground.append(
+            block_of_run(run, choice._replace(speed=run.plan.feed), episode.run.part, self.job.limits, cost)
+        )
+        self.text = run.plan.text
+        self.follow()
         good = float(run.finished["survival"].sum())
         info: dict[str, Any] = {
             "reward_terms": {name: 0.0 - terms[name] / self.reference_cost for name in COST_TERMS},
@@ -168,8 +181,16 @@ class JobEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "D": float(choice.executions),
         }
         if self.show_block:
-            info["block"] = run.plan.text
+            info["block"] = self.text
         return self._observation(), -cost / self.reference_cost, terminated, False, info
+
+    def view(self) -> View:
+        """The machine after the last block.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        return program_view(self.outline, self._begun()[0], self.ground, self.text, SPEEDS)
 
     def _begun(self) -> tuple[ProgramEpisode, JobTape]:
         if self.episode is None or self.tape is None:
@@ -202,7 +223,7 @@ class JobVectorEnv(SerialVectorEnv):
         spread: factor on all that is random.
         show_block: put the text of the blocks that were run into `info["block"]`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: none.
+        render_mode: as for `GrindEnv`.
     """
 
     def __init__(
@@ -224,5 +245,7 @@ def _check(observation: str, spread: float, render_mode: str | None) -> None:
         raise JobProgramError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
     if not 0.0 <= spread <= 2.0:
         raise JobProgramError(f"spread is {spread!r}, but must be a number from 0 to 2")
-    if render_mode is not None:
-        raise JobProgramError(f"render_mode is {render_mode!r}, but the environment has none: leave it out")
+    if render_mode not in (None, *RENDER_MODES):
+        raise JobProgramError(
+            f"render_mode is {render_mode!r}, but must be one of {', '.join(RENDER_MODES)}, or left out"
+        )

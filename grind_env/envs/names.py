@@ -1,16 +1,31 @@
 """Names of the tasks and ids of their environments: all that registration needs, and quick to import."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 FOLDER = Path(__file__).with_name("tasks")
 """Where the task files lie."""
 
+OTHERS: Mapping[str, str] = {
+    "job": "job_env",
+    "reciprocation": "reciprocation_env",
+    "stroke": "stroke_env",
+    "wen": "wen",
+    "wide_plates": "wide_plates_env",
+}
+"""Environments that have classes of their own, and the modules of these; some have a task file, too."""
+
 
 def task_names() -> list[str]:
-    """Names of the tasks that have a file."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+    """Names of the tasks of cycle blocks, which `GrindEnv` steps."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml") if path.stem not in OTHERS)
+
+
+def camel(name: str) -> str:
+    """A name in one word: `power_limited` is `PowerLimited`."""
+    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
 
 
 def environment_id(name: str) -> str:
     """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
-    return f"grind/{''.join(word[:1].upper() + word[1:] for word in name.split('_'))}-v0"
+    return f"grind/{camel(name)}-v0"

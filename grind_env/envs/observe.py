@@ -14,7 +14,7 @@ from grind_env.process.state import WheelState
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
 
-read_kind, read_row = column_reader(KindRow), column_reader(TapeRow)
+read_kind, read_row, read_shop = column_reader(KindRow), column_reader(TapeRow), column_reader(Shop)
 read_wheel, read_memory = column_reader(WheelState), column_reader(Memory)
 write_readings = column_writer(Readings)
 
@@ -26,7 +26,7 @@ def observe_blocks(
     block: Any,
     wheels: Any,
     memory: Any,
-    shop: Shop,
+    shops: Any,
     layout: Layout,
     offset: Any,
     scale: Any,
@@ -42,7 +42,7 @@ def observe_blocks(
         block: coming block.
         wheels: wheel states.
         memory: what is remembered.
-        shop: numbers of the task.
+        shops: numbers of the task, shape (1, fields of `Shop`).
         layout: which readings are shown, and where.
         offset: of each entry, shape (entries,), like the next three.
         scale: of each entry.
@@ -50,6 +50,7 @@ def observe_blocks(
         high: of each entry.
         observations: shape (N, entries), float32; written.
     """
+    shop = read_shop(shops, 0)
     values = np.empty((1, READINGS))
     total = tape.shape[1]
     plain, materials = layout.columns.size, layout.materials.size

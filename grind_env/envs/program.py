@@ -1,7 +1,7 @@
 """An episode as a part program: the blocks that an engineer could carry to the machine.
 
 Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
-(tests/envs/test_program.py).
+(tests/envs/test_program_equality.py).
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import read
+from grind_env.envs.contexts import materials
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tape import FACTORS, TapeRow
+from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
@@ -84,7 +85,7 @@ def block_text(task: Task, block: CycleBlock) -> str:
 def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
     """A main program that runs the blocks, M00 before each further part, and the dress program.
 
-    Where the episode changed the wheel, the operator does so at that M00; `machine.grind` has no such change.
+    Where the episode changed the wheel, the operator does so at that M00 or M01.
     """
     lines = [
         "O0001 (" + task.title.upper() + ")",
@@ -124,10 +125,9 @@ def dress_program(task: Task) -> list[str]:
 def job(task: Task, *kinds: Kind) -> Job:
     """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
-    Its dress set-up time is what the task counts for a dress beyond the motions of the dress program. The limits of
-    the part are those of its last block: `machine.grind` judges no block before it.
+    Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
+    beyond the motions of the dress program.
     """
-    kind = kinds[-1]
     catalogue = load_catalogue()
     setup = Setup(
         wheel=task.wheel,
@@ -136,8 +136,20 @@ def job(task: Task, *kinds: Kind) -> Job:
         machine=task.machine,
         wheel_speed=task.setup.wheel_speed,
     )
-    part = Part(
-        material=catalogue.material(kind.material),
+    change = None if task.wheel_change is None else task.wheel_change.seconds
+    times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
+    bare = Job(part=part_of(kinds, kinds[-1].material), setup=setup, times=times)
+    position = (-task.setup.overrun, -kinds[0].pick, 0.0)
+    programs = read("\n".join(["M30", *dress_program(task)]))
+    motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
+    return replace(bare, times=replace(times, dress_setup=task.dress_seconds - motions.seconds))
+
+
+def part_of(kinds: Sequence[Kind], material: str) -> Part:
+    """A part that is ground in blocks of these kinds; its limits are those of the last: no other is judged."""
+    kind = kinds[-1]
+    return Part(
+        material=load_catalogue().material(material),
         length=kind.length,
         width=kind.width,
         stock=sum(kind.stock for kind in kinds),
@@ -146,31 +158,27 @@ def job(task: Task, *kinds: Kind) -> Job:
         scrap_cost=kind.scrap,
         rise_allowance=kind.rise_allowance,
     )
-    bare = Job(part=part, setup=setup, times=Times(load=task.setup.load, dress_setup=0.0))
-    position = (-task.setup.overrun, -kinds[0].pick, 0.0)
-    programs = read("\n".join(["M30", *dress_program(task)]))
-    motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
-    return replace(bare, times=replace(bare.times, dress_setup=task.dress_seconds - motions.seconds))
 
 
 def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
-    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`).
-
-    The factors are those of the first wheel, up to a wheel change.
-    """
-    rows = [TapeRow(*row) for row in tape.tolist()]
+    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
     parts: list[list[TapeRow]] = []
-    for row in rows:
+    for row in (TapeRow(*values) for values in tape.tolist()):
         if task.kinds[int(row.kind)].starts_part:
             parts.append([])
         parts[-1].append(row)
     return [
         PartConditions(
-            stock=sum(row.stock for row in part),
-            factors={
-                **task.factors,
-                **{name: getattr(part[0], name) * task.factors.get(name, 1.0) for name in FACTORS},
-            },
+            part=part_of([task.kinds[int(row.kind)] for row in rows], materials()[int(rows[0].material)]),
+            stock=sum(row.stock for row in rows),
+            factors=_factors(task, rows[0], FACTORS),
+            new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,
         )
-        for part in parts
+        for rows in parts
     ]
+
+
+def _factors(task: Task, row: TapeRow, fields: tuple[str, ...]) -> dict[str, float]:
+    """Factors on the stroke parameters `FACTORS`, from these fields of the tape, with those fixed in the task."""
+    drawn = {name: getattr(row, field) for name, field in zip(FACTORS, fields, strict=True)}
+    return {**task.factors, **{name: value * task.factors.get(name, 1.0) for name, value in drawn.items()}}

@@ -1,40 +1,23 @@
 """The task of `grind/Reciprocation-v0`: PowerLimited's plates with the literal G81, and its blocks as program text."""
 
-import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
 from grind_env.control import Control, Motion, Programs, Source, execute
 from grind_env.control.rules import motion_time
 from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, dress_program, job, number
-from grind_env.envs.tasks import Kind, Task, load_task
+from grind_env.envs.tasks import Kind, Task, read_task
 from grind_env.machine.job import Job
 from grind_env.machine.reciprocation import Feeding, segments
 
-INFEED = 0.5
-"""mm/min; at E = 12 m/min the wheel gets 0.018 mm deeper in a stroke, much as PowerLimited's picks of 0.02 mm.
+TASK = "reciprocation"
+"""Name of its task file."""
 
-Chosen for the widest gap between the best fixed plan and the planner: 22 % at 0.3, 30 % at 0.4, 41 % at 0.5, 29 % at
-0.6 mm/min (12 episodes, forward dynamic programming).
-"""
-
-REFERENCE_COST = 4.28
-"""$ per block: the best fixed plan (tests/envs/reciprocation_scores.py); the hindsight planner costs 38 % less."""
+INFEED = read_task(TASK).infeed
+"""mm/min, of `grind/Reciprocation-v0`."""
 
 REQUEST = "OPERATOR ASKS FOR A DRESS"
 """Comment on the dwell in which the operator's request is served."""
-
-
-@functools.cache
-def reciprocation_task() -> Task:
-    """PowerLimited with its own stock and reference cost."""
-    task = load_task("power_limited")
-    return replace(
-        task,
-        name="reciprocation",
-        title="Stock removal with a continuous infeed",
-        reference_cost=REFERENCE_COST,
-    )
 
 
 def shop(task: Task) -> Job:
@@ -49,7 +32,7 @@ def feeding(task: Task, kind: Kind, stock: float, speed: float, executions: floa
         speed=speed / 60.0,
         travel=motion_time(kind.length + 2.0 * task.setup.overrun, speed / 60.0, machine.acceleration),
         dwell=machine.reversal_dwell,
-        infeed=INFEED / 60.0,
+        infeed=task.infeed / 60.0,
         acceleration=machine.acceleration,
         target=stock,
         requests=executions,
@@ -64,16 +47,16 @@ def feeding(task: Task, kind: Kind, stock: float, speed: float, executions: floa
     )
 
 
-def block_lines(task: Task, block: CycleBlock) -> list[str]:
-    """The blocks of one step as the control reads them: G81 or G81.1, infeeds and dwells, G80."""
+def block_text(task: Task, block: CycleBlock) -> str:
+    """The blocks of one step as the control reads them, a line each: G81 or G81.1, infeeds and dwells, G80."""
     overrun, kind = task.setup.overrun, block.kind
     numbers = feeding(task, kind, block.stock, block.speed, float(block.executions), float(block.pre_dress))
     words = f"X{number(kind.length + overrun)} I{number(-overrun)} E{number(block.speed)} P{DRESS_PROGRAM}"
     lines = [f"{'G81.1' if block.pre_dress else 'G81'} {words}"]
     for k, part in enumerate(segments(numbers)):
         request = f" ({REQUEST})" if k < block.executions else ""
-        lines += [f"G01 Y{number(-part.end)} F{number(INFEED)}", f"G04 X{number(part.dwell)}{request}"]
-    return [*lines, "G80"]
+        lines += [f"G01 Y{number(-part.end)} F{number(task.infeed)}", f"G04 X{number(part.dwell)}{request}"]
+    return "\n".join([*lines, "G80"])
 
 
 def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
@@ -85,7 +68,7 @@ def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
     for k, block in enumerate(blocks):
         if k > 0:
             lines.append("M00 (NEXT PART, TOUCH OFF AT Y0)")
-        lines += [f"G00 X{number(-task.setup.overrun)} Y0.", *block_lines(task, block)]
+        lines += [f"G00 X{number(-task.setup.overrun)} Y0.", block_text(task, block)]
     return "\n".join([*lines, "M30", *dress_program(task), ""])
 
 

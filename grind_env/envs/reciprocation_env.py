@@ -1,23 +1,18 @@
 """`grind/Reciprocation-v0`: the literal G81, one part a step."""
 
-from typing import Any
-
 import numpy as np
-from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.env import GrindEnv, wants_full
-from grind_env.envs.infos import InfoWriter
-from grind_env.envs.observations import bounds, layout
-from grind_env.envs.program import coming_block
-from grind_env.envs.reciprocation import INFEED, block_lines, part_program, reciprocation_task, request_times, shop
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.form import Form
+from grind_env.envs.observations import layout
+from grind_env.envs.reciprocation import TASK, block_text, part_program, request_times, shop
 from grind_env.envs.reciprocation_step import step_feedings
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation, Table
-from grind_env.envs.tasks import Task
+from grind_env.envs.tasks import Task, read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.machine.cycle import CycleResult
 
@@ -58,7 +53,7 @@ class ReciprocationSimulation(Simulation):
             self.kinds,
             self.base,
             self.shop,
-            INFEED / 60.0,
+            self.task.infeed / 60.0,
             episodes.tape,
             episodes.block,
             episodes.wheels,
@@ -73,6 +68,10 @@ class ReciprocationSimulation(Simulation):
             outcomes,
         )
         return outcomes, results
+
+
+G81 = Form(read_task, ReciprocationSimulation, block_text, part_program)
+"""A step is one part: a G81 with its infeeds and dwells."""
 
 
 class ReciprocationEnv(GrindEnv):
@@ -100,6 +99,8 @@ class ReciprocationEnv(GrindEnv):
         render_mode: as for `GrindEnv`.
     """
 
+    form = G81
+
     def __init__(
         self,
         observation: str | None = None,
@@ -108,24 +109,7 @@ class ReciprocationEnv(GrindEnv):
         predress: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__("power_limited", observation, show_block, action, predress, render_mode)
-        self.task = reciprocation_task()
-        self.simulation = ReciprocationSimulation(
-            self.task, full=wants_full(self.task, observation), pre_dress=predress
-        )
-        self.infos = InfoWriter(self.task, self.codec.names)
-        self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
-
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Grind one part; errors as for `GrindEnv.step`."""
-        observation, reward, terminated, truncated, info = super().step(action)
-        if self.show_block:
-            info["block"] = "\n".join(block_lines(self.task, self.blocks[-1]))
-        return observation, reward, terminated, truncated, info
-
-    def part_program(self) -> str:
-        """The blocks run since the last reset as a part program with its dress program."""
-        return part_program(self.task, self.blocks)
+        super().__init__(TASK, observation, show_block, action, predress, render_mode=render_mode)
 
     def operator_dress_at(self) -> tuple[float, ...]:
         """Times of the control, s, at which the operator asks for a dress when that program runs."""
@@ -134,6 +118,8 @@ class ReciprocationEnv(GrindEnv):
 
 class ReciprocationVectorEnv(GrindVectorEnv):
     """N times `ReciprocationEnv`, in one compiled step; arguments as for `GrindVectorEnv`, without the task."""
+
+    form = G81
 
     def __init__(
         self,
@@ -146,18 +132,12 @@ class ReciprocationVectorEnv(GrindVectorEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(
-            num_envs, "power_limited", observation, show_block, action, predress, autoreset_mode, render_mode
+            num_envs,
+            TASK,
+            observation,
+            show_block,
+            action,
+            predress,
+            autoreset_mode=autoreset_mode,
+            render_mode=render_mode,
         )
-        self.task = reciprocation_task()
-        self.simulation = ReciprocationSimulation(
-            self.task, full=wants_full(self.task, observation), pre_dress=predress
-        )
-        self.infos = InfoWriter(self.task, self.codec.names)
-        self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-
-    def _blocks(self, stepping: NDArray[Any], choice: tuple[NDArray[Any], ...]) -> dict[int, str]:
-        return {
-            i: "\n".join(block_lines(self.task, coming_block(self.task, self.episodes, i, *(v[i] for v in choice))))
-            for i in stepping.tolist()
-        }

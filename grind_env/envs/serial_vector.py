@@ -34,6 +34,11 @@ class SerialVectorEnv(SyncVectorEnv):
         envs = [env, *(copy.deepcopy(env) for _ in range(num_envs - 1))]
         super().__init__([partial(_itself, each) for each in envs], autoreset_mode=autoreset(autoreset_mode))
 
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:
+        """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,)."""
+        # a copy: gymnasium takes the mask out of the dict, which wrappers look into afterwards
+        return super().reset(seed=seed, options=None if options is None else dict(options))
+
     def step(self, actions: Any) -> Any:
         """Step every sub-environment.
 

@@ -57,6 +57,7 @@ class Simulation:
         self.entries: tuple[Reading, ...] = readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.base = kind_table(task), parameter_table(task)
         self.shop = shop_row(task)
+        self._shops = np.array([self.shop])
         self._materials = len(materials())
         self._layout = layout(task, self.entries)
         self._offset = np.array([entry.offset for entry in self.entries])
@@ -64,6 +65,9 @@ class Simulation:
         self._low = np.array([entry.low for entry in self.entries])
         self._high = np.array([entry.high for entry in self.entries])
         self._generator = EpisodeGenerator(task)
+        self._first_part = np.array(PartState(0.0, 0.0, INITIAL_ROUGHNESS))
+        nothing = Memory(*[0.0] * len(Memory._fields))
+        self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=task.start.volume, survival=1.0))
 
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
         """New episodes, one from each generator, with what is given of each."""
@@ -75,20 +79,22 @@ class Simulation:
             np.empty((n, len(PartState._fields))),
             np.empty((n, len(Memory._fields))),
         )
-        for i, rng in enumerate(rngs):
-            self.restart(episodes, i, rng, None if given is None else given[i])
+        self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
         return episodes
 
     def restart(self, episodes: Episodes, i: int, rng: np.random.Generator, given: Given | None = None) -> None:
         """Put a new episode in place of episode i."""
-        drawn = self._generator.draw(rng, given)
-        episodes.tape[i] = drawn.tape
-        episodes.wheels[i] = self._generator.wheel(drawn.diamond_flat, drawn.diameter)
-        episodes.block[i] = 0
-        episodes.parts[i] = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-        episodes.memory[i] = Memory(*[0.0] * len(Memory._fields))._replace(
-            gauged=-1.0, volume=self.task.start.volume, survival=1.0
-        )
+        self.restart_all(episodes, [i], [rng], [Given() if given is None else given])
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        """Put new episodes in place of those at `index`, one from each generator, with what is given of each."""
+        rows = np.array(index)
+        self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
+        episodes.block[rows] = 0
+        episodes.parts[rows] = self._first_part
+        episodes.memory[rows] = self._first_memory
 
     def step(
         self,
@@ -119,7 +125,7 @@ class Simulation:
         step_blocks(
             self.kinds,
             self.base,
-            self.shop,
+            self._shops,
             episodes.tape,
             episodes.block,
             episodes.wheels,
@@ -147,7 +153,7 @@ class Simulation:
             episodes.block,
             episodes.wheels,
             episodes.memory,
-            self.shop,
+            self._shops,
             self._layout,
             self._offset,
             self._scale,

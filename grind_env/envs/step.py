@@ -26,7 +26,7 @@ PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTO
 CHANGES = Memory._fields.index("wheel_changes")
 CYCLE_FIELDS, STROKE_FIELDS = len(Cycle._fields), len(Stroke._fields)
 
-read_kind, read_row = column_reader(KindRow), column_reader(TapeRow)
+read_kind, read_row, read_shop = column_reader(KindRow), column_reader(TapeRow), column_reader(Shop)
 read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)
 read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
 read_part, write_part = column_reader(PartState), column_writer(PartState)
@@ -103,7 +103,9 @@ def prepare(
         kind = read_kind(kinds, number)
         cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
         write_cycle(cycles, i, cycle)
-        parameters[i] = base[number]
+        # a loop: with numba's copy of a slice, all of this function takes 40 % longer
+        for k in range(base.shape[1]):
+            parameters[i, k] = base[number, k]
         changed = memory[i, CHANGES] > 0.0
         for k in range(len(FACTOR_COLUMNS)):
             column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
@@ -229,7 +231,7 @@ def settle(
 def step_blocks(
     kinds: Any,
     base: Any,
-    shop: Any,
+    shops: Any,
     tape: Any,
     block: Any,
     wheels: Any,
@@ -248,7 +250,7 @@ def step_blocks(
     Args:
         kinds: of `rows.kind_table`.
         base: of `rows.parameter_table`.
-        shop: numbers of the task.
+        shops: numbers of the task, shape (1, fields of `Shop`): a named tuple takes Python long to hand over.
         tape: shape (N, blocks, fields of `TapeRow`).
         block: number of the coming block, shape (N,), int64; updated.
         wheels: shape (N, fields of `WheelState`); updated, like the next two.
@@ -262,7 +264,7 @@ def step_blocks(
         results: shape (N, fields of `CycleResult`); written in the rows of `active`.
         outcomes: shape (N, fields of `Outcome`); written likewise.
     """
-    n = block.size
+    n, shop = block.size, read_shop(shops, 0)
     cycles = np.empty((n, CYCLE_FIELDS))
     parameters = np.empty((n, base.shape[1]))
     prepare(

@@ -1,7 +1,5 @@
 """`grind/Stroke-v0`: every stroke of the table is a step."""
 
-import functools
-from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -13,34 +11,22 @@ from numpy.typing import NDArray
 from grind_env.control import read
 from grind_env.envs.choice import Choices
 from grind_env.envs.env import refuse_render, wants_full
-from grind_env.envs.job_readings import scaled
+from grind_env.envs.gauges import scaled
 from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.program_view import block_of_stroke, stroke_view
 from grind_env.envs.reciprocation import request_times
 from grind_env.envs.serial_vector import SerialVectorEnv
+from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.stroke_episode import COST_TERMS, StrokeEpisode
 from grind_env.envs.stroke_readings import StrokeGauges, stroke_readings
-from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.tasks import read_task
+from grind_env.machine.part import PartRun
 from grind_env.process.state import WheelState
-
-PARTS = 10
-"""Parts of an episode, which has some 180 strokes."""
-
-REFERENCE_COST = 0.17
-"""$ per stroke: the best fixed plan, a dress before every 34th stroke at E = 8.8 m/min (12 episodes).
-
-A rule that sees the wheel (a dress at 2.2 % wear-flat area, E falling with it) costs 0.133 $ on the same episodes.
-"""
+from grind_env.render.view import GroundBlock, View
 
 
-@functools.cache
-def stroke_task() -> Task:
-    """PowerLimited with fewer parts, at its cost of a stroke."""
-    title = "Stock removal at the power limit, stroke by stroke"
-    return replace(load_task("power_limited"), name="stroke", title=title, blocks=PARTS, reference_cost=REFERENCE_COST)
-
-
-class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Choose the table speed of every stroke, and whether the wheel is dressed before it.
 
     ## Description
@@ -64,7 +50,7 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     Minus the cost of the stroke in units of `task.reference_cost`: machine time (the first stroke of a part with its
     loading), wheel, dresser, with the last stroke of a part the expected cost of scrap, and with the last of all the
-    price of handing over a dull wheel. The best fixed plan earns about -1 a stroke. `info["reward_terms"]` holds the
+    price of handing over a dull wheel. The best fixed plan earns about -1.2 a stroke. `info["reward_terms"]` holds the
     terms, `info["cost"]` the probability that a part which was finished is scrap.
 
     ## Episode
@@ -74,17 +60,17 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     Args:
         observation: `"measured"` or `"full"`.
         show_block: put the blocks of the program that led to the stroke into `info["block"]`, a line each.
-        render_mode: none.
+        render_mode: as for `GrindEnv`.
     """
 
     def __init__(self, observation: str = "measured", show_block: bool = True, render_mode: str | None = None) -> None:
-        refuse_render(render_mode)
-        self.task = stroke_task()
+        refuse_render(render_mode, RENDER_MODES)
+        self.task = read_task("stroke")
         self.full = wants_full(self.task, observation)
-        self.show_block, self.render_mode = show_block, None
+        self.show_block, self.render_mode = show_block, render_mode
         self.entries = stroke_readings(self.task, full=self.full)
         low, high = self.task.action.speed_range or (3.0, 30.0)
-        self.choices = Choices(1000.0 * low, 1000.0 * high, 1)
+        self.choices = Choices(1000.0 * low, 1000.0 * high, self.task.action.executions)
         self.action_space = self.choices.space
         self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
         self.simulation = Simulation(self.task)
@@ -92,6 +78,9 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.gauges = StrokeGauges()
         self.noise: NDArray[np.float64] = np.zeros(0)
         self.made = 0
+        self.ground: list[GroundBlock] = []
+        self.part: PartRun | None = None
+        self.text = ""
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -116,6 +105,8 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         most = sum(int(row.stock / kind.pick) + kind.sparkout + 2 for row in self.episode.tape)
         self.noise = self.task.spread.measurement * self.np_random.standard_normal(most)
         self.gauges, self.made = StrokeGauges(), 0
+        self.ground, self.part, self.text = [], self.episode.part, ""
+        self.follow()
         return self._observation(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -129,10 +120,13 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if episode.part is None:
             raise gym.error.ResetNeeded("the last part is finished: call reset() before step()")
         choice = self.choices.decode(action)
-        lines, number = len(episode.program.lines), episode.part.number - 1
+        part, lines, number = episode.part, len(episode.program.lines), episode.part.number - 1
         run = episode.step(choice.speed, choice.executions > 0)
         self.gauges.note(run, choice.speed, choice.executions > 0, self.noise[self.made], episode, number)
         self.made += 1
+        self.part, self.text = part, "\n".join(episode.program.lines[lines:])
+        self.ground.append(block_of_stroke(run, choice.speed, choice.executions > 0, part, episode.job.limits))
+        self.follow()
         cost = sum(run.costs.values())
         good = 0.0 if run.finished is None else float(run.finished["survival"])
         info: dict[str, Any] = {
@@ -145,8 +139,18 @@ class StrokeEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "D": float(choice.executions),
         }
         if self.show_block:
-            info["block"] = "\n".join(episode.program.lines[lines:])
+            info["block"] = self.text
         return self._observation(), -cost / self.task.reference_cost, episode.part is None, False, info
+
+    def view(self) -> View:
+        """The machine after the last stroke.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        episode = self._begun()
+        assert self.part is not None  # the reset has loaded one
+        return stroke_view(episode, self.ground, self.part, self.text)
 
     def _begun(self) -> StrokeEpisode:
         if self.episode is None:
@@ -165,7 +169,7 @@ class StrokeVectorEnv(SerialVectorEnv):
         observation: `"measured"` or `"full"`.
         show_block: put the blocks that led to the strokes into `info["block"]`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: none.
+        render_mode: as for `GrindEnv`.
     """
 
     def __init__(

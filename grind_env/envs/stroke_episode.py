@@ -67,8 +67,16 @@ class StrokeEpisode:
     @property
     def strokes(self) -> int:
         """Strokes of that part: its picks, the last one shortened, and the spark-out."""
+        return self._strokes(self.row)
+
+    @property
+    def all_strokes(self) -> int:
+        """Strokes of all parts."""
+        return sum(self._strokes(row) for row in self.tape)
+
+    def _strokes(self, row: TapeRow) -> int:
         kind = self.task.kinds[0]
-        return math.ceil(self.row.stock / kind.pick - 1e-6) + kind.sparkout + 1
+        return math.ceil(row.stock / kind.pick - 1e-6) + kind.sparkout + 1
 
     def depth(self, stroke: int) -> float:
         """Depth of a stroke of that part, from 0, mm; on the resolution of the control."""

@@ -26,6 +26,9 @@ class StrokeProgram:
         began: time at which the stroke in progress began, s.
         speed: of the stroke in progress, mm/min.
         running: whether the table reciprocates.
+        acceleration: of the axes, mm/s2.
+        dwell: at a reversal point, s.
+        length: between the reversal points, mm.
     """
 
     task: Task
@@ -34,6 +37,15 @@ class StrokeProgram:
     began: float = 0.0
     speed: float = 0.0
     running: bool = False
+    acceleration: float = field(init=False)
+    dwell: float = field(init=False)
+    length: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        # the task looks its machine up in the catalogue: once, not at every stroke
+        machine = self.task.machine
+        self.acceleration, self.dwell = machine.acceleration, machine.reversal_dwell
+        self.length = self.kind.length + 2.0 * self.task.setup.overrun
 
     @property
     def kind(self) -> Kind:
@@ -42,7 +54,7 @@ class StrokeProgram:
 
     def stroke_time(self, speed: float) -> float:
         """Time of a stroke with its reversal dwell at E `speed` (mm/min), s."""
-        return self._travel(speed) + self.task.machine.reversal_dwell
+        return self._travel(speed) + self.dwell
 
     def start_part(self, depth: float, speed: float, dress: bool) -> None:
         """Set the wheel to its first depth (mm) and the table going at E `speed` (mm/min), after a dress or not."""
@@ -62,11 +74,11 @@ class StrokeProgram:
         Returns:
             The time for which the table waits for the program before the dress, s.
         """
-        acceleration, now = self.task.machine.acceleration, self.speed / 60.0
-        decelerates = self.began + self._travel(self.speed) - ramp_time(self._length, now, acceleration)
+        braking = ramp_time(self.length, self.speed / 60.0, self.acceleration)
+        decelerates = self.began + self._travel(self.speed) - braking
         self._dwell(math.floor(1000.0 * (decelerates - self.clock)))
         self.lines.append(f"G01 Y{number(-depth)} E{number(speed)}" if pick > 0.0 else f"G01 E{number(speed)}")
-        self.clock += motion_time(pick, PICK_FEED / 60.0, acceleration) if pick > 0.0 else 0.0
+        self.clock += motion_time(pick, PICK_FEED / 60.0, self.acceleration) if pick > 0.0 else 0.0
         arrives, wait = self.began + self.stroke_time(self.speed), 0.0
         self.began, self.speed = arrives, speed
         if dress:
@@ -93,9 +105,5 @@ class StrokeProgram:
         self.lines.append(f"G04 X{number(milliseconds / 1000.0)}{comment}")
         self.clock += milliseconds / 1000.0
 
-    @property
-    def _length(self) -> float:
-        return self.kind.length + 2.0 * self.task.setup.overrun
-
     def _travel(self, speed: float) -> float:
-        return motion_time(self._length, speed / 60.0, self.task.machine.acceleration)
+        return motion_time(self.length, speed / 60.0, self.acceleration)

@@ -154,6 +154,8 @@ def fill(
     spare_ra = unless(fixed.ra_scale, log_normal(sigmas.wheel_roughness, spare[1]))
     hf = unless(fixed.hf, log_normal(sigmas.convection, episode[4]))
     rate = sigmas.ageing * unless(fixed.coolant_ageing, 1.0 + sigmas.coolant_ageing * (2.0 * ageing - 1.0))
+    fc = unless(fixed.fc, log_normal(sigmas.fracture_force, episode[2]))
+    Gref = unless(fixed.Gref, log_normal(sigmas.g_ratio, episode[3]))
     noise = unless(fixed.noise, 1.0)
     gauge, measurement = noise * sigmas.gauge, noise * sigmas.measurement
     # a lot that differs from the last one in nothing is no new lot
@@ -181,8 +183,8 @@ def fill(
             lot_kA * wheel_kA,
             lot_pm,
             hf * exp(-rate * parts),
-            unless(fixed.fc, log_normal(sigmas.fracture_force, episode[2])),
-            unless(fixed.Gref, log_normal(sigmas.g_ratio, episode[3])),
+            fc,
+            Gref,
             ra_scale,
             measurement * z[4],
             measurement * z[5],

@@ -1,7 +1,7 @@
 """The native vector environment: all sub-environments in one compiled step."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -14,14 +14,18 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given, read_all_options
 from grind_env.envs.env import REWARD, refuse_render, wants_full
+from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import block_text, coming_block
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import TaskError, load_task
+from grind_env.envs.program import CycleBlock, coming_block
+from grind_env.envs.tasks import TaskError
+from grind_env.envs.view import History
 from grind_env.errors import GrindError
+from grind_env.render import ansi, frames
 
 Array = NDArray[Any]
+
+VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 
 
 class GrindVectorEnv(VectorEnv[Array, Any, Array]):
@@ -36,9 +40,13 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         show_block: put the text of the blocks that were run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
+        cycle: refuse the task if its parts are not ground in this cycle: `"G82"`, or `"G83"` for parts wider than
+            the wheel.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: none yet.
+        render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
     """
+
+    form: ClassVar[Form] = G82
 
     def __init__(
         self,
@@ -48,19 +56,26 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         show_block: bool = False,
         action: str = "box",
         predress: bool = False,
+        cycle: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
         if num_envs < 1:
             raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
-        refuse_render(render_mode)
+        refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.num_envs = num_envs
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.metadata = {
+            "render_modes": [*VECTOR_RENDER_MODES],
+            "render_fps": frames.FPS,
+            "autoreset_mode": self.autoreset_mode,
+        }
         self.show_block = show_block
-        self.task = load_task(task)
-        self.simulation = Simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
+        self.task = self.form.load(task)
+        if cycle is not None:
+            check_cycle(self.task, cycle)
+        self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
@@ -71,8 +86,11 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.given = [Given()] * num_envs
         self.episodes = self.simulation.start(self.rngs)
         self.begun = np.zeros(num_envs, bool)
+        self.all_begun = False
         self.due = np.zeros(num_envs, bool)
+        self.some_due = False
         self.everyone = np.arange(num_envs)
+        self.history = None if render_mode is None else History(self.task, num_envs, self.form.text)
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -106,6 +124,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self._restart(mask)
         self.begun |= mask
         self.due &= ~mask
+        self.all_begun, self.some_due = bool(self.begun.all()), bool(self.due.any())
         return self.simulation.observe(self.episodes), {}
 
     def step(self, actions: Any) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
@@ -115,11 +134,10 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset; without autoreset, after the last block.
             ActionError: if an action is not in the action space.
         """
-        if not self.begun.all():
+        if not self.all_begun:
             raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
         # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
-        resetting = self.due
-        some = bool(resetting.any())
+        resetting, some = self.due, self.some_due
         if some and self.autoreset_mode == AutoresetMode.DISABLED:
             raise gym.error.ResetNeeded(
                 f"episode {np.flatnonzero(resetting)[0]} is over: reset it with options={{'reset_mask': ...}}"
@@ -130,39 +148,63 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             values = np.where(resetting[:, None], self.codec.neutral, values)
             stepping = np.flatnonzero(~resetting)
         choice = self.codec.choose(values)
-        blocks = self._blocks(stepping, choice) if self.show_block else {}
+        blocks = self._blocks(stepping, choice) if self.show_block or self.history else {}
         outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
+        if self.history is not None:
+            self.history.note(blocks, outcomes)
         if some:
             self._restart(resetting)
         terminated = self.simulation.over(self.episodes)
         ended = bool(terminated.any())
         observations = self.simulation.observe(self.episodes)
-        info = self._info(outcomes, choice, blocks, ~resetting)
+        info = self._info(outcomes, choice, blocks, ~resetting) if stepping.size > 0 else {}
         if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
             info = self._final_info(info, observations, terminated)
             self._restart(terminated)
             observations = self.simulation.observe(self.episodes)
         # a copy: the caller owns what is returned, and the next reset changes `due` in place
-        self.due = terminated & (self.autoreset_mode != AutoresetMode.SAME_STEP)
+        due_later = self.autoreset_mode != AutoresetMode.SAME_STEP
+        self.due, self.some_due = terminated & due_later, ended and due_later
         return observations, outcomes[:, REWARD].copy(), terminated, np.zeros(self.num_envs, bool), info
 
     def _restart(self, mask: Array) -> None:
-        for i in np.flatnonzero(mask).tolist():
-            self.simulation.restart(self.episodes, i, self.rngs[i], self.given[i])
+        index = np.flatnonzero(mask).tolist()
+        rngs, given = [self.rngs[i] for i in index], [self.given[i] for i in index]
+        self.simulation.restart_all(self.episodes, index, rngs, given)
+        if self.history is not None:
+            for i in index:
+                self.history.restart(i)
 
-    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, str]:
+    def render(self) -> tuple[Any, ...] | None:
+        """The machine of each sub-environment after its last block, as `GrindEnv.render` shows it.
+
+        After the end of an episode that is the next one in mode `"SameStep"`, and in the others the last block until
+        the reset.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+            RenderError: if what draws it is not installed.
+        """
+        if self.history is None:
+            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array' or 'ansi'")
+            return None
+        if not self.begun.all():
+            raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
+        draw = ansi.panel if self.render_mode == "ansi" else frames.render
+        return tuple(draw(view) for view in self.history.views(self.episodes))
+
+    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, CycleBlock]:
         return {
-            i: block_text(self.task, coming_block(self.task, self.episodes, i, *(values[i] for values in choice)))
-            for i in stepping.tolist()
+            i: coming_block(self.task, self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()
         }
 
-    def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, str], mask: Array) -> dict[str, Any]:
-        if not mask.any():
-            return {}
+    def _info(
+        self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, CycleBlock], mask: Array
+    ) -> dict[str, Any]:
         info = self.infos.vector(outcomes, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
-            texts[list(blocks)] = list(blocks.values())
+            texts[list(blocks)] = [self.form.text(self.task, block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info
 

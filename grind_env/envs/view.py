@@ -1,6 +1,9 @@
 """The view of a running episode: what `View` shows, read off a task, its episodes and what came of each block."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.envs.episode import TapeRow
 from grind_env.envs.program import CycleBlock, block_text
@@ -31,7 +34,14 @@ def job_of(task: Task) -> Job:
     )
 
 
-def view_of(task: Task, episodes: Episodes, i: int, blocks: Sequence[CycleBlock], outcomes: Sequence[Outcome]) -> View:
+def view_of(
+    task: Task,
+    episodes: Episodes,
+    i: int,
+    blocks: Sequence[CycleBlock],
+    outcomes: Sequence[Outcome],
+    text: Callable[[Task, CycleBlock], str] = block_text,
+) -> View:
     """Episode i as it stands, at rest between two blocks.
 
     Args:
@@ -40,6 +50,7 @@ def view_of(task: Task, episodes: Episodes, i: int, blocks: Sequence[CycleBlock]
         i: which of them.
         blocks: the blocks that it has run.
         outcomes: what came of each.
+        text: what the control reads for a block.
     """
     limits = {kind.name: task.limits(kind) for kind in task.kinds}
     return View(
@@ -61,8 +72,39 @@ def view_of(task: Task, episodes: Episodes, i: int, blocks: Sequence[CycleBlock]
         ),
         wheel=WheelState(*episodes.wheels[i].tolist()),
         part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
-        text=block_text(task, blocks[-1]) if blocks else "",
+        text=text(task, blocks[-1]) if blocks else "",
     )
+
+
+class History:
+    """What the pictures of N episodes need beside their state.
+
+    Args:
+        task: their task.
+        count: N.
+        text: what the control reads for a block.
+    """
+
+    def __init__(self, task: Task, count: int, text: Callable[[Task, CycleBlock], str]) -> None:
+        self.task, self.text = task, text
+        self.blocks: list[list[CycleBlock]] = [[] for _ in range(count)]
+        self.outcomes: list[list[Outcome]] = [[] for _ in range(count)]
+
+    def restart(self, i: int) -> None:
+        """Forget episode i."""
+        self.blocks[i], self.outcomes[i] = [], []
+
+    def note(self, blocks: Mapping[int, CycleBlock], outcomes: NDArray[np.float64]) -> None:
+        """Blocks by number of their episode; `outcomes` has shape (N, fields of `Outcome`)."""
+        for i, block in blocks.items():
+            self.blocks[i].append(block)
+            self.outcomes[i].append(Outcome(*outcomes[i].tolist()))
+
+    def views(self, episodes: Episodes) -> list[View]:
+        """The view of every episode."""
+        return [
+            view_of(self.task, episodes, i, blocks, self.outcomes[i], self.text) for i, blocks in enumerate(self.blocks)
+        ]
 
 
 def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:

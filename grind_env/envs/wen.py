@@ -14,9 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.envs.actions import ActionError
 from grind_env.envs.env import refuse_render
 from grind_env.envs.observations import Reading
+from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.vector_env import autoreset, masked, reset_mask, seed_list
+from grind_env.envs.wen_info import report, with_masks
+from grind_env.envs.wen_view import sheet_of
 from grind_env.process.wen import CASES, HIGHEST, LOWEST, Setting, Verdict, judge_settings
+from grind_env.render.sheet import Sheet
 
 Array = NDArray[Any]
 
@@ -96,19 +100,6 @@ def judged(settings: Array, cases: Array) -> Array:
     return verdicts
 
 
-def report(settings: Array, verdicts: Array) -> dict[str, Any]:
-    """The info of N steps as columns, shape (N,) each."""
-    return {
-        "reward_terms": {
-            "objective": 0.0 - verdicts[:, OBJECTIVE],
-            "violation": 0.0 - verdicts[:, VIOLATION],
-        },
-        "cost": verdicts[:, VIOLATION].copy(),
-        **{name: verdicts[:, k].copy() for k, name in enumerate(Verdict._fields[:OBJECTIVE])},
-        **{name: settings[:, k].copy() for k, name in enumerate(Setting._fields)},
-    }
-
-
 def observation_info() -> tuple[Reading, ...]:
     """Name and meaning of every entry of the observation."""
     return tuple(
@@ -117,7 +108,7 @@ def observation_info() -> tuple[Reading, ...]:
     )
 
 
-class WenEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     """Choose wheel speed, table speed, dress depth and dress lead of one part.
 
     ## Description
@@ -146,26 +137,38 @@ class WenEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     One step, then `terminated`. Rough or finish is drawn at reset.
 
     Args:
-        render_mode: none.
+        render_mode: `"rgb_array"`, `"human"` or `"ansi"`, for the setting and its verdict; as for `GrindEnv`.
     """
 
     def __init__(self, render_mode: str | None = None) -> None:
-        refuse_render(render_mode)
+        refuse_render(render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.action_space, self.observation_space = action_space(), observation_space()
         self.case: int | None = None
         self.over = False
+        self.chosen: tuple[Setting, Verdict] | None = None
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name and meaning of every entry of the observation."""
         return observation_info()
+
+    def view(self) -> Sheet:
+        """The setting chosen and what it gives.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        if self.case is None:
+            raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
+        return sheet_of(list(CASES)[self.case], *(self.chosen or (None, None)))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Draw a case; the same seed draws the same one."""
         super().reset(seed=seed)
-        self.case, self.over = draw_case(self.np_random), False
+        self.case, self.over, self.chosen = draw_case(self.np_random), False, None
+        self.follow()
         return np.eye(len(CASES), dtype=np.float32)[self.case], {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -178,8 +181,10 @@ class WenEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if self.case is None or self.over:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         settings = decode(action_array([action], 1))
-        info = report(settings, judged(settings, np.array([self.case])))
-        self.over = True
+        verdicts = judged(settings, np.array([self.case]))
+        info = report(settings, verdicts)
+        self.over, self.chosen = True, (Setting(*settings[0].tolist()), Verdict(*verdicts[0].tolist()))
+        self.follow()
         terms = {name: float(column[0]) for name, column in info.pop("reward_terms").items()}
         numbers = {name: float(column[0]) for name, column in info.items()}
         observation = np.eye(len(CASES), dtype=np.float32)[self.case]
@@ -288,12 +293,3 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
     def _restart(self, mask: Array) -> None:
         for i in np.flatnonzero(mask).tolist():
             self.cases[i] = draw_case(self.rngs[i])
-
-
-def with_masks(columns: dict[str, Any], mask: Array) -> dict[str, Any]:
-    """A vector info: every entry with its mask beside it, in nested dicts too."""
-    info: dict[str, Any] = {}
-    for name, value in columns.items():
-        info[name] = with_masks(value, mask) if isinstance(value, dict) else value
-        info[f"_{name}"] = mask.copy()
-    return info

@@ -22,7 +22,8 @@ def grind(
 
     A part begins at the start of the program and after each M00, where the operator loads the next one: the
     wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear so
-    far is compensated. A program without M00 grinds one part.
+    far is compensated. At either, and at the end, a wheel below its least diameter is changed if the job gives the
+    time for it (`Times.wheel_change`); what the new wheel costs is not counted. A program without M00 grinds one part.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.

@@ -112,10 +112,13 @@ class Times:
     Attributes:
         load: from one part to the next until its first cycle starts, travel included.
         dress_setup: of a dress execution, on top of the motions of its program.
+        wheel_change: of putting a new wheel in the place of one that has come below its least diameter, which the
+            operator does when the part is taken off or gauged; None if the worn wheel stays.
     """
 
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
     dress_setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
+    wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""

@@ -3,7 +3,7 @@
 import difflib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.compiled import Strips, grind_strips, judge
 from grind_env.machine.cycle import FINISHING_DEPTH
 from grind_env.machine.grooving import Grooves
-from grind_env.machine.job import Job, JobError
+from grind_env.machine.job import Job, JobError, Part
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
@@ -29,19 +29,24 @@ class PartConditions:
     """How one part differs from the job.
 
     Attributes:
-        stock: its true stock, mm; None for that of the job.
+        part: what it is, for jobs of parts of several kinds; None for that of the job.
+        stock: its true stock, mm; None for that of `part`.
         factors: multipliers on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
+        new_wheel_factors: those that hold in their place once the wheel has been changed; None for the same.
 
     Raises:
         JobError: a stock or factor that is not a positive number, or a name that is no parameter.
     """
 
+    part: Part | None = None
     stock: float | None = None
     factors: Mapping[str, float] = field(default_factory=dict)
+    new_wheel_factors: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         """Check names and numbers."""
-        for name in self.factors:
+        numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
+        for name, _ in numbers:
             if name not in StrokeParameters._fields:
                 close = difflib.get_close_matches(name, StrokeParameters._fields, n=1)
                 hint = f" (did you mean {close[0]}?)" if close else ""
@@ -49,14 +54,15 @@ class PartConditions:
                     f"there is no stroke parameter {name!r}{hint}; they are the fields of StrokeParameters",
                     name,
                 )
-        for name, value in (("stock", self.stock), *self.factors.items()):
+        for name, value in (("stock", self.stock), *numbers):
             if value is not None and not 0.0 < value < math.inf:
                 legal = "a positive number"
                 raise JobError(f"{name} is {value!r}, but must be {legal}", name, value, legal)
 
-    def parameters(self, nominal: StrokeParameters) -> StrokeParameters:
-        """The parameters that hold for this part."""
-        return nominal._replace(**{name: getattr(nominal, name) * f for name, f in self.factors.items()})
+    def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
+        """The parameters that hold for this part, under the first wheel or after a change of it."""
+        factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
+        return nominal._replace(**{name: getattr(nominal, name) * f for name, f in factors.items()})
 
 
 class Pass(NamedTuple):
@@ -74,17 +80,23 @@ class PartRun:
 
     Attributes:
         number: 1, 2, ...
+        job: with this part.
         began: time of the job at which its loading began, s.
         cutting: whether its first cycle or stroke has begun, which ends the loading.
         p: parameters.
         deepest: deepest programmed depth so far, mm.
     """
 
-    def __init__(self, number: int, job: Job, conditions: PartConditions, began: float) -> None:
+    def __init__(
+        self, number: int, job: Job, conditions: PartConditions, began: float, *, new_wheel: bool = False
+    ) -> None:
+        if conditions.part is not None:
+            job = replace(job, part=conditions.part)
         strips = math.ceil(job.part.width / STRIP)
         self.number, self.job, self.began = number, job, began
+        self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
-        self.p = conditions.parameters(job.parameters)
+        self.p = conditions.parameters(job.parameters, new_wheel=new_wheel)
         self.cutting = False
         self.deepest = 0.0
         self.strokes = self.infeeds = self.dresses = 0
@@ -150,6 +162,10 @@ class PartRun:
         self._peak_power = max(self._peak_power, stroke.power)
         self._worn += stroke.worn
 
+    def change_wheel(self) -> None:
+        """Go on with a new wheel."""
+        self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
+
     def dress(self, removed: float) -> None:
         """Count a dress execution that took `removed` mm3 off the wheel."""
         self.dresses += 1
@@ -159,6 +175,11 @@ class PartRun:
     def missed(self) -> bool:
         """Whether a grooving wheel has made infeeds, none of which has reached the part."""
         return self.infeeds > 0 and self.job.setup.grooving_wheel and not tuple(self._grooves)
+
+    @property
+    def left(self) -> float:
+        """Stock still on it, mm."""
+        return self.stock - float(self._ground()[0].mean())
 
     @property
     def rise(self) -> float:

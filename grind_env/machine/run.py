@@ -27,16 +27,14 @@ from grind_env.control import (
 from grind_env.errors import GrindError
 from grind_env.machine import grooving
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
+from grind_env.machine.compiled import dress_wheel
 from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
 from grind_env.machine.job import Job, JobError
+from grind_env.machine.mounting import first_wheel, is_worn_out, new_wheel
 from grind_env.machine.part import PartConditions, PartRun, Pass
 from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
-
-USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
-"""mm; the dress that the wheel has had if the program names none."""
 
 
 class GrindingError(GrindError):
@@ -48,6 +46,7 @@ class GrindingRun:
 
     Attributes:
         wheel: as it is now; None before the first cycle, which mounts it.
+        wheel_changes: how often a new one has been put in its place.
         part: on the machine.
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
         plans: what the dress programs met so far do, by O number.
@@ -61,6 +60,8 @@ class GrindingRun:
         self.position, self.axis = control.start, 0
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.wheel: WheelState | None = None
+        self.wheel_changes = 0
+        self.plan: DressPlan | None = None  # of the cycle in force or before
         self.plans: dict[int, DressPlan] = {}
         self.checked: set[int] = set()
         self.dress_began = 0.0
@@ -133,7 +134,9 @@ class GrindingRun:
                 )
             conditions = self.conditions[number - 1]
         self._gauge()
-        return PartRun(number, self.job, conditions, began)
+        part = PartRun(number, self.job, conditions, began, new_wheel=self.wheel_changes > 0)
+        self.watch.part = part.job.part
+        return part
 
     def _begin_cutting(self, time: float) -> None:
         """End the loading of the part; a part that is not cut after M00 is none."""
@@ -149,6 +152,7 @@ class GrindingRun:
         if event.code == "M00" and self.part.cutting:
             self._unload(event.time)
         elif event.code == "M01":
+            self._change_worn_wheel()
             self._gauge()
 
     def _end(self, event: ProgramEnd) -> None:
@@ -162,10 +166,11 @@ class GrindingRun:
     def _unload(self, time: float) -> None:
         """Take the part off the machine, unless that has been done."""
         if self.unloaded_at is None:
+            self._change_worn_wheel()
             self.unloaded_at = self.clock(time)
             self.parts.append(self.part.row(self.unloaded_at - self.part.began))
             if self.part.missed:
-                self.watch.warn(0, "missed", grooving.missed_surface(self.job.part.surface))
+                self.watch.warn(0, "missed", grooving.missed_surface(self.part.job.part.surface))
 
     # --------------------------------------------------------------------------------------- wheel and dress
 
@@ -176,26 +181,21 @@ class GrindingRun:
                 self.programs, plan.program, self.job, self.control, self.position, plan.axis
             )
         self._begin_cutting(event.time)
+        if plan.program is not None:
+            self.plan = self.plans[plan.program]
         if self.wheel is None:
-            self.wheel = self._mount(None if plan.program is None else self.plans[plan.program])
+            self.wheel = first_wheel(self.job, self.plan, self.part.p)
         if plan.plunge_axis is not None:
-            self.part.deepest = max(self.part.deepest, self.job.part.surface - plan.depth_target)
+            self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis
         self.watch.start_cycle()
 
-    def _mount(self, plan: DressPlan | None) -> WheelState:
-        """The wheel as the job finds it: dressed by the program's dress unless the job says otherwise."""
-        start, p = self.job.wheel, self.part.p
-        ds = self.job.setup.wheel.diameter if start.diameter is None else start.diameter
-        wheel = dressed_wheel(ds, start.diamond_flat, USUAL_LEAD, USUAL_DEPTH, p)
-        if plan is not None:
-            lead = dress_lead(wheel, plan.feed, p)
-            wheel = dressed_wheel(ds, start.diamond_flat, lead, plan.depth, p)
-        if start.wear_flat_area is not None:
-            wheel = wheel._replace(A=start.wear_flat_area)
-        if start.volume_since_dress is not None:
-            wheel = wheel._replace(V=start.volume_since_dress)
-        return wheel
+    def _change_worn_wheel(self) -> None:
+        if self.wheel is not None and is_worn_out(self.job, self.wheel):
+            self.wheel = new_wheel(self.job, self.wheel, self.plan, self.part.p)
+            self.wheel_changes += 1
+            self.part.change_wheel()
+            self.delay += self.job.times.wheel_change or 0.0
 
     def _gauge(self) -> None:
         """The operator measures the part: the wheel wear becomes known and is compensated."""
@@ -246,7 +246,7 @@ class GrindingRun:
     def _stroke(self, event: Stroke) -> None:
         self._begin_cutting(event.begin)
         part, axis = self.part, event.axis
-        Z = self.job.part.surface - event.middle[plunge_axis(axis)]
+        Z = part.job.part.surface - event.middle[plunge_axis(axis)]
         ends = event.start[axis], event.end[axis]
         edge = event.middle[cross_axis(axis)]
         wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
@@ -262,14 +262,14 @@ class GrindingRun:
     def _infeed(self, event: Infeed) -> None:
         """An infeed of a groove; only the wheel of a job with a grooving wheel is the worse for it."""
         self._begin_cutting(event.begin)
-        before = self._mount(None) if self.wheel is None else self.wheel
+        before = first_wheel(self.job, None, self.part.p) if self.wheel is None else self.wheel
         wheel, done = self.part.infeed(before, event)
         if not 0.0 < wheel.A <= self.part.p.Amax:
             raise GrindingError(
                 f"{self.programs.name}:{event.line}: an infeed {done.stroke.ae:.3g} mm deep at F{event.feed:g} mm/min "
                 "destroys the wheel; take smaller steps or a higher F"
             )
-        Z = grooving.infeed_depth(event, self.job.part.surface)
+        Z = grooving.infeed_depth(event, self.part.job.part.surface)
         self._write(event, event.line, 0, event.groove, event.feed, Z, done, wheel)
         if self.job.setup.grooving_wheel:
             self.wheel = wheel

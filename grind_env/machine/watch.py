@@ -12,11 +12,13 @@ class Watch:
     """Looks on while a run goes by.
 
     Attributes:
+        part: on the machine.
         warnings: sentences so far.
     """
 
     def __init__(self, program: str, job: Job, control: Control) -> None:
         self.program, self.job, self.control = program, job, control
+        self.part = job.part
         self.warnings: list[str] = []
         self._warned: set[tuple[str, int]] = set()
         self._pick: Pick | None = None
@@ -52,7 +54,7 @@ class Watch:
             depth: real depth of cut, mm.
             diameter: of the wheel after it, mm.
         """
-        pick, part, line = self._pick, self.job.part, event.cycle.line
+        pick, part, line = self._pick, self.part, event.cycle.line
         if pick is not None and pick.begin < event.begin:
             if pick.finish > middle_time(event, self.control):
                 self.warn(line, "pick", slow_pick(pick, event, self.control))
@@ -74,7 +76,7 @@ class Watch:
         self.diameter(diameter)
 
     def diameter(self, diameter: float) -> None:
-        """The wheel has a diameter, mm, after a stroke or a dress."""
+        """The wheel has a diameter, mm, after a stroke or a dress; one that will be changed is nobody's mistake."""
         least = self.job.setup.wheel.minimum_diameter
-        if diameter < least:
+        if diameter < least and self.job.times.wheel_change is None:
             self.warn(0, "diameter", f"the wheel is smaller than its least diameter, {least:g} mm")

@@ -64,11 +64,17 @@ def _draw_block(canvas: Canvas, box: Box, view: View, size: int) -> None:
     """The block, word by word, with E and D in the colours of their charts."""
     canvas.rectangle(box, ink.STRIP, radius=4.0)
     x, base = box.left + 12.0, 0.5 * (box.top + box.bottom) + 0.36 * size
+    counter = f"block {view.number} of {view.job.blocks}"
+    end = box.right - text_width(counter, 12) - 24.0
     if not view.text:
         canvas.text((x, base), "no block run yet", size, ink.GREY)
     for word in view.text.split():
-        colour = {"E": ink.BLUE, "D": ink.ORANGE_TEXT}.get(word[0], ink.INK)
+        chosen = {"E": ink.BLUE, "D": ink.ORANGE_TEXT} if word[1:2].isdigit() else {}
+        colour = chosen.get(word[0], ink.INK)
         strong = colour != ink.INK
+        if x + text_width(word, size, strong) + size > end:  # room for three dots
+            canvas.text((x, base), "...", size, ink.GREY)
+            break
         canvas.text((x, base), word, size, colour, strong=strong)
         x += text_width(word, size, strong) + 0.5 * size
-    canvas.text((box.right - 12.0, base), f"block {view.number} of {view.job.blocks}", 12, ink.GREY, "rs")
+    canvas.text((box.right - 12.0, base), counter, 12, ink.GREY, "rs")

@@ -119,16 +119,17 @@ def _draw_table(canvas: Canvas, place: Stage) -> None:
 def _draw_part(canvas: Canvas, place: Stage, view: View) -> None:
     part = place.part
     canvas.rectangle(part, ink.STEEL)
-    if place.surface - place.top >= 0.5 and view.last is None:
+    if place.surface - place.top >= 0.5:
         canvas.rectangle(Box(part.left, place.top, part.right, part.top), ink.STOCK)
         step = 6.0
         for k in range(int(part.width / step)):
             x = part.left + (k + 0.5) * step
             canvas.line([(x, part.top), (x + 2.0, place.top)], ink.STEEL, 0.7)
-    elif view.last is not None:
-        canvas.rectangle(Box(part.left, part.top, part.right, part.top + 2.0), ink.BRIGHT)
+    if view.last is not None:
+        ground = part._replace(top=min(place.top, part.top))
+        canvas.rectangle(ground._replace(bottom=ground.top + 2.0), ink.BRIGHT)
         if "burn" in view.last.faults:
-            _draw_burn(canvas, part, view.last.rise / view.last.limits.rise)
+            _draw_burn(canvas, ground, view.last.rise / view.last.limits.rise)
 
 
 def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:

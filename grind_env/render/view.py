@@ -127,6 +127,11 @@ class View:
     motion: Motion | None = None
 
     @property
+    def title(self) -> str:
+        """Of the picture."""
+        return self.job.title
+
+    @property
     def last(self) -> GroundBlock | None:
         """The block ground last: the one whose marks the part bears, unless another is running."""
         return self.ground[-1] if self.ground and self.motion is None else None

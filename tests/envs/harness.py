@@ -1,9 +1,11 @@
 """What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
 
+import inspect
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import load_env_creator
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
@@ -21,6 +23,21 @@ FORMS = ("box", "multidiscrete", "discrete", "dict")
 MODES = list(AutoresetMode)
 
 Array = NDArray[Any]
+
+
+def every_id() -> list[str]:
+    """The ids of all environments that the package registers, those of tasks and the others."""
+    return sorted(name for name in gym.registry if name.startswith("grind/"))
+
+
+def accepts(env_id: str, name: str) -> bool:
+    """Whether an environment has a keyword argument of that name."""
+    return name in inspect.signature(load_env_creator(gym.spec(env_id).entry_point)).parameters
+
+
+def quiet(env_id: str) -> dict[str, Any]:
+    """The keyword argument that keeps the text of the blocks out of the info."""
+    return {"show_block": False} if accepts(env_id, "show_block") else {}
 
 
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
@@ -42,7 +59,7 @@ def rows_of(batch: Any, count: int) -> list[Any]:
     return [batch[i] for i in range(count)]
 
 
-def native(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:
+def native(env_id: str, num_envs: int, mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:
     return gym.make_vec(env_id, num_envs, autoreset_mode=mode, **kwargs)
 
 
@@ -52,8 +69,23 @@ def sync(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_ST
         num_envs,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": mode},
-        **{"show_block": False, **kwargs},
+        **{**quiet(env_id), **kwargs},
     )
+
+
+def row_of(stepped: Any, i: int) -> Any:
+    """What the single env i would have returned."""
+    observations, rewards, terminated, truncated, info = stepped
+    return observations[i], float(rewards[i]), bool(terminated[i]), bool(truncated[i]), info_of(info, i)
+
+
+def info_of(info: dict[str, Any], i: int) -> dict[str, Any]:
+    values = {}
+    for name, value in info.items():
+        if not name.startswith("_"):
+            assert info[f"_{name}"][i]
+            values[name] = info_of(value, i) if isinstance(value, dict) else value.tolist()[i]
+    return values
 
 
 def assert_same(a: Any, b: Any, place: str = "result") -> None:

@@ -16,6 +16,7 @@ from grind_env.envs.contexts import (
     nominal_context,
     read_options,
 )
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.episode import CUT, TapeRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
@@ -252,3 +253,18 @@ def test_contexts_are_described() -> None:
     assert materials() == ["aisi_1020", "aisi_52100", "inconel_718"]
     for name, factor in FACTORS.items():
         assert factor.meaning and (factor.low <= factor.nominal <= factor.high or name == "executions_left")
+
+
+def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
+    for name, flags in (("power_limited", []), ("job_shop", [0.0, 0.0])):
+        env = GrindEnv(name, observation="full")
+        names = [entry.name for entry in env.observation_info()]
+        told = [k for k, each in enumerate(names) if each.startswith("material_")]
+        powers = []
+        for material in (None, "inconel_718"):
+            context = None if material is None else {"material": material}
+            first = env.reset(seed=0, options={"context": context})[0]
+            assert env.observation_space.contains(first)
+            assert first[told].tolist() == ([] if not flags else flags if material else [0.0, 1.0])
+            powers.append(env.step(np.zeros(2, np.float32))[0][names.index("peak_power")])
+        assert powers[0] != powers[1]

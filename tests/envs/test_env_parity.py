@@ -15,7 +15,9 @@ from tests.envs.harness import (
     Array,
     actions,
     assert_same,
+    info_of,
     native,
+    row_of,
     rows_of,
     sampled,
     sync,
@@ -104,32 +106,6 @@ def test_every_form_of_action_is_the_same_in_all_envs(env_id: str, form: str, pr
                 assert_same(row_of(stepped, i), env.step(action))
             dressed += stepped[4]["predress"].sum() if predress else 0.0
     assert (dressed > 0.0) == predress
-
-
-def row_of(stepped: Any, i: int) -> Any:
-    """What the single env i would have returned."""
-    observations, rewards, terminated, truncated, info = stepped
-    return observations[i], float(rewards[i]), bool(terminated[i]), bool(truncated[i]), info_of(info, i)
-
-
-def info_of(info: dict[str, Any], i: int) -> dict[str, Any]:
-    values = {}
-    for name, value in info.items():
-        if not name.startswith("_"):
-            assert info[f"_{name}"][i]
-            values[name] = info_of(value, i) if isinstance(value, dict) else value.tolist()[i]
-    return values
-
-
-def test_async_and_native_give_the_same_bits() -> None:
-    a = native("grind/Oracle6-v0", 2, show_block=True)
-    b = gym.make_vec("grind/Oracle6-v0", 2, vectorization_mode="async")
-    try:
-        both(a, b, lambda env: env.reset(seed=3))
-        for action in actions(14, 2):
-            both(a, b, lambda env, action=action: env.step(action))
-    finally:
-        b.close()
 
 
 def test_same_step_hands_out_the_last_observation_and_info_of_the_episode() -> None:

@@ -8,19 +8,19 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.view import view_of
 from grind_env.render import ansi, frames
 from grind_env.render.view import NoScreenError
-from tests.envs.harness import IDS
+from tests.envs.harness import every_id
 
 ACTION = np.zeros(2, np.float32)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", every_id())
 @pytest.mark.parametrize("mode", ["rgb_array", "ansi"])
 @pytest.mark.filterwarnings("error")
 def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) -> None:
     env = gym.make(env_id, render_mode=mode)
     env.reset(seed=0)
     env_render_passive_checker(env.unwrapped)
-    env.step(ACTION)
+    env.step(env.action_space.sample())
     env_render_passive_checker(env.unwrapped)
 
 
@@ -40,6 +40,51 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
         assert np.all(env.render() == first)
     assert np.array_equal(shown["rgb_array"], frames.render(view))
     assert shown["ansi"] == ansi.panel(view)
+
+
+@pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0", "grind/Reciprocation-v0"])
+def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
+    env = gym.make(env_id, render_mode="ansi")
+    env.action_space.seed(1)
+    env.reset(seed=2)
+    infos, terminated = [], False
+    while not terminated:
+        _, _, terminated, _, info = env.step(env.action_space.sample())
+        infos.append(info)
+        view = env.unwrapped.view()
+        assert view.text == info["block"]
+        assert (view.number, view.ground[-1].speed) == (len(infos), info["E"])
+        assert sum(block.executions for block in view.ground) == sum(each["D"] for each in infos)
+    assert view.number == view.job.blocks and view.finished_parts == view.job.parts
+    assert view.cost == pytest.approx(sum(info["block_cost"] for info in infos), rel=1e-9)
+    assert view.good_parts == pytest.approx(sum(info["good_parts"] for info in infos), rel=1e-9)
+    assert all(f"{line}" in env.render() for line in info["block"].split("\n"))
+
+
+def test_the_sheet_of_the_published_problem_says_what_its_info_says() -> None:
+    env = gym.make("grind/Wen-v0", render_mode="ansi")
+    while env.reset()[0][0] != 1.0:  # until the part is to be rough-ground
+        pass
+    assert "nothing ground yet" in env.render()
+    info = env.step(np.array([0.9, 0.5, 1.0, -0.9], np.float32))[4]
+    shown = {line[:24].split(",")[0].strip(): line for line in env.render().splitlines()}
+    assert f"{info['Vs']:.4g}" in shown["Vs"] and f"{info['roughness']:.4g}" in shown["Ra"]
+    assert f"violation {info['cost']:.4f}" in env.render()
+    assert "(beyond)" in shown["Ra"] and info["cost"] > 0.0
+
+
+def test_stock_that_is_left_is_seen_between_wheel_and_part() -> None:
+    env = gym.make("grind/Stroke-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    heights = []
+    for _ in range(8):
+        env.step(np.array([0.0, -1.0], np.float32))
+        heights.append(env.unwrapped.view().part.left)
+    assert np.all(np.diff(heights) < 0.0)
+    column = env.render()[150:330, 245]  # through the middle of the wheel
+    # no strip of the panel's white between the wheel and the table
+    dark = np.flatnonzero((column != 255).any(axis=1))
+    assert (np.diff(dark) == 1).all()
 
 
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:

@@ -407,6 +407,6 @@ def test_arguments_out_of_range_are_refused(batch: str) -> None:
     assert "measured, full" in refusal(GrindError, JobEnv, batch, observation="hidden")
     for spread in (-0.1, float("nan"), 3.0):
         assert "from 0 to 2" in refusal(GrindError, JobEnv, batch, spread=spread)
-    assert "'human'" in refusal(GrindError, JobEnv, batch, render_mode="human")
+    assert "'svg'" in refusal(GrindError, JobEnv, batch, render_mode="svg")
     assert "0" in refusal(GrindError, JobVectorEnv, batch, num_envs=0)
     assert "'Sometimes'" in refusal(GrindError, JobVectorEnv, batch, autoreset_mode="Sometimes")

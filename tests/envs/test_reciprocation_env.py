@@ -20,9 +20,11 @@ from grind_env.control import read
 from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.names import task_names
+from grind_env.envs.observations import physical
 from grind_env.envs.program import conditions
 from grind_env.envs.reciprocation import shop
-from grind_env.envs.reciprocation_env import ReciprocationEnv, ReciprocationVectorEnv
+from grind_env.envs.reciprocation_env import ReciprocationEnv, ReciprocationSimulation, ReciprocationVectorEnv
+from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.state import WheelState
@@ -93,6 +95,47 @@ def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
     E = np.array([3000.0, 9487.0, 21_275.0]) / 60.0
     assert picks == pytest.approx(0.5 / 60.0 * (360.0 / E + E / 1000.0 + 0.15), rel=1e-3)
     assert "pick" not in names
+
+
+@pytest.mark.parametrize("pre_dress", [0.0, 1.0])
+def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> None:
+    env = ReciprocationEnv(predress=True)
+    env.reset(seed=6)
+    assert env.episodes is not None
+    stocks = env.episodes.tape[0, :, 1]
+    volume, blocks = 0.0, 0.0
+    for stock, D in zip(stocks, (0.0, 2.0, 0.0, 0.0, 1.0, 3.0), strict=False):
+        dressed = D + pre_dress > 0.0
+        # D requests part the depth into D + 1 equal shares; a pre-dress comes before all of it
+        volume = stock * 300.0 / (D + 1.0) + (0.0 if dressed else volume)
+        blocks = 0.0 if dressed else blocks + 1.0
+        observation = env.step(env.codec.encode(9000.0, D, pre_dress)[0])[0]
+        seen = physical(observation, env.observation_info())
+        assert float(seen["volume"]) == pytest.approx(volume, rel=1e-5)
+        assert float(seen["blocks_since_dress"]) == pytest.approx(blocks, rel=1e-5)
+
+
+def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
+    env = ReciprocationEnv()
+    env.reset(seed=0)
+    handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
+    assert handed[:-1] == [0.0] * 59
+    wheel = WheelState(*env.simulation.start([np.random.default_rng(0)]).wheels[0])
+    assert env.episodes is not None
+    worn = WheelState(*env.episodes.wheels[0])
+    assert worn.A > wheel.A
+    assert handed[-1] < 0.0
+
+
+def test_the_depth_of_a_stroke_follows_the_infeed_of_the_task() -> None:
+    task = dataclasses.replace(read_task("reciprocation"), infeed=0.25)
+    picks = []
+    for each in (task, read_task("reciprocation")):
+        simulation = ReciprocationSimulation(each)
+        episodes = simulation.start([np.random.default_rng(0)])
+        simulation.step(episodes, np.array([12_000.0]), np.array([0.0]))
+        picks.append(float(physical(simulation.observe(episodes)[0], simulation.entries)["last_pick"]))
+    assert picks[0] == pytest.approx(picks[1] / 2.0, rel=1e-6)
 
 
 def test_the_episode_is_that_of_the_power_limited_task() -> None:

@@ -1,14 +1,15 @@
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import gymnasium as gym
 import pytest
 
 from grind_env.envs import names, tasks
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import Kind, Orders, Task, TaskError, load_task, task_names
+from grind_env.envs.tasks import Kind, Orders, Task, TaskError, load_task, read_task, task_names
 
 DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
@@ -31,6 +32,83 @@ def test_ids_are_camel_case() -> None:
 def test_an_unknown_task_is_refused() -> None:
     with pytest.raises(TaskError, match=r"'slots'.*oracle6, power_limited, rush, slot"):
         load_task("slots")
+
+
+@pytest.mark.parametrize("name", ["reciprocation", "stroke"])
+def test_the_task_of_an_environment_of_its_own_is_none_of_cycle_blocks(name: str) -> None:
+    task = read_task(name)
+    assert task.name == name and environment_id(name) in gym.registry
+    assert name not in task_names()
+    for make in (load_task, GrindEnv):
+        with pytest.raises(TaskError, match=f"there is no task '{name}'"):
+            make(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("reciprocation", {"name", "title", "reference_cost", "infeed"}),
+        ("stroke", {"name", "title", "reference_cost", "blocks", "action"}),
+    ],
+)
+def test_a_task_is_its_base_but_for_what_it_says(name: str, changed: set[str]) -> None:
+    task, base = read_task(name), load_task("power_limited")
+    assert {each.name for each in fields(Task) if getattr(task, each.name) != getattr(base, each.name)} == changed
+    # of [action] only one key is said
+    assert task.action.speed_range == base.action.speed_range
+
+
+def put(folder: Path, monkeypatch: pytest.MonkeyPatch, **texts: str) -> None:
+    """Let the task files be these."""
+    for name, text in texts.items():
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(tasks, "FOLDER", folder)
+    monkeypatch.setattr(names, "FOLDER", folder)
+
+
+def test_tables_of_a_base_are_merged_and_lists_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a slot of 1.6 mm in place of the plate of 0.3 mm
+    kind = TEXT["slot"][TEXT["slot"].index("[[kind]]") :].partition("\n\n")[0]
+    own = f"""
+base = "from_which"
+sequence = ["slot"]
+[spread]
+stock = 0.5
+[start]
+volume = 7.0
+{kind}
+"""
+    put(tmp_path, monkeypatch, from_which=TEXT["power_limited"], merged=own)
+    task, base = load_task("merged"), load_task("from_which")
+    assert task.spread == replace(base.spread, stock=0.5) != base.spread
+    assert task.start == replace(base.start, volume=7.0) != base.start
+    assert (len(task.kinds), task.kinds[0].stock) == (1, 1.6)
+    assert (task.blocks, task.setup) == (base.blocks, base.setup)
+
+
+@pytest.mark.parametrize(
+    ("own", "parts"),
+    [
+        ('base = "nothing"', ["there is no task 'nothing'", "from_which"]),
+        ("base = 3", ["there is no task 3"]),
+        ('base = "stroke"', ["there is no task 'stroke'"]),
+        ('base = "second"', ["there is no base"]),
+        ('base = "from_which"\nblock = 3', ["there is no block;"]),
+        ('base = "from_which"\n[action]\nexecution = 3', ["[action]", "there is no execution"]),
+        ('base = "from_which"\nblocks = "', ["TOML"]),
+        ('base = "from_which"\naction = 3', ["[action]"]),
+    ],
+)
+def test_a_slip_beside_a_base_is_named(
+    own: str, parts: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    texts = {"from_which": TEXT["power_limited"], "second": 'base = "from_which"', "stroke": TEXT["slot"]}
+    put(tmp_path, monkeypatch, slip=own, **texts)
+    with pytest.raises(TaskError) as caught:
+        load_task("slip")
+    message = str(caught.value)
+    assert message.startswith("slip.toml: ") and "\n" not in message
+    assert all(part in message for part in parts), message
 
 
 @pytest.mark.parametrize(
@@ -74,9 +152,7 @@ def test_a_slip_in_a_task_file_is_named(
     old: str, new: str, parts: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert TEXT["power_limited"].count(old) == 1
-    (tmp_path / "mine.toml").write_text(TEXT["power_limited"].replace(old, new), encoding="utf-8")
-    monkeypatch.setattr(tasks, "FOLDER", tmp_path)
-    monkeypatch.setattr(names, "FOLDER", tmp_path)
+    put(tmp_path, monkeypatch, mine=TEXT["power_limited"].replace(old, new))
     with pytest.raises(TaskError) as caught:
         load_task("mine")
     message = str(caught.value)

@@ -243,7 +243,7 @@ def test_stepping_out_of_turn_and_bad_choices_are_refused() -> None:
     with pytest.raises(ResetNeeded, match="episode 0"):
         vector.step(np.zeros((2, 4)))
     for error, make in (
-        (TaskError, lambda: WenEnv(render_mode="human")),
+        (TaskError, lambda: WenEnv(render_mode="svg")),
         (TaskError, lambda: WenVectorEnv(0)),
         (TaskError, lambda: WenVectorEnv(2, "Sometimes")),
         (GrindError, lambda: WenVectorEnv(2).reset(seed=[1, 2, 3])),

@@ -14,6 +14,10 @@ CATALOGUE = load_catalogue()
 HEAD = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
 """X reciprocates, Y plunges; the wheel stands 30 mm beside the part and at its surface."""
 
+CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
+STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
+"""s; a stroke of that cycle."""
+
 DRESS = """
 O9100
 N1 G71 G90 G94

@@ -1,7 +1,5 @@
-import csv
 import dataclasses
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +11,13 @@ from grind_env.control import Control, ControlError, Event, Execution, Programs,
 from grind_env.machine import grind as grind_module
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
-from grind_env.machine.job import JobError, WheelStart
 from grind_env.machine.job_file import load_job
 from grind_env.machine.part import PartConditions
-from grind_env.machine.record import GrindingRecord, RecordError
+from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import traverse_taper
-from tests.machine.harness import CATALOGUE, DRESS, HEAD, job, run
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
-CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
-STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
 
 
 def example(name: str) -> GrindingRecord:
@@ -105,162 +100,6 @@ def test_a_stroke_beside_the_part_grinds_nothing() -> None:
         assert (record.strokes["ae"] == 0.0).all()
         assert (record.strokes["b"] == 0.0).all()
         assert np.ptp(record.strokes["ds"]) == 0.0
-
-
-# --- warnings -------------------------------------------------------------------------------------
-
-
-def test_a_slow_pick_warns_and_names_the_feed_that_would_do() -> None:
-    slow = HEAD + CYCLE.replace("F60.", "F.5") + "M30\n"
-    record = run(slow, job())
-    assert len(record.warnings) == 1
-    assert "test.nc:3" in record.warnings[0]
-    found = re.search(r"; F(\d+) would do", record.warnings[0])
-    assert found is not None
-    assert run(slow.replace("F.5", f"F{found[1]}."), job()).warnings == ()
-
-
-def test_the_feed_that_is_named_is_the_least_one() -> None:
-    text = HEAD + CYCLE.replace("J-.01", "J-.5").replace("Y-.05", "Y-2.") + "M30\n"
-    out_of_reach = job(surface=-10.0)
-    found = re.search(r"; F(\d+) would do", run(text.replace("F60.", "F1."), out_of_reach).warnings[0])
-    assert found is not None
-    enough = int(found[1])
-    assert run(text.replace("F60.", f"F{enough}."), out_of_reach).warnings == ()
-    assert run(text.replace("F60.", f"F{enough - 1}."), out_of_reach).warnings != ()
-
-
-def test_a_pick_that_no_feed_finishes_in_time() -> None:
-    control = Control(acceleration=10.0, reversal_dwell=0.0)
-    text = HEAD + "G82 X30. I-30. Y-500. J-250. F6000. E60000. P9100\nM30\n"
-    warnings = run(text, job(length=20.0, surface=-600.0), control=control).warnings
-    assert any("no F would do" in warning for warning in warnings)
-
-
-def test_a_pick_before_a_dress_is_waited_for() -> None:
-    text = HEAD + "G82 X230. I-30. Y-.01 J-.01 F.3 E12000. P9100 D1\nM30\n"
-    assert run(text, job()).warnings == ()
-
-
-def test_a_stroke_that_turns_over_the_part_warns_once() -> None:
-    record = run(HEAD + CYCLE.replace("X230.", "X150.") + "M30\n", job())
-    assert len(record.warnings) == 1
-    assert "X150" in record.warnings[0] and "X200" in record.warnings[0]
-
-
-def test_a_wheel_below_its_least_diameter_warns_once() -> None:
-    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
-    record = run(text, job(wheel_start=WheelStart(diameter=220.01)))
-    assert sum("least diameter, 220 mm" in warning for warning in record.warnings) == 1
-
-
-# --- parts and time -------------------------------------------------------------------------------
-
-
-def test_loading_covers_the_time_until_the_first_cycle() -> None:
-    text = HEAD + CYCLE + "M30\n"
-    short, long = run(text, job(load=20.0)), run(text, job(load=50.0))
-    assert long.parts[0]["seconds"] - short.parts[0]["seconds"] == pytest.approx(30.0)
-    assert short.strokes["time"][0] == pytest.approx(20.0)
-    assert short.parts[0]["seconds"] == pytest.approx(20.0 + len(short.strokes) * STROKE, abs=1e-6)
-
-
-def test_a_long_approach_takes_its_own_time() -> None:
-    text = HEAD + "G04 P35.\n" + CYCLE + "M30\n"
-    approach = 35.0 + 2.0 * math.sqrt(30.0 / 1000.0)
-    record = run(text, job(load=20.0))
-    assert record.strokes["time"][0] == pytest.approx(approach)
-    assert record.parts[0]["seconds"] == pytest.approx(approach + len(record.strokes) * STROKE, abs=1e-6)
-
-
-def test_a_dress_takes_the_time_of_its_plan() -> None:
-    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
-    brief, slow = run(text, job(dress_setup=0.0)), run(text, job(dress_setup=100.0))
-    assert slow.parts[0]["seconds"] - brief.parts[0]["seconds"] == pytest.approx(200.0)
-    assert len(set(slow.dresses["seconds"])) == 1
-    gap = slow.strokes["time"][2] - slow.strokes["time"][1] - slow.strokes["seconds"][1]
-    assert list(slow.dresses["after"]) == [2, 4]
-    assert gap == pytest.approx(slow.dresses["seconds"][0], abs=1e-6)
-
-
-def test_parts_are_divided_at_m00() -> None:
-    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
-    text = HEAD + "M98 P500 L3\nG00 Y100.\nM30\nO500\n" + part + "M99\n"
-    record = run(text, job())
-    assert list(record.parts["part"]) == [1, 2, 3]
-    assert list(record.parts["strokes"]) == [8, 8, 8]
-    assert (np.bincount(record.strokes["part"])[1:] == 8).all()
-    first = record.strokes[record.strokes["number"] == 1]
-    assert (first["ae"] == 0.0).all()  # touched off: the surface is at Z 0 again
-    assert record.strokes["V"][-1] == pytest.approx(record.parts["S"].sum() * 200.0)
-    # the way up after the last part belongs to it
-    last = record.strokes[-1]
-    assert record.seconds > last["time"] + last["seconds"]
-    starts = np.cumsum(record.parts["seconds"]) - record.parts["seconds"]
-    assert record.strokes["time"][record.strokes["number"] == 1] == pytest.approx(starts + 20.0)
-
-
-def test_m00_before_the_first_part_only_loads_it() -> None:
-    record = run(HEAD + "M00\n" + CYCLE + "M30\n", job())
-    assert list(record.parts["part"]) == [1]
-
-
-def test_wear_is_compensated_by_touch_off_and_gauging() -> None:
-    part = CYCLE + "G80\nG00 Y0\nG00 X-30.\n"
-    for stop, compensated in (("", False), ("M01\n", True), ("M00\n", True)):
-        strokes = run(HEAD + part + stop + part + "M30\n", job()).strokes
-        second = strokes[np.flatnonzero(np.diff(strokes["line"]))[0] + 1]
-        assert second["ae"] == 0.0
-        assert bool(second["W"] == 0.0) is compensated
-
-
-def test_lots_change_what_a_part_is() -> None:
-    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
-    text = HEAD + part + part + "M30\n"
-
-    def with_lot(factor: float) -> GrindingRecord:
-        lot = PartConditions(stock=0.075, factors={"kA": factor})
-        return run(text, job(), conditions=(PartConditions(), lot))
-
-    nominal, changed = run(text, job()), with_lot(10.0)
-    assert list(changed.parts["stock"]) == [0.1, 0.075]
-    assert changed.parts["size_error"] == pytest.approx(1000.0 * (changed.parts["stock"] - changed.parts["S"]))
-    same = nominal.strokes["part"] == 1
-    assert (changed.strokes[same] == nominal.strokes[same]).all()
-
-    def growth(record: GrindingRecord) -> float:
-        A = record.strokes["A"][record.strokes["part"] == 2]
-        return float(A[1] - A[0])
-
-    # growth of the wear flats is linear in kA, and the renewal that is taken off it does not depend on kA
-    assert growth(with_lot(3.0)) - growth(with_lot(2.0)) == pytest.approx(
-        growth(with_lot(2.0)) - growth(nominal), rel=1e-6
-    )
-    assert growth(changed) > 9.0 * growth(nominal)
-
-
-def test_conditions_are_checked() -> None:
-    with pytest.raises(JobError, match="did you mean RaRef"):
-        PartConditions(factors={"RaReff": 2.0})
-    with pytest.raises(JobError, match="stock is -1"):
-        PartConditions(stock=-1.0)
-    part = CYCLE + "G80\nM00\n"
-    with pytest.raises(JobError, match="more parts than the 1"):
-        run(HEAD + part + part + "M30\n", job(), conditions=(PartConditions(),))
-
-
-def test_start_state_of_the_wheel() -> None:
-    cycle = HEAD + CYCLE + "M30\n"
-    first = run(cycle, job()).strokes[0]
-    # dressed by O9100: Ud of depth 0.02 and lead 0.1 with a sharp diamond (model.md, section 4)
-    overlap = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2) / 0.1
-    assert first["A"] == pytest.approx(0.003 + 0.0022 * overlap, rel=1e-4)
-    assert first["ds"] == 300.0
-    start = WheelStart(diameter=280.0, wear_flat_area=0.03, volume_since_dress=200.0)
-    worn = run(cycle, job(wheel_start=start)).strokes[0]
-    assert (worn["A"], worn["V"], worn["ds"]) == (0.03, 200.0, 280.0)
-    coarse = run(cycle.replace("P9100", "").replace("L2", "L3"), job()).strokes[0]
-    assert coarse["A"] == pytest.approx(first["A"], rel=1e-4)
 
 
 # --- dresses --------------------------------------------------------------------------------------
@@ -387,50 +226,6 @@ def test_limits_decide_survival() -> None:
     assert run(text, job(stock=0.05, setup={"machine": weak})).parts[0]["survival"] < 0.01
 
 
-# --- record ---------------------------------------------------------------------------------------
-
-
-def test_csv_returns_every_number(tmp_path: Path) -> None:
-    record = run(HEAD + CYCLE + "M30\n", job())
-    record.write(tmp_path / "strokes.csv")
-    with (tmp_path / "strokes.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == record.strokes.dtype.names
-    for name in record.strokes.dtype.names or ():
-        assert [float(row[name]) for row in rows] == list(record.strokes[name])
-    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
-
-
-def test_parquet_and_data_frame_return_every_number(tmp_path: Path) -> None:
-    import pandas
-
-    record = run(HEAD + CYCLE + "M30\n", job())
-    record.write(tmp_path / "strokes.parquet")
-    pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / "strokes.parquet"), record.to_frame())
-    assert list(record.to_frame()["T"]) == list(record.strokes["T"])
-
-
-def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    for name in ("pandas", "pyarrow"):
-        monkeypatch.setitem(sys.modules, name, None)
-    record = run(HEAD + CYCLE + "M30\n", job())
-    record.write(tmp_path / "strokes.csv")
-    with pytest.raises(RecordError, match="pandas"):
-        record.to_frame()
-    with pytest.raises(RecordError, match="pyarrow"):
-        record.write(tmp_path / "strokes.parquet")
-    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
-
-
-@pytest.mark.parametrize("name", ["strokes.xlsx", "strokes", "no/such/strokes.csv"])
-def test_records_that_cannot_be_written(tmp_path: Path, name: str) -> None:
-    record = run(HEAD + CYCLE + "M30\n", job())
-    with pytest.raises(RecordError, match="strokes"):
-        record.write(tmp_path / name)
-
-
 def test_a_stop_in_a_dress_program_is_no_new_part() -> None:
     text = HEAD + CYCLE.replace("P9100", "P9400 D1") + "M30\n"
     dress = DRESS.replace("O9100", "O9400")
@@ -444,15 +239,6 @@ def test_a_stop_in_a_dress_program_is_no_new_part() -> None:
 def test_a_stroke_that_destroys_the_wheel_is_refused(feed: str) -> None:
     with pytest.raises(GrindingError, match=rf"test\.nc:3: a stroke .* at {feed} mm/min destroys the wheel"):
         run(HEAD + CYCLE.replace("E12000", feed) + "M30\n", job())
-
-
-def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
-    record = run(HEAD + re.sub(r"E[0-9]+", "E2000", CYCLE) + "M30\n", job())
-    assert record.warnings == (
-        "test.nc:3: a stroke cuts at E2000 mm/min; the process model holds from 3000 to 40000 mm/min",
-    )
-    (warning,) = run(HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n", job()).warnings
-    assert re.fullmatch(r"test\.nc:3: a stroke cuts 0\.\d\d mm deep; the process model holds up to 0\.1 mm", warning)
 
 
 def test_the_control_knows_the_wheel_radius_at_any_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,6 +43,7 @@ __all__ = [
     "TaskError",
     "WheelChange",
     "load_task",
+    "read_task",
     "task_names",
 ]
 
@@ -59,21 +60,53 @@ FURTHER_TABLES: Mapping[str, type[Any]] = {"orders": Orders, "due": Due, "wheel_
 """Tables of some tasks."""
 
 
-@functools.cache
 def load_task(name: str) -> Task:
-    """The task of that name.
+    """The task of cycle blocks of that name.
 
     Raises:
-        TaskError: if there is no such task, or its file lacks a key or has one that does not exist.
+        TaskError: if there is no such task, or as `read_task`.
     """
-    if name not in task_names():
-        raise TaskError(f"there is no task {name!r}: the tasks are {', '.join(task_names())}")
+    _refuse_other(name)
+    return read_task(name)
+
+
+@functools.cache
+def read_task(name: str) -> Task:
+    """The task in the file of that name, be it one of cycle blocks or that of an environment with its own classes.
+
+    Raises:
+        TaskError: if the file lacks a key or has one that does not exist, or if it is based on no task.
+    """
     try:
-        return _task(name, tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")))
-    except tomllib.TOMLDecodeError as error:
-        raise TaskError(f"{name}.toml: not valid TOML: {error}") from None
+        return _task(name, _document(name))
     except GrindError as error:
         raise TaskError(f"{name}.toml: {error}") from None
+
+
+def _refuse_other(name: str) -> None:
+    if name not in task_names():
+        raise TaskError(f"there is no task {name!r}: the tasks are {', '.join(task_names())}")
+
+
+def _document(name: str) -> dict[str, Any]:
+    """What a task file says, on top of what its `base` says: a table changes single keys, other values are replaced."""
+    own = _parsed(name)
+    if "base" not in own:
+        return own
+    base = own.pop("base")
+    _refuse_other(base)
+    document = _parsed(base)
+    for key, value in own.items():
+        both = isinstance(value, dict) and isinstance(document.get(key), dict)
+        document[key] = document[key] | value if both else value
+    return document
+
+
+def _parsed(name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise TaskError(f"not valid TOML: {error}") from None
 
 
 def _task(name: str, document: Mapping[str, Any]) -> Task:
@@ -91,8 +124,10 @@ def _task(name: str, document: Mapping[str, Any]) -> Task:
     return task
 
 
-def _read(kind: type[Any], table: Mapping[str, Any], place: str, **given: Any) -> Any:
+def _read(kind: type[Any], table: Any, place: str, **given: Any) -> Any:
     """An instance of a dataclass from a table of a task file; `given` are the fields not in the table."""
+    if not isinstance(table, Mapping):
+        raise TaskError(f"{place}it is {table!r}, but must be a table")
     expected = [item for item in fields(kind) if item.name not in given]
     refuse_unknown(table, [item.name for item in expected], place)
     for item in expected:

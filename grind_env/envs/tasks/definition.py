@@ -36,6 +36,9 @@ DRESS_CLEARANCE = 10.0
 class Task:
     """A job: its blocks, its set-up and what is drawn at random.
 
+    `reference_cost` is in $ per block; `infeed` in mm/min is that of a wheel that the program feeds down while the
+    table reciprocates, 0 for the picks of a cycle; `cross_pick` in mm that of a G83, 0 for cycles without.
+
     Raises:
         TaskError: if the blocks do not make whole parts, or the due dates whole episodes.
     """
@@ -53,6 +56,8 @@ class Task:
     due: Due | None = None
     wheel_change: WheelChange | None = None
     observation: str = "measured"
+    infeed: float = 0.0
+    cross_pick: float = 0.0
     spread: Spread = field(default_factory=Spread)
     start: Start = field(default_factory=Start)
     factors: Mapping[str, float] = field(default_factory=dict)
@@ -165,7 +170,12 @@ class Task:
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
         """Time of a block of nominal stock at E `speed` (m/min) without a dress, s; a first one with its loading."""
         vw = 1000.0 * speed / 60.0
-        strokes = math.ceil(kind.stock / kind.pick - 1e-6) + 1 + kind.sparkout
+        picks = math.ceil(kind.stock / kind.pick - 1e-6)
+        strokes = picks + 1 + kind.sparkout
+        if self.cross_pick > 0.0:
+            # after the stroke to the primary point a traverse for each plunge and each spark-out
+            across = math.ceil((kind.width - self.wheel.width) / self.cross_pick - 1e-6)
+            strokes = 1 + (picks + kind.sparkout) * (across + 1)
         distance = kind.length + 2.0 * self.setup.overrun
         stroke = motion_time(distance, vw, self.machine.acceleration) + self.machine.reversal_dwell
         return strokes * stroke + (self.setup.load if kind.starts_part else 0.0)

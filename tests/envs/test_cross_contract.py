@@ -1,0 +1,217 @@
+import copy
+import json
+import pickle
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+from grind_env.envs.actions import ActionError
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.contexts import nominal_context
+from grind_env.envs.cross_simulation import CrossSimulation
+from grind_env.envs.pages import page
+from grind_env.envs.tasks import TaskError, read_task
+from grind_env.envs.wide_plates_env import G83, WidePlatesEnv, WidePlatesVectorEnv
+from tests.envs.harness import FORMS, assert_same
+
+ID = "grind/WidePlates-v0"
+
+CONTEXTS: list[dict[str, Any]] = [
+    {"stock": 1.3},
+    {"kA": 4.0},
+    {"pm": 1.5},
+    {"wheel_kA": 3.0},
+    {"ra_scale": 1.4},
+    {"fc": 0.5},
+    {"Gref": 0.5},
+    {"hf": 0.5},
+    {"diamond_flat": 0.3},
+    {"noise": 3.0},
+    {"material": "inconel_718"},
+]
+
+
+@pytest.mark.parametrize("context", CONTEXTS, ids=lambda context: next(iter(context)))
+def test_every_factor_changes_the_trajectory(context: dict[str, Any]) -> None:
+    env = WidePlatesEnv()
+    nominal = nominal_context(env.task)
+    ends = []
+    for given_context in (nominal, {**nominal, **context}):
+        env.reset(seed=0, options={"context": given_context})
+        steps = [env.step(np.array([0.2, -0.5], np.float32)) for _ in range(3)]
+        ends.append([step[0].tobytes() for step in steps])
+    assert ends[0] != ends[1]
+
+
+def test_the_nominal_context_leaves_nothing_to_chance() -> None:
+    env = WidePlatesEnv()
+    runs = []
+    for seed in (0, 1):
+        observation, _ = env.reset(seed=seed, options={"context": "nominal"})
+        runs.append([observation, *(env.step(np.array([0.1, -0.4], np.float32))[:2] for _ in range(3))])
+    assert_same(*runs)
+
+
+def test_the_same_seed_is_the_same_episode_whatever_was_ground_before() -> None:
+    env = WidePlatesEnv()
+    runs = []
+    for seed in (5, 6, 5):
+        observation, _ = env.reset(seed=seed)
+        runs.append([observation, *(env.step(np.array([0.1 * k, -0.4], np.float32)) for k in range(4))])
+        assert env.episodes is not None
+        runs[-1].append(env.episodes.tape[0].copy())
+    assert_same(runs[0], runs[2])
+    assert runs[0][1][1] != runs[1][1][1]
+
+
+def test_all_forms_of_the_action_take_the_same_decision() -> None:
+    ends: list[Any] = []
+    for form in FORMS:
+        env = WidePlatesEnv(action=form)
+        E = float(np.floor(np.geomspace(3000.0, 30_000.0, 24)[12] + 0.5))
+        batch = env.codec.encode(E, 2.0)
+        action = {name: values[0] for name, values in batch.items()} if isinstance(batch, dict) else batch[0]
+        env.reset(seed=2)
+        ends.append(env.step(action)[:4])
+    for other in ends[1:]:
+        assert_same(ends[0], other)
+
+
+@pytest.mark.parametrize(
+    "kwargs",
+    [{}, {"observation": "full"}, {"predress": True}, {"action": "multidiscrete"}, {"action": "discrete"}],
+    ids=str,
+)
+def test_both_checkers_pass_without_a_warning(kwargs: dict[str, Any]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gym.make(ID, **kwargs).unwrapped)
+        sb3_check_env(gym.make(ID, **kwargs).unwrapped)
+
+
+SHORT = G83._replace(load=lambda name: replace(read_task(name), blocks=4))
+"""The same with few parts: a step of the control is slow."""
+
+
+class ShortEnv(WidePlatesEnv):
+    form = SHORT
+
+
+class ShortVectorEnv(WidePlatesVectorEnv):
+    form = SHORT
+
+
+def test_the_vector_form_keeps_the_contract_and_the_numbers_of_single_ones() -> None:
+    check_vector_env(
+        lambda mode: ShortVectorEnv(2, "full", True, predress=True, autoreset_mode=mode),
+        single=lambda: ShortEnv("full", predress=True),
+        steps=6,
+    )
+
+
+def test_contexts_are_given_to_each_sub_environment() -> None:
+    env = gym.make_vec(ID, 2)
+    env.reset(seed=[4, 4], options={"context": [{"kA": 0.2}, {"kA": 8.0}]})
+    for _ in range(3):
+        _, rewards, *_ = env.step(np.full((2, 2), -0.7, np.float32))
+    assert rewards[0] > rewards[1]
+
+
+def test_the_spec_survives_json() -> None:
+    env = gym.make(ID, observation="full", predress=True, cycle="G83")
+    text = env.spec.to_json()
+    json.loads(text)
+    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(text)).reset(seed=3))
+    vector = gym.make_vec(ID, 2, autoreset_mode="SameStep")
+    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
+    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert_same(vector.reset(seed=3), again.reset(seed=3))
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("make", [lambda: gym.make(ID), lambda: gym.make_vec(ID, 2)])
+def test_a_copy_goes_on_identically_and_alone(make: Callable[[], Any], clone: Callable[[Any], Any]) -> None:
+    env = make()
+    env.reset(seed=7)
+    plan = np.random.default_rng(0).uniform(-1, 1, (5, *env.action_space.shape)).astype(np.float32)
+    for action in plan[:3]:
+        env.step(action)
+    twin = clone(env)
+    ahead = [twin.step(action) for action in plan[3:]]
+    assert_same([env.step(action) for action in plan[3:]], ahead)
+
+
+def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
+    simulation = CrossSimulation(read_task("wide_plates"))
+    episodes = simulation.start([np.random.default_rng(seed) for seed in (0, 1)])
+    E, D = np.array([9000.0, 14_000.0]), np.array([0.0, 1.0])
+    simulation.step(episodes, E, D)
+    branches = episodes.pick([1, 0, 1])
+    outcomes, _ = simulation.step(branches, E[[1, 0, 0]], D[[1, 0, 0]])
+    expected, _ = simulation.step(episodes, E, D)
+    assert_same(outcomes[:2], expected[::-1].copy())
+    assert outcomes[2].tobytes() != outcomes[0].tobytes()
+    assert_same(simulation.observe(branches)[:2], simulation.observe(episodes)[::-1].copy())
+
+
+def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 .*cycle='G83'"):
+        gym.make(ID, cycle="G82")
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide"):
+        WidePlatesVectorEnv(2, cycle="G82")
+    with pytest.raises(TaskError, match=r"^a rough of wide_rails is 60 mm wide, the wheel 65 mm: .*cycle='G82'"):
+        gym.make("grind/WideRails-v0", cycle="G83")
+    with pytest.raises(TaskError, match=r"^a rough of wide_rails is 60 mm wide"):
+        gym.make_vec("grind/WideRails-v0", num_envs=2, cycle="G83")
+    with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G82, G83"):
+        WidePlatesEnv(cycle="G84")
+    assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.part_program() is not None
+
+
+def test_a_task_that_no_g83_can_grind_is_refused() -> None:
+    task = read_task("wide_plates")
+    with pytest.raises(TaskError, match=r"cross_pick is 0, but must be above 0"):
+        CrossSimulation(replace(task, cross_pick=0.0))
+    with pytest.raises(TaskError, match=r"several kinds"):
+        CrossSimulation(replace(task, kinds=(*task.kinds, replace(task.kinds[0], name="rail"))))
+
+
+def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
+    env = WidePlatesEnv()
+    with pytest.raises(ResetNeeded):
+        env.record()
+    env.reset(seed=0)
+    for action in (np.zeros(3), [np.nan, 0.0], "fast"):
+        with pytest.raises(ActionError):
+            env.step(action)
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 10_000), kA=st.sampled_from([0.05, 1.0, 20.0]), slow=st.booleans(), D=st.integers(0, 3))
+def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, kA: float, slow: bool, D: int) -> None:
+    env = WidePlatesEnv(observation="full", action="dict")
+    env.reset(seed=seed, options={"context": {"kA": kA}})
+    terminated = False
+    while not terminated:
+        action = {"E": np.array([3000.0 if slow else 30_000.0], np.float32), "D": D}
+        observation, reward, terminated, _, _ = env.step(action)
+        assert env.observation_space.contains(observation)
+        assert np.isfinite(reward) and reward < 0.0
+
+
+def test_the_page_describes_it() -> None:
+    text = page(ID)
+    assert "range of the size across the last finished part" in text
+    assert "| `scrap` |" in text and "G83" in text

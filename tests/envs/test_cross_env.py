@@ -1,0 +1,191 @@
+import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read
+from grind_env.envs.contexts import nominal_context
+from grind_env.envs.cross_program import shop
+from grind_env.envs.cross_simulation import CrossSimulation
+from grind_env.envs.observations import physical
+from grind_env.envs.program import conditions
+from grind_env.envs.tasks import read_task
+from grind_env.envs.wide_plates_env import WidePlatesEnv
+from grind_env.machine.compiled import grind_strips
+from grind_env.machine.grind import grind
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import WheelState
+
+PARTS = 4
+
+Info = dict[str, Any]
+
+
+def play(env: WidePlatesEnv, seed: int, policy_seed: int, parts: int = PARTS) -> list[Info]:
+    env.reset(seed=seed)
+    size = env.action_space.shape[0]
+    actions = np.random.default_rng(policy_seed).uniform(-1, 1, (parts, size)).astype(np.float32)
+    return [env.step(action)[4] for action in actions]
+
+
+def ground(env: WidePlatesEnv, parts: int = PARTS) -> GrindingRecord:
+    """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
+    drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
+    job = shop(env.task)
+    job = replace(job, wheel=replace(job.wheel, diamond_flat=float(drawn.wheels[0, -1])))
+    return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
+
+
+def survival(record: GrindingRecord, env: WidePlatesEnv) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Chance that each part is good where it is worst, written out from scenarios.md, section 2."""
+    part, kind, power = record.parts, env.task.kinds[0], env.task.machine.power_limit
+    rise = env.task.limits(kind).rise
+    worst = np.abs(part["size_error"]) + part["taper"] / 2
+    excess = [
+        (part["rise"] - rise) / 12,
+        (part["peak_power"] / power - 1) / 0.02,
+        (part["Ra"] / kind.roughness_limit - 1) / 0.04,
+        (worst - kind.tolerance) / 0.8,
+    ]
+    return np.asarray(np.prod([1 / (1 + np.exp(np.clip(each, -500, 500))) for each in excess], axis=0))
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
+def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
+    env = WidePlatesEnv(predress=predress)
+    infos = play(env, seed, policy_seed)
+    record, own = ground(env), env.record()
+    assert record.warnings == own.warnings == ()
+    for name in ("strokes", "dresses", "parts"):
+        assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name
+    parts = record.parts
+    good = survival(record, env)
+    dresses = [info["D"] + info.get("predress", 0.0) for info in infos]
+    assert parts["dresses"].tolist() == dresses
+    assert (record.dresses["cause"] == "pre").sum() == sum(info.get("predress", 0.0) for info in infos)
+    assert parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-12)
+    assert good == pytest.approx([info["good_parts"] for info in infos], rel=1e-6, abs=1e-12)
+    costs = parts["time_cost"] + parts["wheel_cost"] + parts["dress_cost"] + env.task.kinds[0].scrap * (1 - good)
+    assert costs == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
+
+
+def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
+    env = WidePlatesEnv()
+    env.reset(seed=0)
+    for block in range(env.task.blocks):
+        _, reward, terminated, truncated, info = env.step(np.array([0.2, -1.0], np.float32))
+        terms = info["reward_terms"]
+        assert sum(terms.values()) == pytest.approx(reward, rel=1e-12)
+        assert reward == pytest.approx(-info["block_cost"] / env.task.reference_cost, rel=1e-12)
+        assert (terminated, truncated) == (block == env.task.blocks - 1, False)
+        assert (terms["handover"] < 0.0) == terminated
+    with pytest.raises(ResetNeeded):
+        env.step(np.zeros(2, np.float32))
+
+
+def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
+    env = WidePlatesEnv(predress=True)
+    env.reset(seed=0)
+    assert env.episodes is not None
+    stock = f"{env.episodes.tape[0, 0, 1]:.3f}".lstrip("0").rstrip("0")
+    text = env.step(np.array([0.0, -0.2, 0.5], np.float32))[4]["block"]
+    assert text == f"G83.1 X330. I-30. Y-{stock} J-.02 Z35. K12. L0 F1500. E9487. P9100 D1"
+    plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"]
+    assert plain.startswith("G83 ") and plain.endswith(" E9487. P9100 D0")
+    assert text in env.part_program() and plain in env.part_program()
+
+
+def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
+    env = WidePlatesEnv()
+    kind = env.task.kinds[0]
+    env.reset(seed=0, options={"context": nominal_context(env.task)})
+    info = env.step(np.array([0.0, -1.0], np.float32))[4]
+    # one stroke to the primary point, then for each plunge three cross picks in 35 mm and one stroke at the end
+    strokes = 1 + round(kind.stock / kind.pick) * 4
+    v = info["E"] / 60.0
+    assert env.record().parts["strokes"].tolist() == [strokes]
+    assert info["seconds"] == pytest.approx(30.0 + strokes * (360.0 / v + v / 1000.0 + 0.15), rel=1e-9)
+    assert set(env.record().strokes["b"].round(6)) <= {0.0, 11.0, 12.0, 13.0, 25.0}
+    dressed = env.step(np.array([0.0, -0.3], np.float32))[4]
+    assert dressed["seconds"] - info["seconds"] == pytest.approx(env.task.dress_seconds, rel=1e-9)
+
+
+def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
+    env = WidePlatesEnv()
+    task, kind = env.task, env.task.kinds[0]
+    env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
+    assert env.episodes is not None
+    wheel, stock = WheelState(*env.episodes.wheels[0].tolist()), float(env.episodes.tape[0, 0, 1])
+    env.step(np.array([0.0, -1.0], np.float32))
+    # a strip has 1 mm; the wheel of 25 mm goes there by 12 mm and back by 12 mm, each from where it plunged
+    there, back = (0, 12, 24, 35), (35, 23, 11, 0)
+    S, Rs, reached = np.zeros(60), np.full(60, INITIAL_ROUGHNESS), np.zeros(60)
+    depths = [0.0, *np.minimum(kind.pick * np.arange(1, 20), stock)[: int(np.ceil(stock / kind.pick))]]
+    p, v = task.parameters(kind), 9487.0 / 60.0
+    for number, Z in enumerate(depths):
+        for edge in (there if number % 2 else back) if number else (0,):
+            wheel, *_ = grind_strips(wheel, S, Rs, reached, edge, edge + 25, Z, v, kind.width, kind.length, p)
+    part = env.record().parts[0]
+    assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)
+    assert part["taper"] == pytest.approx(1000.0 * np.ptp(S), rel=1e-9)
+    assert part["Ra"] == pytest.approx(Rs.mean(), rel=1e-9)
+
+
+def tapers(context: dict[str, float], D: int, parts: int = 8) -> np.ndarray[Any, np.dtype[np.float64]]:
+    env = WidePlatesEnv(action="dict")
+    nominal = {**nominal_context(env.task), "stock": 1.0, **context}
+    env.reset(seed=0, options={"context": nominal})
+    for _ in range(parts):
+        env.step({"E": np.array([12_000.0], np.float32), "D": D})
+    return np.asarray(env.record().parts["taper"])
+
+
+def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
+    plain = tapers({}, 0)
+    assert (plain > 0.5).all()
+    assert (np.diff(plain[1:]) > 0.0).all()
+    levels = [tapers({"kA": kA}, 0)[1:].mean() for kA in (0.25, 0.5, 1.0, 2.0, 4.0)]
+    assert (np.diff(levels) > 0.0).all()
+    by_dresses = [tapers({}, D)[1:].mean() for D in (0, 1, 2)]
+    assert (np.diff(by_dresses) < 0.0).all()
+
+
+def test_a_dress_lowers_the_taper_of_the_part() -> None:
+    env = WidePlatesEnv(predress=True)
+    env.reset(seed=0, options={"context": {**nominal_context(env.task), "kA": 3.0}})
+    for _ in range(6):
+        env.step(np.array([0.0, -1.0, -1.0], np.float32))
+    twin = copy.deepcopy(env)
+    env.step(np.array([0.0, -1.0, -1.0], np.float32))
+    twin.step(np.array([0.0, -1.0, 1.0], np.float32))
+    dull, sharp = env.record().parts["taper"], twin.record().parts["taper"]
+    assert dull[:-1].tolist() == sharp[:-1].tolist()
+    assert sharp[-1] < 0.9 * dull[-1]
+
+
+def test_taper_and_worst_size_are_read_after_every_part() -> None:
+    env = WidePlatesEnv()
+    observation, _ = env.reset(seed=3, options={"context": {"noise": 0.0}})
+    assert observation[-1] == 0.0 and env.observation_info()[-1].name == "taper"
+    for _ in range(3):
+        observation = env.step(np.array([0.3, -0.8], np.float32))[0]
+        seen = physical(observation, env.observation_info())
+        part = env.record().parts[-1]
+        assert seen["taper"] == pytest.approx(part["taper"], rel=1e-6)
+        assert seen["size_error"] == pytest.approx(part["size_error"] + part["taper"] / 2, rel=1e-5)
+        width_of_cut = env.record().strokes["b"][-1]
+        assert 0.0 < width_of_cut < 25.0
+
+
+def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
+    simulation = CrossSimulation(read_task("wide_plates"))
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)])
+    assert episodes.taper_noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
+    assert len(np.unique(episodes.taper_noise)) == episodes.taper_noise.size

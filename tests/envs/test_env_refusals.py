@@ -1,0 +1,171 @@
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
+
+from grind_env.envs.actions import ActionError
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.tasks import TaskError
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.errors import GrindError
+from tests.envs.harness import IDS, MODES, assert_same, native
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def refusal(error: type[Exception], function: Any, *args: Any, **kwargs: Any) -> str:
+    """The message of an error, which must be one line."""
+    with pytest.raises(error) as caught:
+        function(*args, **kwargs)
+    message = str(caught.value)
+    assert message and "\n" not in message
+    return message
+
+
+def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
+    for make in (GrindEnv, GrindVectorEnv):
+        assert "oracle6, power_limited" in refusal(TaskError, make, task="power-limited")
+        message = refusal(ActionError, make, action="continuous")
+        assert "'continuous'" in message and "box, multidiscrete, discrete, dict" in message
+        message = refusal(TaskError, make, observation="hidden")
+        assert "'hidden'" in message and "measured, full" in message
+        assert "'svg'" in refusal(TaskError, make, render_mode="svg")
+    message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
+    assert "'Sometimes'" in message
+    assert all(repr(mode.value) in message for mode in MODES)
+    assert "0" in refusal(TaskError, GrindVectorEnv, num_envs=0)
+    assert issubclass(TaskError, GrindError) and issubclass(ActionError, GrindError)
+
+
+BAD_ACTIONS: list[tuple[Any, str]] = [
+    (np.zeros(3), "shape"),
+    (np.zeros((1, 2)), "shape"),
+    (0.5, "shape"),
+    (None, "shape"),
+    ([0.1, [0.2]], "numbers"),
+    (["fast", "often"], "numbers"),
+    ({"E": 0.1, "D": 0.0}, "numbers"),
+    ([np.nan, 0.0], "nan for E"),
+    ([0.0, np.nan], "nan for D"),
+    ([0.0, np.inf], "inf for D"),
+    ([1.0001, 0.0], "1.0001 for E"),
+    ([0.0, -1.5], "-1.5 for D"),
+]
+
+
+bad_actions = pytest.mark.parametrize(("action", "part"), BAD_ACTIONS, ids=[str(action) for action, _ in BAD_ACTIONS])
+
+
+@bad_actions
+def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> None:
+    env, twin = GrindEnv(), GrindEnv()
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    assert part in refusal(ActionError, env.step, action)
+    good = np.zeros(2, np.float32)
+    assert_same(env.step(good), twin.step(good))
+    assert env.part_program() == twin.part_program()
+
+
+@bad_actions
+@pytest.mark.parametrize("mode", MODES)
+def test_a_bad_vector_action_is_refused_and_changes_nothing(mode: AutoresetMode, action: Any, part: str) -> None:
+    env, twin = (native("grind/PowerLimited-v0", 2, mode) for _ in range(2))
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    message = refusal(ActionError, env.step, [np.zeros(2), action])
+    assert part in message or "numbers" in message or "shape" in message
+    if "for" in part:
+        assert part in message and message.startswith("action 1 ")
+    good = np.zeros((2, 2), np.float32)
+    assert_same(env.step(good), twin.step(good))
+
+
+def test_actions_for_another_number_of_envs_are_refused() -> None:
+    env = native("grind/PowerLimited-v0", 2)
+    env.reset(seed=1)
+    for shape in ((2,), (1, 2), (3, 2), (2, 3), (2, 2, 1), (0, 2)):
+        message = refusal(ActionError, env.step, np.zeros(shape))
+        assert str(shape) in message and "(2, 2)" in message
+
+
+BAD_FORMS: list[tuple[str, Any, str]] = [
+    ("multidiscrete", [0.5, 0], "0.5 for E"),
+    ("multidiscrete", [24, 0], "24 for E"),
+    ("multidiscrete", [0, 4], "4 for D"),
+    ("multidiscrete", [0, -1], "-1 for D"),
+    ("multidiscrete", [np.nan, 0], "nan for E"),
+    ("multidiscrete", [0, 0, 0], "shape"),
+    ("discrete", 96, "96 for E and D"),
+    ("discrete", 1.5, "1.5 for E and D"),
+    ("discrete", -1, "-1 for E and D"),
+    ("discrete", [1, 2], "shape"),
+    ("dict", {"E": [2999.0], "D": 0}, "2999 for E"),
+    ("dict", {"E": [np.nan], "D": 0}, "nan for E"),
+    ("dict", {"E": [9000.0], "D": 0.5}, "0.5 for D"),
+    ("dict", {"E": [9000.0], "D": 4}, "4 for D"),
+    ("dict", {"E": [9000.0]}, "keys E, D"),
+    ("dict", {"E": [9000.0], "D": 0, "predress": 1}, "keys E, D"),
+    ("dict", {"E": [9000.0, 1.0], "D": 0}, "shapes E (1, 2)"),
+    ("dict", {"E": "fast", "D": 0}, "numbers"),
+    ("dict", [0.0, 0.0], "keys E, D"),
+]
+
+
+@pytest.mark.parametrize(("form", "action", "part"), BAD_FORMS)
+def test_a_bad_action_of_another_form_is_refused_alike_everywhere(form: str, action: Any, part: str) -> None:
+    env, twin = GrindEnv(action=form), GrindEnv(action=form)
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    message = refusal(ActionError, env.step, action)
+    assert part in message
+    good = env.action_space.sample()
+    assert_same(env.step(good), twin.step(good))
+    vector = native("grind/PowerLimited-v0", 1, action=form)
+    vector.reset(seed=1)
+    batch = {name: [value] for name, value in action.items()} if isinstance(action, dict) else [action]
+    assert refusal(ActionError, vector.step, batch) == message
+
+
+def test_stepping_out_of_turn_is_refused() -> None:
+    env = GrindEnv("oracle6")
+    refusal(ResetNeeded, env.step, np.zeros(2))
+    env.reset(seed=0)
+    for _ in range(6):
+        env.step(np.zeros(2))
+    refusal(ResetNeeded, env.step, np.zeros(2))
+    env.reset()
+    env.step(np.zeros(2))
+
+
+def test_stepping_a_vector_env_out_of_turn_is_refused() -> None:
+    for mode in MODES:
+        env = native("grind/Oracle6-v0", 2, mode)
+        refusal(ResetNeeded, env.step, np.zeros((2, 2)))
+        env.reset(options={"reset_mask": np.array([True, False])})
+        refusal(ResetNeeded, env.step, np.zeros((2, 2)))
+        env.reset(options={"reset_mask": np.array([False, True])})
+        env.step(np.zeros((2, 2)))
+    for _ in range(5):
+        env.step(np.zeros((2, 2)))
+    assert "episode 0" in refusal(ResetNeeded, env.step, np.zeros((2, 2)))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    assert "episode 1" in refusal(ResetNeeded, env.step, np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize(
+    "mask", [[True, False], None, np.zeros(2, bool), np.ones(2, int), np.ones(3, bool), np.ones((1, 2), bool)]
+)
+def test_a_bad_reset_mask_is_refused(mask: Any) -> None:
+    env = native("grind/Oracle6-v0", 2)
+    assert "(2,)" in refusal(GrindError, env.reset, options={"reset_mask": mask})
+
+
+def test_bad_seeds_are_refused() -> None:
+    env = native("grind/Oracle6-v0", 2)
+    assert "list of 2" in refusal(GrindError, env.reset, seed=[1, 2, 3])
+    for seed in (-1, [1, -1], 0.5, "one", [1, "two"]):
+        refusal((GrindError, gym.error.Error), env.reset, seed=seed)

@@ -1,0 +1,203 @@
+"""The part program of a random episode, run by `machine.grind`, gives what the environment gave, part by part.
+
+Two things the machine does not know, and so cannot give. It counts the way of the wheel from a rough block to the
+finish block of a part (up to 3 s), which the tasks leave out. It judges a part by the limits of its last block, while a
+task judges every block by its own. The test therefore compares times without that way, and works the survival of each
+part out from the strokes. Prices of new wheels and of lateness are the shop's and not the machine's.
+"""
+
+import importlib
+import itertools
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.envs.contexts import Fixed, Given, materials
+from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.program import CycleBlock, coming_block, conditions, job, part_program
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import Kind, load_task
+from grind_env.machine.cycle import CycleResult
+from grind_env.machine.grind import grind
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.cost import Limits
+from grind_env.process.state import WheelState
+from tests.envs.harness import Array, every_id
+
+PARTS = 5
+
+ELSEWHERE = {
+    "grind/Job-v0": "test_job_env",
+    "grind/Reciprocation-v0": "test_reciprocation_env",
+    "grind/Stroke-v0": "test_stroke_env",
+    "grind/WidePlates-v0": "test_cross_env",
+}
+"""Environments with programs of another form, and the modules that run these with `machine.grind`."""
+
+WITHOUT_PROGRAM = {"grind/Wen-v0"}
+
+
+def test_every_environment_is_covered() -> None:
+    assert {environment_id(name) for name in task_names()} | set(ELSEWHERE) & set(every_id()) | WITHOUT_PROGRAM == set(
+        every_id()
+    )
+    for env_id in set(ELSEWHERE) & set(every_id()):
+        module = importlib.import_module(f"tests.envs.{ELSEWHERE[env_id]}")
+        proofs = [
+            getattr(module, name) for name in dir(module) if name.startswith("test_") and "grinds_the_same" in name
+        ]
+        assert any(hasattr(proof, "hypothesis") for proof in proofs), env_id
+    for env_id in WITHOUT_PROGRAM:
+        assert not hasattr(gym.make(env_id).unwrapped, "part_program")
+
+
+class Episode:
+    """The first parts of a random episode, as the environment ran them and as `machine.grind` runs their program."""
+
+    def __init__(self, name: str, given: Given, seed: int, policy_seed: int, pre_dress: bool) -> None:
+        task = load_task(name)
+        simulation = Simulation(task)
+        episodes = simulation.start([np.random.default_rng(seed)], [given])
+        wheel, tape = WheelState(*episodes.wheels[0]), episodes.tape[0].copy()
+        rows = [TapeRow(*row) for row in tape]
+        ends = np.array([task.kinds[int(row.kind)].ends_part for row in rows])
+        count = int(np.flatnonzero(ends)[PARTS - 1]) + 1
+        rng = np.random.default_rng(policy_seed)
+        self.task, self.blocks, self.ends = task, list[CycleBlock](), ends[:count]
+        self.kinds: list[Kind] = [
+            replace(task.kinds[int(row.kind)], material=materials()[int(row.material)]) for row in rows[:count]
+        ]
+        outcomes, results = [], []
+        speeds = task.action.speed_levels or task.action.speed_range or ()
+        for _ in range(count):
+            E = np.floor(1000.0 * np.exp(rng.uniform(np.log(min(speeds)), np.log(max(speeds)), 1)))
+            D, dress = np.floor(rng.random(1) * 1.7), np.floor(rng.random(1) * 2.0) * pre_dress
+            self.blocks.append(coming_block(task, episodes, 0, E[0], D[0], dress[0]))
+            outcome, result = simulation.step(episodes, E, D, dress)
+            outcomes.append(outcome[0])
+            results.append(result[0])
+        self.outcome = Outcome(*np.array(outcomes).T)
+        self.result = CycleResult(*np.array(results).T)
+        shop = job(task, *(block.kind for block in self.blocks[: int(np.argmax(ends)) + 1]))
+        start = replace(shop.wheel, diamond_flat=wheel.wd, diameter=wheel.ds)
+        if task.start.wear_flat_area is not None:
+            start = replace(start, wear_flat_area=wheel.A, volume_since_dress=wheel.V)
+        self.record: GrindingRecord = grind(
+            read(part_program(task, self.blocks)),
+            replace(shop, wheel=start),
+            conditions=conditions(task, tape)[:PARTS],
+        )
+        self.final_wheel = WheelState(*episodes.wheels[0])
+
+    def by_part(self, values: Array) -> Array:
+        """Sums over the blocks of each part."""
+        return np.add.reduceat(values, np.concatenate([[0], np.flatnonzero(self.ends)[:-1] + 1]))
+
+    def by_block(self) -> list[Array]:
+        """The strokes of the record, block by block."""
+        strokes = self.record.strokes
+        lines, first = np.unique(strokes["line"], return_index=True)
+        return [strokes[strokes["line"] == line] for line in lines[np.argsort(first)]]
+
+    def changes(self) -> Array:
+        """Whether the wheel was changed after each block: the wheel of the next one is larger."""
+        diameters = [(strokes["ds"][0], strokes["ds"][-1]) for strokes in self.by_block()]
+        return np.array([after[0] > before[1] for before, after in itertools.pairwise(diameters)])
+
+
+def logistic(x: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-np.clip(x, -500.0, 500.0))))
+
+
+def survival(episode: Episode) -> list[float]:
+    """Probability that each part is good, from the strokes of the record and the limits of every block."""
+    good, whole, ground, deepest = [], 1.0, 0.0, 0.0
+    for block, kind, strokes in zip(episode.blocks, episode.kinds, episode.by_block(), strict=True):
+        limits = Limits(*episode.task.limits(kind))
+        if kind.starts_part:
+            whole, ground, deepest = 1.0, 0.0, 0.0
+        plunge = strokes["Z"] > np.maximum.accumulate(np.concatenate([[deepest], strokes["Z"]]))[:-1]
+        counts = (strokes["Z"].max() - strokes["Z"] <= 0.05 + DEPTH_TOLERANCE) | (kind.rise_allowance > 0.0)
+        deepest = strokes["Z"].max()
+        ground += strokes["ae"].sum()
+        whole *= 1.0 - logistic((strokes["T"][plunge & counts].max() - limits.rise) / 12.0)
+        whole *= 1.0 - logistic((strokes["power"].max() / limits.power - 1.0) / 0.02)
+        if limits.roughness > 0.0:
+            whole *= 1.0 - logistic((strokes["Ra"][-1] / limits.roughness - 1.0) / 0.04)
+        if limits.size > 0.0:
+            stock = block.surface + block.stock
+            whole *= 1.0 - logistic((abs(1000.0 * (stock - ground)) - limits.size) / 0.8)
+        if kind.ends_part:
+            good.append(whole)
+    return good
+
+
+@pytest.mark.parametrize("name", task_names())
+@settings(max_examples=25)
+@given(
+    seed=st.integers(0, 10_000),
+    policy_seed=st.integers(0, 10_000),
+    pre_dress=st.booleans(),
+    material=st.sampled_from([None, *range(len(materials()))]),
+    left=st.floats(0.1, 8.0),
+)
+def test_the_part_program_of_an_episode_grinds_the_same_parts(
+    name: str, seed: int, policy_seed: int, pre_dress: bool, material: int | None, left: float
+) -> None:
+    fixed = Fixed() if material is None else Fixed(material=float(material))
+    if load_task(name).wheel_change is not None:  # so that the wheel is changed within these parts
+        fixed = fixed._replace(executions_left=left)
+    episode = Episode(name, Given(fixed=fixed), seed, policy_seed, pre_dress)
+    task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
+    parts, last = record.parts, episode.ends
+    assert len(parts) == PARTS and not record.warnings
+    for block, strokes in enumerate(episode.by_block()):
+        assert len(strokes) == result.strokes[block]
+        assert strokes["power"].max() == pytest.approx(result.peak_power[block], rel=1e-9)
+        assert strokes["Ra"][-1] == pytest.approx(outcome.roughness[block], rel=1e-9)
+    assert parts["dresses"].tolist() == episode.by_part(result.dresses).tolist()
+    exact = {"rtol": 1e-9, "atol": 1e-9}
+    np.testing.assert_allclose(parts["size_error"], outcome.size_error[last], **exact)
+    np.testing.assert_allclose(parts["Ra"], outcome.roughness[last], **exact)
+    np.testing.assert_allclose(parts["worn"], episode.by_part(result.worn), **exact)
+    np.testing.assert_allclose(parts["dressed_off"], episode.by_part(result.dressed_off), **exact)
+    np.testing.assert_allclose(survival(episode), outcome.good[last], rtol=1e-7, atol=1e-12)
+    for term, cost in (("wheel_cost", outcome.wheel_cost), ("dress_cost", outcome.dress_cost)):
+        np.testing.assert_allclose(parts[term], episode.by_part(cost), **exact)
+    changed = outcome.change_cost > 0.0
+    assert episode.changes().tolist() == changed[:-1].tolist()
+    strokes = np.bincount(record.strokes["part"] - 1, record.strokes["seconds"], PARTS)
+    dresses = np.bincount(record.dresses["part"] - 1, record.dresses["seconds"], PARTS)
+    stops = task.setup.load + (task.wheel_change.seconds if task.wheel_change else 0.0) * episode.by_part(changed)
+    seconds = episode.by_part(outcome.seconds)
+    np.testing.assert_allclose(strokes + dresses + stops, seconds, rtol=1e-9, err_msg="seconds")
+    travel = parts["seconds"] - seconds
+    assert (np.abs(travel) < (1e-6 if all(last) else 3.0)).all() and (travel > -1e-6).all()
+    if all(last):
+        np.testing.assert_allclose(parts["survival"], outcome.good, rtol=1e-7, atol=1e-12)
+        np.testing.assert_allclose(parts["total_cost"], outcome.cost - outcome.late_cost, rtol=1e-9)
+    if not changed[-1]:
+        for field in ("ds", "A"):
+            np.testing.assert_allclose(record.strokes[field][-1], getattr(episode.final_wheel, field), rtol=1e-9)
+
+
+@pytest.mark.parametrize("within_a_part", [False, True])
+def test_the_wheel_changes_between_parts_and_within_one(within_a_part: bool) -> None:
+    found = set()
+    for seed in range(12):
+        episode = Episode("CBN", Given(fixed=Fixed(executions_left=3.5)), seed, seed, pre_dress=False)
+        found |= {episode.blocks[k].kind.ends_part for k in np.flatnonzero(episode.changes())}
+    assert (not within_a_part) in found
+
+
+def test_parts_of_several_kinds_and_materials_are_ground_in_one_run() -> None:
+    kinds = {kind.name for seed in range(12) for kind in Episode("rush", Given(), seed, seed, pre_dress=False).kinds}
+    assert len(kinds) == 3

@@ -1,0 +1,180 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from grind_env.machine.job import JobError, WheelStart
+from grind_env.machine.part import PartConditions
+from grind_env.machine.record import GrindingRecord
+from tests.machine.harness import CYCLE, HEAD, STROKE, job, run
+
+
+def test_loading_covers_the_time_until_the_first_cycle() -> None:
+    text = HEAD + CYCLE + "M30\n"
+    short, long = run(text, job(load=20.0)), run(text, job(load=50.0))
+    assert long.parts[0]["seconds"] - short.parts[0]["seconds"] == pytest.approx(30.0)
+    assert short.strokes["time"][0] == pytest.approx(20.0)
+    assert short.parts[0]["seconds"] == pytest.approx(20.0 + len(short.strokes) * STROKE, abs=1e-6)
+
+
+def test_a_long_approach_takes_its_own_time() -> None:
+    text = HEAD + "G04 P35.\n" + CYCLE + "M30\n"
+    approach = 35.0 + 2.0 * math.sqrt(30.0 / 1000.0)
+    record = run(text, job(load=20.0))
+    assert record.strokes["time"][0] == pytest.approx(approach)
+    assert record.parts[0]["seconds"] == pytest.approx(approach + len(record.strokes) * STROKE, abs=1e-6)
+
+
+def test_a_dress_takes_the_time_of_its_plan() -> None:
+    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
+    brief, slow = run(text, job(dress_setup=0.0)), run(text, job(dress_setup=100.0))
+    assert slow.parts[0]["seconds"] - brief.parts[0]["seconds"] == pytest.approx(200.0)
+    assert len(set(slow.dresses["seconds"])) == 1
+    gap = slow.strokes["time"][2] - slow.strokes["time"][1] - slow.strokes["seconds"][1]
+    assert list(slow.dresses["after"]) == [2, 4]
+    assert gap == pytest.approx(slow.dresses["seconds"][0], abs=1e-6)
+
+
+def test_parts_are_divided_at_m00() -> None:
+    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
+    text = HEAD + "M98 P500 L3\nG00 Y100.\nM30\nO500\n" + part + "M99\n"
+    record = run(text, job())
+    assert list(record.parts["part"]) == [1, 2, 3]
+    assert list(record.parts["strokes"]) == [8, 8, 8]
+    assert (np.bincount(record.strokes["part"])[1:] == 8).all()
+    first = record.strokes[record.strokes["number"] == 1]
+    assert (first["ae"] == 0.0).all()  # touched off: the surface is at Z 0 again
+    assert record.strokes["V"][-1] == pytest.approx(record.parts["S"].sum() * 200.0)
+    # the way up after the last part belongs to it
+    last = record.strokes[-1]
+    assert record.seconds > last["time"] + last["seconds"]
+    starts = np.cumsum(record.parts["seconds"]) - record.parts["seconds"]
+    assert record.strokes["time"][record.strokes["number"] == 1] == pytest.approx(starts + 20.0)
+
+
+def test_m00_before_the_first_part_only_loads_it() -> None:
+    record = run(HEAD + "M00\n" + CYCLE + "M30\n", job())
+    assert list(record.parts["part"]) == [1]
+
+
+def test_wear_is_compensated_by_touch_off_and_gauging() -> None:
+    part = CYCLE + "G80\nG00 Y0\nG00 X-30.\n"
+    for stop, compensated in (("", False), ("M01\n", True), ("M00\n", True)):
+        strokes = run(HEAD + part + stop + part + "M30\n", job()).strokes
+        second = strokes[np.flatnonzero(np.diff(strokes["line"]))[0] + 1]
+        assert second["ae"] == 0.0
+        assert bool(second["W"] == 0.0) is compensated
+
+
+def test_lots_change_what_a_part_is() -> None:
+    part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
+    text = HEAD + part + part + "M30\n"
+
+    def with_lot(factor: float) -> GrindingRecord:
+        lot = PartConditions(stock=0.075, factors={"kA": factor})
+        return run(text, job(), conditions=(PartConditions(), lot))
+
+    nominal, changed = run(text, job()), with_lot(10.0)
+    assert list(changed.parts["stock"]) == [0.1, 0.075]
+    assert changed.parts["size_error"] == pytest.approx(1000.0 * (changed.parts["stock"] - changed.parts["S"]))
+    same = nominal.strokes["part"] == 1
+    assert (changed.strokes[same] == nominal.strokes[same]).all()
+
+    def growth(record: GrindingRecord) -> float:
+        A = record.strokes["A"][record.strokes["part"] == 2]
+        return float(A[1] - A[0])
+
+    # growth of the wear flats is linear in kA, and the renewal that is taken off it does not depend on kA
+    assert growth(with_lot(3.0)) - growth(with_lot(2.0)) == pytest.approx(
+        growth(with_lot(2.0)) - growth(nominal), rel=1e-6
+    )
+    assert growth(changed) > 9.0 * growth(nominal)
+
+
+def test_conditions_are_checked() -> None:
+    with pytest.raises(JobError, match="did you mean RaRef"):
+        PartConditions(factors={"RaReff": 2.0})
+    with pytest.raises(JobError, match="stock is -1"):
+        PartConditions(stock=-1.0)
+    part = CYCLE + "G80\nM00\n"
+    with pytest.raises(JobError, match="more parts than the 1"):
+        run(HEAD + part + part + "M30\n", job(), conditions=(PartConditions(),))
+
+
+def test_start_state_of_the_wheel() -> None:
+    cycle = HEAD + CYCLE + "M30\n"
+    first = run(cycle, job()).strokes[0]
+    # dressed by O9100: Ud of depth 0.02 and lead 0.1 with a sharp diamond (model.md, section 4)
+    overlap = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2) / 0.1
+    assert first["A"] == pytest.approx(0.003 + 0.0022 * overlap, rel=1e-4)
+    assert first["ds"] == 300.0
+    start = WheelStart(diameter=280.0, wear_flat_area=0.03, volume_since_dress=200.0)
+    worn = run(cycle, job(wheel_start=start)).strokes[0]
+    assert (worn["A"], worn["V"], worn["ds"]) == (0.03, 200.0, 280.0)
+    coarse = run(cycle.replace("P9100", "").replace("L2", "L3"), job()).strokes[0]
+    assert coarse["A"] == pytest.approx(first["A"], rel=1e-4)
+
+
+def test_parts_of_several_kinds_are_ground_in_one_run() -> None:
+    cycle = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\n"
+    # the second part is of a soft steel, half as long, and lies 12.5 mm higher
+    higher = "G00 X-30. Y12.5\n" + CYCLE.replace("Y-.05", "Y12.45") + "G80\nG00 Y20.\n"
+    soft = job(material="aisi_1020", length=100.0, surface=12.5, scrap_cost=5.0, roughness_limit=1.0).part
+    kinds = (PartConditions(), PartConditions(part=soft, stock=0.05), PartConditions())
+    record = run(HEAD + cycle + "M00\n" + higher + "M00\n" + cycle + "M30\n", job(), conditions=kinds)
+    assert record.warnings == ()
+    assert [record.strokes["Lw"][record.strokes["part"] == k][0] for k in (1, 2, 3)] == [200.0, 100.0, 200.0]
+    assert record.parts["stock"].tolist() == [0.1, 0.05, 0.1]
+    assert np.allclose(record.parts["S"], 0.05, atol=0.005)
+    # the part is what it is by itself, with the wheel as the one before has left it, but for loading and waves
+    strokes = record.strokes[record.strokes["part"] == 1][-1]
+    start = WheelStart(diameter=strokes["ds"], wear_flat_area=strokes["A"], volume_since_dress=strokes["V"])
+    alone = run(HEAD + higher + "M30\n", dataclasses.replace(job(wheel_start=start), part=soft)).strokes
+    second = record.strokes[record.strokes["part"] == 2]
+    for name in ("Z", "ae", "power", "A", "V"):
+        assert second[name] == pytest.approx(alone[name], rel=0.01), name
+    hard = run(HEAD + higher + "M30\n", job(length=100.0, surface=12.5, wheel_start=start)).strokes
+    assert second["power"][3] < 0.95 * hard["power"][3]
+
+
+BATCH = HEAD + "M00\n".join(["G00 X-30. Y0\n" + CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\n"] * 3) + "M30\n"
+
+
+def test_a_worn_out_wheel_is_changed_when_the_part_is_taken_off() -> None:
+    small = WheelStart(diameter=220.1, diamond_flat=0.05)
+    worn = job(wheel_start=small)
+    asked = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=2400.0))
+    before, after = run(BATCH, worn), run(BATCH, asked)
+    assert len(before.warnings) == 1 and after.warnings == ()
+    # 0.08 mm of diameter to a dress: the second one takes it below 220 mm
+    diameters = [after.strokes["ds"][after.strokes["part"] == k] for k in (1, 2, 3)]
+    assert diameters[0].min() > 220.0 > diameters[1][-1] and diameters[2][0] == pytest.approx(300.0, abs=1e-3)
+    extra = after.parts["seconds"] - before.parts["seconds"]
+    assert extra == pytest.approx([0.0, 2400.0, 0.0], abs=1e-6)
+    # it is dressed by the dress of the program: the strokes before the first dress of part 1 and part 3 are alike
+    flats = [after.strokes["A"][after.strokes["part"] == k][0] for k in (1, 3)]
+    assert flats[1] == pytest.approx(flats[0], rel=0.05)
+
+
+def test_a_new_wheel_has_factors_of_its_own() -> None:
+    worn = job(wheel_start=WheelStart(diameter=220.01))
+    worn = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=0.0))
+    plain = run(BATCH, worn, conditions=(PartConditions(),) * 3)
+    rough = PartConditions(new_wheel_factors={"ra_scale": 1.5})
+    other = run(BATCH, worn, conditions=(rough,) * 3)
+    ratio = other.parts["Ra"] / plain.parts["Ra"]
+    assert ratio[0] == 1.0
+    assert (ratio[1:] > 1.2).all()
+
+
+def test_at_a_gauging_stop_the_wheel_is_changed_within_a_part() -> None:
+    two = "G00 X-30. Y0\n" + CYCLE.replace("P9100", "P9100 D1") + "{}" + CYCLE.replace("Y-.05", "Y-.08") + "M30\n"
+    worn = job(wheel_start=WheelStart(diameter=220.01))
+    worn = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=100.0))
+    strokes = run(HEAD + two.format("M01\n"), worn).strokes
+    lines = np.unique(strokes["line"])
+    assert strokes["ds"][strokes["line"] == lines[0]][-1] < 220.0
+    assert strokes["ds"][strokes["line"] == lines[1]][0] == pytest.approx(300.0, abs=1e-3)
+    # without a stop there is nobody to do it
+    assert run(HEAD + two.format(""), worn).strokes["ds"].max() < 221.0

@@ -1,0 +1,48 @@
+import csv
+from pathlib import Path
+
+import pytest
+
+from grind_env.machine.record import RecordError
+from tests.machine.harness import CYCLE, HEAD, job, run
+
+
+def test_csv_returns_every_number(tmp_path: Path) -> None:
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.csv")
+    with (tmp_path / "strokes.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == record.strokes.dtype.names
+    for name in record.strokes.dtype.names or ():
+        assert [float(row[name]) for row in rows] == list(record.strokes[name])
+    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
+
+
+def test_parquet_and_data_frame_return_every_number(tmp_path: Path) -> None:
+    import pandas
+
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.parquet")
+    pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / "strokes.parquet"), record.to_frame())
+    assert list(record.to_frame()["T"]) == list(record.strokes["T"])
+
+
+def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    for name in ("pandas", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    record = run(HEAD + CYCLE + "M30\n", job())
+    record.write(tmp_path / "strokes.csv")
+    with pytest.raises(RecordError, match="pandas"):
+        record.to_frame()
+    with pytest.raises(RecordError, match="pyarrow"):
+        record.write(tmp_path / "strokes.parquet")
+    assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
+
+
+@pytest.mark.parametrize("name", ["strokes.xlsx", "strokes", "no/such/strokes.csv"])
+def test_records_that_cannot_be_written(tmp_path: Path, name: str) -> None:
+    record = run(HEAD + CYCLE + "M30\n", job())
+    with pytest.raises(RecordError, match="strokes"):
+        record.write(tmp_path / name)
