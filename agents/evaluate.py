@@ -8,13 +8,19 @@ import numpy as np
 from agents.policy import Array, Policy, reveal
 from agents.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.contexts import SPLITS as CONTEXT_SPLITS
+from grind_env.envs.contexts import Given
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 
-SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
-"""First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one."""
+SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000, "test": 3_000_000}
+"""First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one; in `test` it is drawn from
+the test contexts, as by `env.reset(seed=..., options={"split": "test"})`."""
+
+CONTEXTS = {"test": Given(ranges=CONTEXT_SPLITS["test"])}
+"""What is given of the episodes of a split."""
 
 SPLIT_SIZE = 500_000
 
@@ -22,7 +28,7 @@ COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good",
 
 
 def episode_seeds(split: str, count: int) -> range:
-    """The first `count` seeds of `"training"`, `"validation"` or `"evaluation"`; no seed is in two of them.
+    """The first `count` seeds of one of `SPLITS`; no seed is in two of them.
 
     Raises:
         GrindError: if there is no such split, or if it has fewer seeds.
@@ -70,7 +76,13 @@ class Evaluation:
 
 def start_episodes(simulation: Simulation, seeds: Sequence[int]) -> Episodes:
     """The episodes of the seeds, at their first block."""
-    return simulation.start([np.random.default_rng(seed) for seed in seeds])
+    given = [CONTEXTS.get(split_of(seed), Given()) for seed in seeds]
+    return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
+
+
+def split_of(seed: int) -> str:
+    """The split that a seed belongs to, or the last one before it."""
+    return max((first, split) for split, first in SPLITS.items() if first <= max(seed, 0))[1]
 
 
 def evaluate(policy: Policy, task: Task, seeds: Sequence[int]) -> Evaluation:

@@ -3,13 +3,17 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from agents.bounds.hindsight import Hindsight
 from agents.bounds.planners import FullStateRule, ModelPredictive
 from agents.policy import Policy
+from agents.scripted.belief_rule import BeliefRule
+from agents.scripted.burn_line import BurnLine
+from agents.scripted.look_ahead import LookAhead
+from agents.scripted.roughness_gauge import RoughnessGauge
 from agents.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
-from agents.tuned import CONFIGS, ConfigError, arguments, read_tuned
+from agents.scripted.size_threshold import SizeThreshold
+from agents.tuned import CONFIGS, ConfigError, tuned_arguments
 from grind_env.envs.tasks import Task
 
 FIXED_PLANS = ("constant", "interval")
@@ -26,15 +30,21 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
     "constant_per_kind": ConstantPerKind,
+    "roughness_gauge": RoughnessGauge,
+    "size_threshold": SizeThreshold,
     "power_threshold": PowerThreshold,
+    "burn_line": BurnLine,
     "adaptive_rule": AdaptiveRule,
+    "belief_rule": BeliefRule,
+    "look_ahead": LookAhead,
     "full_state_rule": FullStateRule,
 }
 
 
 def policy_names(task: Task) -> list[str]:
     """Names of the policies of a task, from those that know least to those that know most."""
-    names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "power_threshold", "adaptive_rule"]
+    names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "roughness_gauge", "size_threshold"]
+    names += ["power_threshold", "burn_line", "adaptive_rule", "belief_rule", "look_ahead"]
     names += ["full_state_rule", "mpc", REFERENCE]
     return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
 
@@ -61,14 +71,5 @@ def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
     if name in UNTUNED:
         return UNTUNED[name](task)
     if name == "mpc":
-        return ModelPredictive(FullStateRule(**_tuned_arguments("full_state_rule", task, folder)))
-    return TUNED[name](**_tuned_arguments(name, task, folder))
-
-
-def _tuned_arguments(name: str, task: Task, folder: Path) -> dict[str, Any]:
-    tuned = read_tuned(task.name, folder)
-    if name not in tuned:
-        raise ConfigError(
-            f"{name} has no parameters in {folder / task.name}.toml: run `python -m agents tune --task {task.name}`"
-        )
-    return arguments(tuned[name].parameters)
+        return ModelPredictive(FullStateRule(**tuned_arguments("full_state_rule", task, folder)))
+    return TUNED[name](**tuned_arguments(name, task, folder))

@@ -1,4 +1,11 @@
-"""Interval estimates for policies compared on the same episodes."""
+"""Estimates and their bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
+
+A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
+et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
+interquartile mean, optimality gap, probability of improvement, performance profile, and a bootstrap that is stratified
+over tasks. Here the episodes are resampled as well, the same ones for all policies of a task, so that a policy of one
+run has an interval, too.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -10,6 +17,8 @@ Array = NDArray[np.float64]
 
 RESAMPLES = 4000
 COVERAGE = 0.95
+PERFECT = 100.0
+"""Score of the reference planner, from which the optimality gap is measured."""
 
 
 class Interval(NamedTuple):
@@ -31,11 +40,15 @@ def cost_per_good_part(cost: Array, good: Array) -> Array:
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
-    """100 (J_fix - J) / (J_fix - J_plan) with J the mean cost of an episode, along the last axis.
+    """The score of the mean costs of an episode, along the last axis; see `score_of_means`."""
+    return score_of_means(cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1))
+
+
+def score_of_means(J: Array, J_fix: Array, J_plan: Array) -> Array:
+    """100 (J_fix - J) / (J_fix - J_plan) with J the mean cost of an episode.
 
     0 is the best fixed plan, 100 the hindsight planner (scenarios, section 2); nan where these two cost the same.
     """
-    J, J_fix, J_plan = cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(J_fix == J_plan, np.nan, 100.0 * (J_fix - J) / (J_fix - J_plan))
 
@@ -60,6 +73,86 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
     n = samples[0].shape[0]
     index = np.random.default_rng(seed).integers(0, n, (resamples, n))
     values = statistic(*[sample[index] for sample in samples])
+    return percentile_interval(float(statistic(*samples)), values)
+
+
+def percentile_interval(value: float, draws: Array) -> Interval:
+    """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
-    low, high = np.percentile(values, [tail, 100.0 - tail])
-    return Interval(float(statistic(*samples)), float(low), float(high))
+    low, high = np.percentile(draws, [tail, 100.0 - tail])
+    return Interval(value, float(low), float(high))
+
+
+def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES) -> Array:
+    """Means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
+
+    Args:
+        values: shape (k, episodes); all k are resampled together.
+        seed: of the resampling.
+        resamples: their number.
+
+    Returns:
+        Shape (resamples, k).
+    """
+    n = values.shape[-1]
+    index = np.random.default_rng(seed).integers(0, n, (resamples, n))
+    counts = np.zeros((resamples, n))
+    np.add.at(counts, (np.arange(resamples)[:, None], index), 1.0)
+    return np.asarray(counts @ values.T / n)
+
+
+def resampled_runs(scores: Array, seed: int = 0) -> Array:
+    """Draw runs anew, with replacement, within each task: the stratified bootstrap of rliable.
+
+    Args:
+        scores: shape (resamples, runs, tasks), of every resample of the episodes, or the same ones repeated.
+        seed: of the resampling.
+    """
+    index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
+    return np.take_along_axis(scores, index, axis=1)
+
+
+def interquartile_mean(scores: Array) -> Array:
+    """Mean of the middle half of all runs, along the last two axes, (runs, tasks); a quarter is rounded down."""
+    runs = np.sort(scores.reshape(*scores.shape[:-2], -1), axis=-1)
+    cut = runs.shape[-1] // 4
+    return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
+
+
+def median_score(scores: Array) -> Array:
+    """Median over tasks of the mean over runs, along the last two axes, (runs, tasks)."""
+    return np.asarray(np.median(scores.mean(axis=-2), axis=-1))
+
+
+def mean_score(scores: Array) -> Array:
+    """Mean over runs and tasks, the last two axes."""
+    return np.asarray(scores.mean(axis=(-2, -1)))
+
+
+def optimality_gap(scores: Array) -> Array:
+    """How far scores fall short of `PERFECT`, on average, along the last two axes; what exceeds it does not count."""
+    return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
+
+
+def improvement(ours: Array, theirs: Array) -> Array:
+    """Probability that a run of ours beats one of theirs on a task drawn at random; an equal score counts half.
+
+    The mean over tasks of the Mann-Whitney U over the number of pairs. Shapes (..., runs, tasks); the numbers of runs
+    may differ.
+    """
+    difference = ours[..., :, None, :] - theirs[..., None, :, :]
+    return np.asarray((0.5 * (np.sign(difference) + 1.0)).mean(axis=(-3, -2, -1)))
+
+
+def performance_profile(scores: Array, levels: Array) -> Array:
+    """Share of the runs whose score is above each level.
+
+    Args:
+        scores: shape (..., runs, tasks).
+        levels: shape (L,).
+
+    Returns:
+        Shape (..., L).
+    """
+    runs = scores.reshape(*scores.shape[:-2], 1, -1)
+    return np.asarray((runs > levels[:, None]).mean(axis=-1))

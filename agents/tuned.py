@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.machine.record import write_atomically
 
@@ -52,6 +53,20 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
         return {name: Tuned(**table) for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items()}
     except (tomllib.TOMLDecodeError, TypeError) as error:
         raise ConfigError(f"{path} is damaged ({error}): tune again with --fresh") from error
+
+
+def tuned_arguments(name: str, task: Task, folder: Path = CONFIGS) -> dict[str, Any]:
+    """Keyword arguments of a policy, as tuned for the task.
+
+    Raises:
+        ConfigError: if the policy has not been tuned for the task yet.
+    """
+    tuned = read_tuned(task.name, folder)
+    if name not in tuned:
+        raise ConfigError(
+            f"{name} has no parameters in {folder / task.name}.toml: run `python -m agents tune --task {task.name}`"
+        )
+    return arguments(tuned[name].parameters)
 
 
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from agents.evaluate import start_episodes
+from agents.learning.saved import SUFFIX, load_policy
 from agents.policy import Policy, reveal, speed_bounds
 from agents.registry import make_policy
 from agents.scripted.rules import Fixed
@@ -64,16 +65,13 @@ class Film:
 
 
 def policy_of(text: str, task: Task, configs: Path = CONFIGS) -> Policy:
-    """The policy that a text names: one of the registry, a trained agent (.zip), or a constant such as `E12D0`.
+    """The policy that a text names: one of the registry, a trained agent (.safetensors), or a constant such as `E12D0`.
 
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E.
     """
-    if text.endswith(".zip"):
-        # torch takes seconds to load
-        from agents.learning.train import LearnedPolicy
-
-        return LearnedPolicy(Path(text), "trained agent (PPO)")
+    if text.endswith(SUFFIX):
+        return load_policy(Path(text), task=task, name="trained agent")
     if constant := FIXED.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
         low, high = (0.001 * bound for bound in speed_bounds(task))

@@ -1,160 +1,160 @@
-"""Training with Stable-Baselines3."""
+"""Training that survives: killed at any moment, the same command goes on where it was and ends in the same agent."""
 
 import hashlib
-import tempfile
-import zipfile
-from dataclasses import dataclass
+import inspect
+import shutil
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.utils import LinearSchedule
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
-from agents.learning.features import LearnerVecEnv, LearnerView
-from agents.policy import Decision, Sees
-from agents.provenance import code_hash
-from grind_env.envs.simulation import Episodes
+from agents.cells import RUNS, bare, behaviour, sources
+from agents.learning import algorithms, imitation, training_env
+from agents.learning.algorithms import attach_log, build
+from agents.learning.checkpoint import Training, checkpoint_path, read_checkpoint, remove_checkpoints, write_checkpoint
+from agents.learning.curve import curve_path, write_curve
+from agents.learning.saved import SUFFIX, save_policy
+from agents.learning.settings import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, Settings, settings_for
+from agents.learning.training_env import LearnerVecEnv
+from agents.learning.validation import LiveAgent, Validation
+from agents.learning.watch import Watch
+from agents.provenance import installed
+from agents.tuned import tuned_arguments
 from grind_env.envs.tasks import Task
-from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 
-TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
-"""First env seed (of the training split) and the distance between those of two training seeds."""
+POINTS = 24
+"""Points of the learning curve, and checkpoints, of a training."""
 
-LAST_SEED = 398
-"""Training seeds beyond it would reach into the validation split."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Training:
-    """Settings of PPO: many environments, large batches and few epochs, because the environment is fast."""
-
-    steps: int = 4_000_000
-    envs: int = 256
-    rollout: int = 60
-    batch: int = 3840
-    epochs: int = 6
-    learning_rate: float = 1e-3
-    discount: float = 0.97
-    gae_lambda: float = 0.90
-    entropy: float = 0.003
-    hidden: tuple[int, ...] = (128, 128)
-    worst_reward: float = -10.0
+LIBRARIES = ("torch", "stable_baselines3", "sb3_contrib", "numpy")
 
 
-def train_ppo(task: Task, seed: int, path: Path, training: Training | None = None) -> None:
-    """Train PPO and save it to `path` (.zip), atomically. The same seed gives the same agent.
+def trained_agent(
+    task: Task,
+    kind: str,
+    seed: int,
+    steps: int | None = None,
+    folder: Path = RUNS,
+    fresh: bool = False,
+    *,
+    quiet: bool = False,
+) -> Path:
+    """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the task's sub-folder of `folder`.
+
+    It is trained unless an agent of the same code, settings and seed is there. A training that was interrupted goes
+    on from its checkpoint. The learning curve lies beside the agent, the metrics for TensorBoard in
+    `<folder>/<task>/tensorboard/`.
 
     Args:
-        task: task to train on.
-        seed: of the network, the actions and the training episodes.
-        path: file to write; its folder is made.
-        training: settings.
+        task: to train on.
+        kind: of the agent; see `agents.learning.settings`.
+        seed: of the network, of what it draws, and of the training episodes.
+        steps: environment steps; by default those of the settings.
+        folder: of the results.
+        fresh: train even if the agent or a checkpoint is there.
+        quiet: show no progress.
+
+    Raises:
+        GrindError: if there is no such kind, its settings do not fit, or its checkpoint is damaged.
     """
-    training = Training() if training is None else training
-    # more threads are slower at this size, and on a busy machine by an order of magnitude
-    torch.set_num_threads(1)
-    env = LearnerVecEnv(
-        GrindVectorEnv(training.envs, task=task.name, observation="measured", autoreset_mode="SameStep"),
-        training.worst_reward,
-    )
-    model = PPO(
-        "MlpPolicy",
-        env,
-        n_steps=training.rollout,
-        batch_size=training.batch,
-        n_epochs=training.epochs,
-        learning_rate=LinearSchedule(training.learning_rate, 0.0, 1.0),
-        gamma=training.discount,
-        gae_lambda=training.gae_lambda,
-        ent_coef=training.entropy,
-        policy_kwargs={"net_arch": list(training.hidden)},
-        seed=seed,
-        device="cpu",
-    )
-    # after PPO has seeded it, the env gets seeds of its own, far from those of evaluation
-    env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)
-    with Progress(
-        TextColumn("training PPO"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[reward]}"),
-    ) as progress:
-        model.learn(training.steps, callback=_ProgressBar(progress, training.steps))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-        unfinished = Path(folder) / "model.zip"
-        model.save(unfinished)
-        unfinished.replace(path)
+    settings = settings_for(kind, task)
+    if steps is not None:
+        settings = replace(settings, steps=steps)
+    return train(task, kind, seed, settings, folder, fresh=fresh, quiet=quiet)
 
 
-def trained_agent(task: Task, seed: int, steps: int, folder: Path, fresh: bool = False) -> Path:
-    """The file of an agent, in the task's sub-folder of `folder`.
-
-    It is trained unless an agent of the same code, settings and seed is there, or `fresh` is asked for.
-    """
-    training = Training(steps=steps)
-    made_by = hashlib.sha256(f"{code_hash()} {task.name} {training} {seed}".encode()).hexdigest()[:12]
-    path = folder / task.name / f"ppo-{seed}-{made_by}.zip"
-    if fresh or not path.exists():
-        train_ppo(task, seed, path, training)
+def train(
+    task: Task, kind: str, seed: int, settings: Settings, folder: Path, *, fresh: bool = False, quiet: bool = False
+) -> Path:
+    """As `trained_agent`, with settings of one's own."""
+    if not 0 <= seed <= LAST_SEED or settings.envs > SEED_STRIDE:
+        raise GrindError(
+            f"the seed is {seed} and there are {settings.envs} environments, but training has seeds from 0 to"
+            f" {LAST_SEED} and at most {SEED_STRIDE} environments"
+        )
+    stem = folder / task.name / f"{kind}-{seed}-{fingerprint(task, kind, settings, seed)}"
+    path, checkpoint = stem.with_suffix(SUFFIX), checkpoint_path(stem)
+    log = stem.parent / "tensorboard" / stem.name
+    if fresh:
+        path.unlink(missing_ok=True)
+        remove_checkpoints(stem)
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # more threads are slower at this size, and on a busy machine by an order of magnitude
+        torch.set_num_threads(1)
+        if checkpoint.exists():
+            training = read_checkpoint(checkpoint)
+            attach_log(training.model, log)
+        else:
+            # what is left there is of a training that had no checkpoint yet
+            with suppress(FileNotFoundError):
+                shutil.rmtree(log)
+            training = Training(new_model(task, kind, seed, settings, log), [], {})
+        with Console(quiet=quiet) as console:
+            _finish(training, task, f"{task.name} {kind} {seed}", settings, checkpoint, console)
+        write_curve(curve_path(path), training.points)
+        save_policy(path, training.model, task, kind, settings)
+    remove_checkpoints(stem)
     return path
 
 
-class _ProgressBar(BaseCallback):
-    """Steps done and the mean reward of the last rollout."""
-
-    def __init__(self, progress: Progress, total: int) -> None:
-        super().__init__()
-        self.progress = progress
-        self.bar = progress.add_task("", total=total, reward="")
-
-    def _on_step(self) -> bool:
-        return True
-
-    def _on_rollout_end(self) -> None:
-        text = f"training reward {float(np.mean(self.locals['rollout_buffer'].rewards)):+.3f} a step"
-        self.progress.update(self.bar, completed=self.num_timesteps, reward=text)
+def new_model(task: Task, kind: str, seed: int, settings: Settings, log: Path | None = None) -> BaseAlgorithm:
+    """An agent that has not been trained, in its environment."""
+    env = LearnerVecEnv(task, settings.envs, settings.memory, settings.actions, settings.worst_reward)
+    model = build(settings, env, seed, log)
+    # after the algorithm has seeded it, the env gets seeds of its own, far from those of evaluation
+    env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)
+    return model
 
 
-class LearnedPolicy:
-    """A trained PPO agent as a policy; it sees measurements only and takes its most likely action.
+def _finish(training: Training, task: Task, title: str, settings: Settings, checkpoint: Path, console: Console) -> None:
+    """Train up to the last step."""
+    model = training.model
+    agent, validation = LiveAgent(model, settings.memory, settings.actions), Validation(task)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[news]}"))
+    with Progress(TextColumn(title), *columns, console=console) as progress:
+        bar = progress.add_task("", total=settings.steps, completed=model.num_timesteps, news="")
 
-    Args:
-        path: file written by `train_ppo`.
-        name: name in tables.
+        def show(steps: int, news: str) -> None:
+            progress.update(bar, completed=min(steps, settings.steps), news=news)
 
-    Raises:
-        GrindError: if the file is not there or holds no such agent.
-    """
+        watch = Watch(
+            training,
+            every=max(settings.steps // POINTS, 1),
+            validate=lambda: validation.score(agent),
+            keep=lambda: write_checkpoint(checkpoint, training),
+            show=show,
+        )
+        model.learn(
+            settings.steps - model.num_timesteps,
+            watch,
+            # episodes, which end together, or rollouts
+            log_interval=settings.envs if isinstance(model, OffPolicyAlgorithm) else 1,
+            reset_num_timesteps=model.num_timesteps == 0,
+        )
 
-    sees: Sees = "measurements"
 
-    def __init__(self, path: Path, name: str = "PPO") -> None:
-        if not path.is_file():
-            raise GrindError(f"there is no trained agent at {path}: run `python -m agents train` first")
-        self.name, self.path = name, path
-        try:
-            self.model = PPO.load(path, device="cpu")
-        except (ValueError, KeyError, RuntimeError, OSError, zipfile.BadZipFile) as error:
-            raise GrindError(f"{path} holds no agent that `python -m agents train` saved: train one anew") from error
-        self.view: LearnerView | None = None
+def fingerprint(task: Task, kind: str, settings: Settings, seed: int) -> str:
+    """Stands for all that decides what a training ends in."""
+    parts = [
+        sources(training_env.__name__),
+        bare(inspect.getsource(algorithms)),
+        *([] if settings.algorithm != "cloned_ppo" else [sources(imitation.__name__), the_expert(task)]),
+        behaviour(task),
+        task.reference_cost,
+        kind,
+        settings,
+        seed,
+        *(installed(library) for library in LIBRARIES),
+    ]
+    return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
 
-    def begin(self, task: Task, episodes: int) -> None:
-        """That many episodes of the task begin; a `GrindError` if the agent was trained on a task of other spaces."""
-        self.view = LearnerView(task)
-        spaces = (self.view.observation_space, self.view.action_space)
-        if (self.model.observation_space, self.model.action_space) != spaces:
-            raise GrindError(f"{self.path} was not trained for {task.name}: its observations or actions differ")
-        self.view.begin(episodes)
 
-    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming block."""
-        assert self.view is not None
-        actions, _ = self.model.predict(self.view.features(observation), deterministic=True)
-        return self.view.decide(np.asarray(actions))
+def the_expert(task: Task) -> str:
+    """Stands for the parameters of the planner that is cloned."""
+    return repr(tuned_arguments("full_state_rule", task))

@@ -1,49 +1,34 @@
 """Reference scores of a task: every policy on the evaluation episodes, `results/<task>.csv` and `scores.toml`."""
 
-import hashlib
 import io
 import sys
 from collections.abc import Mapping, Sequence
 from csv import writer
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents import policy
-from agents.benchmark import WIDTH, Row, better_plan, flat, kept_evaluation, rich_table, spread_names, table_rows
-from agents.bounds import dynamic_programming, hindsight, planners
-from agents.evaluate import Evaluation, episode_seeds, start_episodes
+from agents.cells import RUNS, kept_evaluation
+from agents.evaluate import Evaluation, episode_seeds
+from agents.policy import Policy
 from agents.provenance import ROOT, provenance
+from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.registry import REFERENCE, make_policy, policy_names
-from agents.scripted import estimator, rules
 from agents.tune import tune
 from agents.tuned import CONFIGS, write_whole
 from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.rows import Outcome
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
-EPISODES = 128
-PLANNED = 64
-"""Episodes of the policies in `PLANNERS` (scenarios, section 5)."""
-PLANNERS = ("mpc", REFERENCE)
+EPISODES = 256
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
 RESULTS = ROOT / "agents" / "results"
-RUNS = ROOT / "runs"
-
-SOURCES = (dynamic_programming, estimator, hindsight, planners, policy, rules)
-"""Modules that decide what a policy does."""
-PROBES = 4
 
 WEN = "wen"
 """A problem of one step, without a task file."""
-
-REWARD = Outcome._fields.index("reward")
 
 RATIO = ("slot",)
 """Tasks whose fixed plan and planner cost nearly the same: a score between the two would be noise."""
@@ -61,12 +46,11 @@ def score(
 ) -> list[Row]:
     """Tune what has not been tuned, run every policy, print the table and write it and the reference scores.
 
-    What a policy did is kept below `runs` and used again while its code, its parameters, the seeds and what the
-    simulation answers to a probe are the same.
+    What a policy did is kept below `runs`; see `agents.cells`.
 
     Args:
         name: name of the task.
-        episodes: evaluation episodes; planners plan half as many.
+        episodes: evaluation episodes.
         results: folder of the tables.
         runs: folder of what is kept.
         configs: folder of the tuned parameters.
@@ -77,19 +61,16 @@ def score(
     task = load_task(name)
     tune(name, evaluations=EVALUATIONS, folder=configs)
     policies = [make_policy(each, task, configs) for each in policy_names(task)]
-    code = behaviour(task)
-    found: dict[str, Evaluation] = {}
+    seeds, found = episode_seeds("evaluation", episodes), dict[str, Evaluation]()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         bar = progress.add_task(name, total=len(policies))
         for each in policies:
             progress.update(bar, description=f"{name}: {each.name}")
-            count = -(-episodes * PLANNED // EPISODES) if each.name in PLANNERS else episodes
-            seeds = episode_seeds("evaluation", count)
-            found[each.name] = kept_evaluation(each, task, seeds, runs / name / "scores", fresh=False, code=code)
+            found[each.name] = kept_evaluation(each, task, seeds, runs)
             progress.advance(bar)
     rows = table_rows(policies, found)
-    console.print(rich_table(rows, f"{task.title}: {episodes} episodes, planners on fewer"))
+    console.print(rich_table(rows, f"{task.title}: {episodes} evaluation episodes"))
     write_whole(results / f"{name}.csv", csv_text(task, rows, found))
     references = {**read_references(data), environment_id(name): reference_of(task, policies, found)}
     write_whole(data, write_text(references))
@@ -101,32 +82,12 @@ def score_wen(data: Path = FILE) -> None:
     write_whole(data, write_text({**read_references(data), environment_id(WEN): wen_reference()}))
 
 
-def scored_names() -> list[str]:
-    """Everything that has reference scores, the shortest episodes first."""
-    return [WEN, *sorted(task_names(), key=lambda name: load_task(name).blocks)]
+def scored_tasks() -> list[str]:
+    """Names of the tasks of G82 blocks, the shortest episodes first."""
+    return sorted(task_names(), key=lambda name: load_task(name).blocks)
 
 
-def behaviour(task: Task) -> str:
-    """Stands for all code that an evaluation follows from: the policies' own, and what the task answers to a probe.
-
-    A hash of the whole code would throw away an hour of planning for a comment.
-    """
-    digest = hashlib.sha256()
-    for module in SOURCES:
-        digest.update(Path(str(module.__file__)).read_bytes())
-    simulation = Simulation(task)
-    probe, state = rules.Random(), start_episodes(simulation, episode_seeds("training", PROBES))
-    probe.begin(task, PROBES)
-    for _ in range(task.blocks):
-        seen = simulation.observe(state)
-        outcomes, results = simulation.step(state, *probe.act(seen, None))
-        # the reward is in units of the reference cost, which is what this very program measures
-        for numbers in (seen, np.delete(outcomes, REWARD, axis=1), results):
-            digest.update(numbers.tobytes())
-    return digest.hexdigest()
-
-
-def reference_of(task: Task, policies: Sequence[policy.Policy], found: Mapping[str, Evaluation]) -> Reference:
+def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:
     """The reference scores of a task: anchors on the episodes of the planner, returns on all."""
     planned = len(found[REFERENCE].cost)
     measured = {each.name: found[each.name] for each in policies if each.sees == "measurements"}

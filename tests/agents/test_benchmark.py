@@ -1,29 +1,54 @@
-import csv
 import json
+import os
+import signal
+import subprocess
 import sys
+import time
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
 
-from agents import __main__, benchmark
-from agents.benchmark import kept_evaluation, table_rows
-from agents.evaluate import Evaluation
-from agents.scripted.rules import Fixed, Random
+from agents import __main__
+from agents.benchmark.judge import judged
+from agents.benchmark.measure import Measured, measure
+from agents.benchmark.plan import CORE, Cell, Request, chosen_tasks, planned
+from agents.benchmark.pool import KILLED, measure_all
+from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
+from agents.benchmark.trained import from_file
+from agents.evaluate import Evaluation, episode_seeds, evaluate
+from agents.learning.curve import Point
+from agents.registry import make_policy
+from agents.tuned import ConfigError
+from grind_env.envs.names import task_names
 from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
 
 ORACLE = load_task("oracle6")
-NAMES = ["random", "handbook", "constant", "interval", "constant_per_kind", "hindsight"]
+TINY = Request(episodes=3, test_episodes=2)
+QUIET = Console(quiet=True)
 
 
 def evaluation(*cost):
     n = len(cost)
-    return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 2), 9000.0), np.ones((n, 2)))
+    return Evaluation(np.array(cost), np.full(n, 2.0), np.full(n, 4.0), np.full((n, 2), 9000.0), np.ones((n, 2)))
 
 
-def compare(folder, **settings):
-    quiet = Console(quiet=True)
-    return benchmark.benchmark(ORACLE, NAMES, episodes=3, folder=folder, console=quiet, **settings)
+def found(policy, *cost, seed=None, task="oracle6", test=None, sees="measurements"):
+    return result_of(
+        Measured(
+            cell=Cell(task, policy, seed), sees=sees, evaluation=evaluation(*cost), test=test and evaluation(*test)
+        )
+    )
+
+
+ANCHORS = [
+    found("constant", 4.0, 6.0, test=(8.0,)),
+    found("interval", 5.0, 6.0, test=(3.0,)),
+    found("hindsight", 2.0, 2.0, test=(2.0,), sees="future"),
+]
 
 
 def run(monkeypatch, *arguments):
@@ -34,78 +59,220 @@ def run(monkeypatch, *arguments):
     return stopped.value.code or 0
 
 
-def test_the_table_is_anchored_at_the_better_fixed_plan():
-    costs = {"constant": (4.0, 6.0), "interval": (5.0, 6.0), "hindsight": (2.0, 2.0), "learned": (3.5, 3.5)}
-    results = {name: evaluation(*cost) for name, cost in costs.items()}
-    rows = {row.policy: row for row in table_rows([Fixed(9.0, 1, name=name) for name in costs], results)}
-    assert rows["constant"].score.value == 0.0
-    assert rows["hindsight"].score.value == 100.0
-    assert rows["interval"].score.value == pytest.approx(-100.0 / 6.0)
-    assert rows["learned"].score.value == 50.0
-    assert rows["learned"].cost.value == 3.5
-    assert (rows["learned"].speed, rows["learned"].executions, rows["learned"].scrap) == (9.0, 1.0, 0.0)
+def eventful(cell, request, advance):
+    """What may happen to a cell."""
+    if cell.policy == "mistake":
+        raise GrindError("this is\na mistake")
+    if cell.policy == "defect":
+        raise ValueError("this is a defect")
+    if cell.policy == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    print("a worker prints nothing")
+    advance(request.episodes)
+    return Measured(cell=cell, sees="measurements", evaluation=evaluation(1.0))
 
 
-def test_a_benchmark_repeats_bit_by_bit(tmp_path):
-    compare(tmp_path / "a")
-    compare(tmp_path / "b")
-    for name in ("benchmark.csv", "benchmark.md"):
-        assert (tmp_path / "a/oracle6" / name).read_bytes() == (tmp_path / "b/oracle6" / name).read_bytes()
-    with (tmp_path / "a/oracle6/benchmark.csv").open(encoding="utf-8") as file:
-        rows = {row["policy"]: row for row in csv.DictReader(file)}
-    assert list(rows) == NAMES
-    assert float(rows["hindsight"]["score"]) == 100.0
-    assert float(rows["interval"]["score"]) == 0.0
-    assert rows["random"]["seeds"] == "2000000..2000002"
+def endless(cell, request, advance):
+    """Work that lasts; it says who does it."""
+    (request.runs / cell.policy).write_text(str(os.getpid()), encoding="utf-8")
+    time.sleep(600.0)
 
 
-def test_a_benchmark_takes_up_finished_policies_and_runs_learned_ones(tmp_path, monkeypatch):
-    first = compare(tmp_path)
-    evaluated = []
-
-    def counted(policy, *arguments):
-        evaluated.append(policy.name)
-        return evaluate(policy, *arguments)
-
-    evaluate = benchmark.evaluate
-    monkeypatch.setattr(benchmark, "evaluate", counted)
-    rows = compare(tmp_path, learned=[Fixed(6.0, 1, name="PPO")])
-    assert evaluated == ["PPO"]
-    (learned,) = [row for row in rows if row.policy == "PPO"]
-    assert [row for row in rows if row is not learned] == first
-    assert learned.cost == rows[2].cost
-    assert [row.sees for row in rows] == sorted((row.sees for row in rows), key=benchmark.KNOWLEDGE.index)
-    evaluated.clear()
-    compare(tmp_path, fresh=True)
-    assert evaluated == NAMES
+def test_the_cells_of_a_plan():
+    cells = planned(chosen_tasks("slot, oracle6"), ["random", "constant_per_kind"], ["ppo", "dqn"], 2)
+    # a slot is of one kind of block
+    assert {cell for cell in cells if cell.seed is None} == {
+        *(Cell(task, name) for task in ("slot", "oracle6") for name in ("random", "constant", "interval", "hindsight")),
+        Cell("oracle6", "constant_per_kind"),
+    }
+    assert {cell for cell in cells if cell.seed is not None} == {
+        Cell(task, kind, seed) for task in ("slot", "oracle6") for kind in ("ppo", "dqn") for seed in (0, 1)
+    }
+    assert [cell.policy for cell in cells[:2]] == ["hindsight", "hindsight"]
+    assert len(cells) == len(set(cells))
 
 
-def test_what_is_kept_belongs_to_its_parameters_and_seeds(tmp_path):
-    def cost(policy, seeds):
-        return kept_evaluation(policy, ORACLE, seeds, tmp_path, fresh=False).cost
+def test_named_groups_of_tasks():
+    assert tuple(task.name for task in chosen_tasks("core")) == CORE
+    assert sorted(task.name for task in chosen_tasks("all")) == task_names()
+    assert [task.name for task in chosen_tasks("rush,rush")] == ["rush"]
 
-    first = cost(Random(seed=1), range(2))
-    assert not np.array_equal(cost(Random(seed=2), range(2)), first)
-    assert len(cost(Random(seed=2), range(3))) == 3
-    assert np.array_equal(cost(Random(seed=1), range(2)), first)
+
+@pytest.mark.parametrize(
+    ("policies", "kinds", "seeds", "sentence"),
+    [
+        (["no_such"], [], 1, "there is no policy 'no_such'"),
+        (None, ["no_such"], 1, "no_such"),
+        (None, ["ppo"], 400, "400 training seeds"),
+    ],
+)
+def test_a_plan_that_cannot_be(policies, kinds, seeds, sentence):
+    with pytest.raises(ConfigError, match=sentence):
+        planned([ORACLE], policies, kinds, seeds)
+
+
+def test_a_cell_is_what_an_evaluation_says(tmp_path):
+    measured = measure(Cell("oracle6", "adaptive_rule"), replace(TINY, runs=tmp_path))
+    policy = make_policy("adaptive_rule", ORACLE)
+    for split, run, count in (("evaluation", measured.evaluation, 3), ("test", measured.test, 2)):
+        expected = evaluate(policy, ORACLE, episode_seeds(split, count))
+        assert np.array_equal(run.cost, expected.cost)
+        assert np.array_equal(run.executions, expected.executions)
+    assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)
+    assert measure(Cell("oracle6", "random"), replace(TINY, runs=tmp_path, test_episodes=0)).test is None
+
+
+def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
+    cell, request = Cell("oracle6", "ppo", 1), replace(TINY, runs=tmp_path, steps=600)
+    first = measure(cell, request)
+    assert first.steps >= 600
+    assert first.train_seconds > 0.0
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
+    assert len(files) == 1
+    assert np.array_equal(measure(cell, request).evaluation.cost, first.evaluation.cost)
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")} == files
+    (path,) = files
+    agent = from_file(path, ORACLE, "ppo-1")
+    assert repr(agent) == repr(from_file(path, ORACLE, "ppo-1"))
+    assert repr(replace(agent, digest="other")) != repr(agent)
+
+
+def test_results_have_the_columns_of_the_issue():
+    names = {"task", "policy", "kind", "sees", "seed", "episodes", "cost_per_good_part", "cost_per_good_part_low"}
+    names |= {"score", "score_low", "score_high", "scrap", "E_mean", "E_p10", "E_p90", "D_mean", "dresses_per_part"}
+    assert names | {"train_seconds", "steps", "commit", "seeds", "python", "numpy", "torch"} <= set(COLUMNS)
+
+
+def test_the_numbers_of_a_row():
+    curve = tuple(
+        Point(steps=k, seconds=2.0 * k, reward=0.0, cost=0.0, score=score, environment=0.0, features=0.0, policy=0.0,
+              optimisation=0.0, aside=0.0)
+        for k, score in ((10, 50.0), (20, 96.0), (30, 100.0))
+    )  # fmt: skip
+    run = evaluation(3.0, 5.0)
+    run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]
+    row = result_of(Measured(cell=Cell("slot", "ppo", 3), sees="measurements", evaluation=run, curve=curve))
+    assert (row.kind, row.seed, row.episodes, row.test_episodes, row.test_scrap) == ("learned", 3, 2, 0, None)
+    assert (row.scrap, row.E_mean, row.E_p10, row.E_p90) == (0.5, 6.5, 5.3, 7.7)
+    assert (row.D_mean, row.dresses_per_part) == (1.0, 0.5)
+    assert (row.steps, row.train_seconds, row.seconds_to_95) == (30, 60.0, 40.0)
+    assert row.seeds == "2000000..2000001"
+    assert [found(name, 1.0).kind for name in ("handbook", "mpc", "hindsight")] == ["scripted", "planner", "planner"]
+
+
+def test_scores_are_anchored_at_the_better_fixed_plan_of_the_same_episodes():
+    rows = {each.policy: each for each in judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0, test=(2.5,))])}
+    assert rows["constant"].score == 0.0
+    assert rows["hindsight"].score == 100.0
+    assert rows["interval"].score == pytest.approx(-100.0 / 6.0)
+    assert (rows["ppo"].score, rows["ppo"].cost_per_good_part, rows["ppo"].cost_ratio) == (50.0, 1.75, 0.7)
+    # the other plan is better on the test contexts
+    assert (rows["ppo"].test_score, rows["interval"].test_score, rows["constant"].test_score) == (50.0, 0.0, -500.0)
+    # resamples: (3.5, 3.5) of constant (4, 4), (4, 6), (6, 6)
+    assert (rows["ppo"].score_low, rows["ppo"].score_high) == (25.0, pytest.approx(62.5))
+
+
+def test_without_an_anchor_there_is_no_score():
+    row, _ = judged([found("constant", 4.0, 6.0), found("ppo", 3.0, 3.0, seed=0)])
+    assert (row.score, row.score_low, row.cost_ratio) == (None, None, None)
+    assert row.cost_per_good_part == 2.5
+
+
+def test_results_are_read_as_they_were_written(tmp_path):
+    rows = judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0)])
+    write_results(rows, tmp_path)
+    again = read_results(tmp_path)
+    for old, new in zip(rows, again, strict=True):
+        assert all(np.array_equal(getattr(old, name), getattr(new, name)) for name in (*COLUMNS, "cost", "good"))
+    write_results(judged(again), tmp_path / "again")
+    for name in ("benchmark.csv", "benchmark.parquet"):
+        assert (tmp_path / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+    lines = (tmp_path / "benchmark.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0].split(",") == COLUMNS
+    assert len(lines) == 5
+    (tmp_path / "benchmark.parquet").write_bytes(b"damaged")
+    with pytest.raises(ConfigError, match="is damaged"):
+        read_results(tmp_path)
+
+
+def test_new_results_replace_old_ones():
+    old = [*ANCHORS, found("ppo", 3.0, 3.0, seed=0, test=(2.0,)), found("ppo", 3.0, 3.0, seed=1, test=(2.0,))]
+    new = [found("ppo", 2.0, 2.0, seed=1, test=(2.0,))]
+    costs = {each.key: each.cost.tolist() for each in merged([*old, found("random", 9.0, task="slot")], new)}
+    assert costs["oracle6", "ppo", 0] == [3.0, 3.0]
+    assert costs["oracle6", "ppo", 1] == [2.0, 2.0]
+    assert costs["slot", "random", None] == [9.0]
+    assert len(costs) == 6
+    # of three episodes: what is of two cannot stay beside it
+    assert [each.key for each in merged(old, [found("ppo", 1.0, 1.0, 1.0, seed=2)])] == [("oracle6", "ppo", 2)]
+
+
+def test_one_cell_that_fails_does_not_stop_the_others(capsys):
+    names = ["mistake", "good", "killed", "defect", "fine", "better"]
+    cells = [Cell("oracle6", name) for name in names]
+    measured, failed = measure_all(cells, TINY, 2, Console(width=100), eventful)
+    assert [each.cell.policy for each in measured] == ["good", "fine", "better"]
+    assert {cell.policy: sentence for cell, sentence in failed.items()} == {
+        "mistake": "this is a mistake",
+        "defect": "ValueError: this is a defect",
+        "killed": KILLED,
+    }
+    printed = capsys.readouterr().out
+    assert "oracle6 mistake: this is a mistake\n" in printed
+    assert "a worker prints nothing" not in printed
+
+
+def test_workers_end_with_a_killed_parent(tmp_path):
+    program = (
+        "from pathlib import Path; from rich.console import Console\n"
+        "from agents.benchmark.plan import Cell, Request; from agents.benchmark.pool import measure_all\n"
+        "from tests.agents.test_benchmark import endless\n"
+        "if __name__ == '__main__':\n"
+        f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
+        "    measure_all([Cell('slot', 'a'), Cell('slot', 'b')], request, 2, Console(quiet=True), endless)\n"
+    )
+    script = tmp_path / "script.py"
+    script.write_text(program, encoding="utf-8")
+    root = Path(__file__).parents[2]
+    parent = subprocess.Popen([sys.executable, script], cwd=root, env={**os.environ, "PYTHONPATH": str(root)})
+    names = [tmp_path / name for name in ("a", "b")]
+    wait_until(lambda: all(name.exists() and name.read_text(encoding="utf-8") for name in names))
+    workers = [int(name.read_text(encoding="utf-8")) for name in names]
+    parent.kill()
+    parent.wait()
+    wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
+
+
+def wait_until(condition, patience=120.0):
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_command_line(tmp_path, monkeypatch, capsys):
-    configs, runs = ("--configs", tmp_path / "configs"), ("--runs", tmp_path / "runs")
-    tiny = ("--task", "oracle6", "--episodes", 1)
-    assert run(monkeypatch, "tune", *tiny, *configs, "--evaluations", 10) == 0
-    assert (
-        run(monkeypatch, "benchmark", *tiny, *configs, *runs, "--agents", 0, "--policies", "handbook, adaptive_rule")
-        == 0
-    )
+    runs = ("--runs", tmp_path)
+    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", "--episodes", 3, "--test-episodes", 2, *runs)
+    assert run(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed
-    assert "hindsight" in printed
-    assert (tmp_path / "runs/oracle6/benchmark.md").exists()
-    assert run(monkeypatch, "evaluate", *tiny, *configs, "--policy", "constant", "--json") == 0
+    assert "3 paired episodes" in printed
+    first = read_results(tmp_path)
+    assert {each.policy for each in first} == {"handbook", "adaptive_rule", "constant", "interval", "hindsight"}
+    assert {each.policy: each.score for each in first}["hindsight"] == 100.0
+    csv = (tmp_path / "benchmark.csv").read_bytes()
+    assert run(monkeypatch, *tiny, "--policies", "handbook") == 0
+    assert (tmp_path / "benchmark.csv").read_bytes() == csv
+    assert run(monkeypatch, "benchmark", "--report", "--results", tmp_path) == 0
+    assert (tmp_path / "figures/cost.png").exists()
+
+
+def test_command_line_of_one_policy(tmp_path, monkeypatch, capsys):
+    evaluate = ("evaluate", "--task", "oracle6", "--episodes", 1, "--policy", "constant")
+    assert run(monkeypatch, *evaluate, "--json") == 0
     answer = json.loads(capsys.readouterr().out)
     assert (answer["E"], answer["D"], answer["split"]) == (6.0, 1.0, "evaluation")
-    assert run(monkeypatch, "evaluate", *tiny, *configs, "--policy", "constant") == 0
+    assert run(monkeypatch, *evaluate) == 0
     assert "$ per good part" in capsys.readouterr().out
 
 
@@ -116,7 +283,10 @@ def test_command_line(tmp_path, monkeypatch, capsys):
         (("evaluate", "--policy", "no_such"), "there is no policy 'no_such'"),
         (("evaluate", "--policy", "handbook", "--split", "no_such"), "there is no split 'no_such'"),
         (("evaluate", "--policy", "mpc", "--configs", "no_such"), "full_state_rule has no parameters in no_such"),
-        (("benchmark", "--agents", "0", "--policies", "no_such"), "there is no policy 'no_such'"),
+        (("benchmark", "--tasks", "no_such"), "there is no task 'no_such'"),
+        (("benchmark", "--policies", "no_such"), "there is no policy 'no_such'"),
+        (("benchmark", "--kinds", "no_such"), "no_such"),
+        (("benchmark", "--report", "--results", "no_such"), "there are no results in no_such"),
         (("tune", "--policies", "no_such"), "'no_such' cannot be tuned"),
     ],
 )
@@ -125,11 +295,3 @@ def test_a_users_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentenc
     message = capsys.readouterr().err
     assert sentence in message
     assert message.count("\n") == 1
-
-
-def test_a_damaged_file_is_made_anew(tmp_path):
-    first = kept_evaluation(Random(seed=1), ORACLE, range(2), tmp_path, fresh=False)
-    (path,) = tmp_path.glob("*.npz")
-    path.write_bytes(path.read_bytes()[:100])
-    again = kept_evaluation(Random(seed=1), ORACLE, range(2), tmp_path, fresh=False)
-    assert np.array_equal(first.cost, again.cost)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate, roll_out, start_episodes
+from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate, roll_out, split_of, start_episodes
 from agents.policy import (
     CHANGES,
     DUE,
@@ -64,11 +64,11 @@ def truth(seeds=(0, 1, 2)):
 
 def test_splits_have_no_seed_in_common():
     ranges = sorted((episode_seeds(split, SPLIT_SIZE) for split in SPLITS), key=lambda seeds: seeds.start)
-    assert len(ranges) == 3
+    assert len(ranges) == len(SPLITS) == 4
     assert all(a.stop <= b.start for a, b in itertools.pairwise(ranges))
 
 
-@pytest.mark.parametrize(("split", "count"), [("test", 1), ("training", 0), ("evaluation", SPLIT_SIZE + 1)])
+@pytest.mark.parametrize(("split", "count"), [("no_such", 1), ("training", 0), ("evaluation", SPLIT_SIZE + 1)])
 def test_seeds_that_do_not_exist(split, count):
     with pytest.raises(GrindError):
         episode_seeds(split, count)
@@ -92,6 +92,27 @@ def test_an_evaluation_is_what_the_environment_says():
     assert (result.speeds == 10000.0).all()
     assert (result.executions[0] == np.tile([0.0, 2.0], 30)).all()
     assert result.scrap == pytest.approx(1.0 - result.good.sum() / 120.0)
+
+
+def test_the_test_split_is_drawn_from_the_test_contexts():
+    seed = episode_seeds("test", 1)[0]
+    (cost,) = evaluate(handbook(TASK), TASK, [seed]).cost
+    env = gym.make("grind/PowerLimited-v0")
+    costs = {}
+    for split in ("test", "train", None):
+        env.reset(seed=seed, options={"split": split})
+        action = env.unwrapped.codec.encode(12000.0, 1)[0]
+        costs[split] = sum(env.step(action)[-1]["block_cost"] for _ in range(60))
+    assert cost == pytest.approx(costs["test"], rel=1e-12)
+    assert len(set(costs.values())) == 3
+
+
+@pytest.mark.parametrize(
+    ("seed", "split"),
+    [(0, "training"), (499_999, "training"), (500_000, "validation"), (2_499_999, "evaluation"), (3_000_000, "test")],
+)
+def test_the_split_of_a_seed(seed, split):
+    assert split_of(seed) == split
 
 
 def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():

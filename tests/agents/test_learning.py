@@ -1,21 +1,17 @@
-from pathlib import Path
-
 import gymnasium as gym
 import numpy as np
 import pytest
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
-from agents.__main__ import app
-from agents.evaluate import episode_seeds, evaluate
-from agents.learning.features import LearnerVecEnv, LearnerView
 from agents.learning.sb3_adapter import SB3VecEnv
-from agents.learning.train import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, LearnedPolicy, Training, train_ppo
+from agents.learning.training_env import LearnerVecEnv
+from agents.learning.view import LearnerView, Memory
+from grind_env.envs.rows import Outcome, reward_terms
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 
 TASK = load_task("power_limited")
-TINY = Training(steps=2 * 4 * 60, envs=4, batch=120, epochs=1, hidden=(8,))
 
 
 def native(envs: int = 3) -> GrindVectorEnv:
@@ -68,75 +64,71 @@ def test_the_adapter_refuses_other_autoreset_modes():
         SB3VecEnv(GrindVectorEnv(2))
 
 
-def test_features_are_those_of_the_episodes_one_by_one():
-    env = LearnerVecEnv(native(), worst_reward=-10.0)
+@pytest.mark.parametrize("memory", ["belief", "stack", "estimates"])
+def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
+    env = LearnerVecEnv(TASK, 3, memory)
     env.seed(11)
-    together = [env.reset()]
+    together, ends = [env.reset()], []
     actions = np.random.default_rng(1).integers(0, [24, 4], (70, 3, 2))
     for action in actions:
-        together.append(env.step(action)[0])
+        features, _, done, infos = env.step(action)
+        together.append(features)
+        ends += [info["terminal_observation"] for info in infos if "terminal_observation" in info]
+        assert done.any() == (len(together) == 61)
     for i in range(3):
-        alone = LearnerVecEnv(native(1), worst_reward=-10.0)
+        alone = LearnerVecEnv(TASK, 1, memory)
         alone.seed(11 + i)
         assert np.array_equal(alone.reset()[0], together[0][i])
+        view = LearnerView(TASK, memory)
+        view.begin(1)
+        plain = native(1)
+        view.features(plain.reset(seed=11 + i, options={"split": "train"})[0])
         for k, action in enumerate(actions):
-            assert np.array_equal(alone.step(action[i : i + 1])[0][0], together[k + 1][i])
+            features, _, done, infos = alone.step(action[i : i + 1])
+            assert np.array_equal(features[0], together[k + 1][i])
+            if k < 60:
+                decision = view.decide(action[i : i + 1])
+                seen, *_, info = plain.step(plain.codec.encode(decision.speeds, decision.executions))
+                last = view.features(np.stack(info["final_obs"].tolist()) if done[0] else seen)
+            if done[0]:
+                # what the memory shows of the last observation of the episode, not of the first of the next one
+                assert np.array_equal(infos[0]["terminal_observation"], last[0])
+                assert np.array_equal(ends[i], last[0])
 
 
 def test_the_reward_is_shifted_and_cut():
-    env, plain = LearnerVecEnv(native(), worst_reward=-2.0), native()
+    env, plain = LearnerVecEnv(TASK, 3, "estimates", worst_reward=-2.0), native()
     env.seed(5)
     env.reset()
-    plain.reset(seed=5)
-    view = LearnerView(TASK)
+    plain.reset(seed=5, options={"split": "train"})
+    view = LearnerView(TASK, "estimates")
     for action in np.random.default_rng(2).integers(0, [24, 4], (30, 3, 2)):
         decision = view.decide(action)
         rewards = plain.step(plain.codec.encode(decision.speeds, decision.executions))[1]
         assert env.step(action)[1] == pytest.approx(np.maximum(rewards + 1.0, -2.0), abs=1e-6)
 
 
-def test_training_is_reproducible_and_its_agent_sees_measurements_only(tmp_path: Path):
-    results = []
-    for name in ("one.zip", "two.zip"):
-        train_ppo(TASK, 3, tmp_path / name, TINY)
-        policy = LearnedPolicy(tmp_path / name)
-        assert policy.sees == "measurements"
-        results.append(evaluate(policy, TASK, episode_seeds("validation", 4)))
-    assert np.array_equal(results[0].cost, results[1].cost)
-    assert np.array_equal(results[0].speeds, results[1].speeds)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.zip", "two.zip"]
-
-
-def test_training_episodes_are_of_the_training_split():
-    last = TRAINING_SEEDS + SEED_STRIDE * LAST_SEED + Training().envs
-    assert last < episode_seeds("validation", 1)[0]
-    assert Training().envs <= SEED_STRIDE
-
-
-def test_no_agent_no_policy(tmp_path: Path):
-    with pytest.raises(GrindError, match="run `python -m agents train` first"):
-        LearnedPolicy(tmp_path / "none.zip")
-
-
-def test_a_file_that_is_no_agent_is_refused(tmp_path: Path):
-    path = tmp_path / "bad.zip"
-    path.write_bytes(b"no agent")
-    with pytest.raises(GrindError, match=r"bad\.zip holds no agent"):
-        LearnedPolicy(path)
-
-
-def test_an_agent_of_another_task_is_refused(tmp_path: Path):
-    path = tmp_path / "agent.zip"
-    train_ppo(load_task("oracle6"), 0, path, TINY)
-    with pytest.raises(GrindError, match="was not trained for power_limited"):
-        evaluate(LearnedPolicy(path), TASK, episode_seeds("validation", 2))
-
-
-def test_the_train_command_keeps_an_agent_of_the_same_settings(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    arguments = ["train", "--steps", "20", "--runs", str(tmp_path)]
-    app(arguments, standalone_mode=False)
-    (path,) = (tmp_path / "power_limited").glob("ppo-0-*.zip")
-    made = path.stat().st_mtime_ns
-    app(arguments, standalone_mode=False)
-    assert path.stat().st_mtime_ns == made
-    assert str(path) in capsys.readouterr().out
+def test_notes_are_the_means_of_what_the_environment_tells():
+    env, plain = LearnerVecEnv(TASK, 3, "estimates"), native()
+    env.seed(5)
+    env.reset()
+    plain.reset(seed=5, options={"split": "train"})
+    view = LearnerView(TASK, "estimates")
+    infos, decisions, finished = [], [], 0
+    for action in np.random.default_rng(4).integers(0, [24, 4], (40, 3, 2)):
+        decisions.append(view.decide(action))
+        infos.append(plain.step(plain.codec.encode(*decisions[-1]))[-1])
+        env.step(action)
+        finished += 3
+    notes = env.simulation.take_notes()
+    metrics = notes.metrics(TASK)
+    for name in reward_terms(TASK):
+        assert metrics[f"reward/{name}"] == pytest.approx(np.mean([info["reward_terms"][name] for info in infos]))
+    # in this task every block is a part
+    assert metrics["cost/part"] == pytest.approx(np.mean([info["block_cost"] for info in infos]))
+    assert metrics["parts/scrap_share"] == pytest.approx(1.0 - np.mean([info["good_parts"] for info in infos]))
+    assert metrics["actions/E_mean"] == pytest.approx(np.mean([each.speeds for each in decisions]) / 1000.0)
+    assert metrics["actions/D_mean"] == pytest.approx(np.mean([each.executions for each in decisions]))
+    assert metrics["actions/dress_share"] == pytest.approx(np.mean([each.executions > 0 for each in decisions]))
+    assert notes.totals[Outcome._fields.index("finished")] == finished
+    assert env.simulation.notes.blocks == 0

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents import __main__, benchmark
+from agents import __main__, cells
+from agents.cells import behaviour
 from agents.evaluate import Evaluation
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
-from agents.reference.scores import behaviour, mean_return, reference_of
+from agents.reference.scores import mean_return, reference_of
 from agents.reference.wen_scores import losses, optimum
 from agents.registry import make_policy, policy_names
 from agents.tuned import ConfigError
@@ -44,7 +45,7 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
         rows = {row["policy"]: row for row in csv.DictReader(file)}
     assert list(rows) == policy_names(ORACLE)
     assert {row["task"] for row in rows.values()} == {"oracle6"}
-    assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000001")
+    assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
     # scenarios, section 4.2: optimum 17.4850 $ for six parts
     assert scale.J_plan == pytest.approx(17.4850, rel=1e-3)
@@ -58,16 +59,16 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
 
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
-    evaluate = benchmark.evaluate
+    evaluate = cells.evaluate
 
     def counted(policy, *arguments):
         evaluated.append(policy.name)
         return evaluate(policy, *arguments)
 
-    monkeypatch.setattr(benchmark, "evaluate", counted)
+    monkeypatch.setattr(cells, "evaluate", counted)
     run(tmp_path)
     assert evaluated == policy_names(ORACLE)
-    (tmp_path / "runs/oracle6/scores/handbook.npz").unlink()
+    (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()
     evaluated.clear()
     run(tmp_path)
     assert evaluated == ["handbook"]

@@ -89,5 +89,5 @@ def test_policies_are_named_as_everywhere_or_as_a_constant() -> None:
         policy_of("E40D0", load_task("power_limited"))
     with pytest.raises(GrindError, match="there is no policy 'E9'"):
         policy_of("E9", TASK)
-    with pytest.raises(GrindError, match=r"there is no trained agent at nowhere\.zip"):
-        policy_of("nowhere.zip", TASK)
+    with pytest.raises(GrindError, match=r"there is no trained agent at nowhere\.safetensors"):
+        policy_of("nowhere.safetensors", TASK)

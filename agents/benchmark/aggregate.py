@@ -1,0 +1,105 @@
+"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021); see `agents.statistics`."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.benchmark.judge import CLIP, Sampled, is_ratio
+from agents.benchmark.results import Result
+from agents.benchmark.summary import tasks_of
+from agents.statistics import (
+    Array,
+    Interval,
+    improvement,
+    interquartile_mean,
+    mean_score,
+    median_score,
+    optimality_gap,
+    percentile_interval,
+    performance_profile,
+    resampled_runs,
+)
+
+SINGLE_KIND = {"constant_per_kind": "constant"}
+"""What stands for a policy in a task with one kind of block, where the two are the same."""
+
+MEASURES: dict[str, Callable[[Array], Array]] = {
+    "IQM": interquartile_mean,
+    "median": median_score,
+    "mean": mean_score,
+    "optimality gap": optimality_gap,
+}
+
+
+class Runs(NamedTuple):
+    """Clipped scores of a policy."""
+
+    scores: Array
+    """Shape (runs, tasks)."""
+    draws: Array
+    """Of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
+
+    def interval(self, measure: Callable[[Array], Array]) -> Interval:
+        """An aggregate and its interval."""
+        return percentile_interval(float(measure(self.scores)), measure(self.draws))
+
+
+def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
+    """The tasks that have a score: those with both anchors, which do not cost nearly the same."""
+    tasks = {name: Sampled(each for each in results if each.task == name) for name in tasks_of(results)}
+    return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
+
+
+def all_runs(results: Sequence[Result]) -> dict[str, Runs]:
+    """Scores of every policy that was run on all scored tasks.
+
+    Where tasks have different numbers of runs, the first ones of each are taken, as many as all of them have.
+    """
+    tasks = scored_tasks(results)
+    found: dict[str, Runs] = {}
+    for policy in dict.fromkeys(each.policy for each in results):
+        runs = [of.runs(policy) or of.runs(SINGLE_KIND.get(policy, policy)) for of in tasks.values()]
+        count = min(map(len, runs), default=0)
+        if not count:
+            continue
+        columns, draws = [], []
+        for of, numbers in zip(tasks.values(), runs, strict=True):
+            scores = of.scores()
+            assert scores is not None
+            columns.append(scores[0][numbers[:count]])
+            draws.append(scores[1][:, numbers[:count]])
+        clipped = np.maximum(np.stack(draws, axis=-1), CLIP)
+        # the runs of two policies are not paired, so each policy draws its own
+        drawn = resampled_runs(clipped, seed=1 + len(found))
+        found[policy] = Runs(np.maximum(np.stack(columns, axis=-1), CLIP), drawn)
+    return found
+
+
+def aggregates(runs: dict[str, Runs]) -> dict[str, dict[str, Interval]]:
+    """Every measure of every policy, the best policy first."""
+    found = {policy: {name: of.interval(measure) for name, measure in MEASURES.items()} for policy, of in runs.items()}
+    return dict(sorted(found.items(), key=lambda item: -item[1]["IQM"].value))
+
+
+def improvements(runs: dict[str, Runs], over: str) -> dict[str, Interval]:
+    """Probability that a run of each policy beats one of `over`."""
+    theirs = runs[over]
+    return {
+        policy: percentile_interval(
+            float(improvement(ours.scores, theirs.scores)), improvement(ours.draws, theirs.draws)
+        )
+        for policy, ours in runs.items()
+        if policy != over
+    }
+
+
+def profile(runs: Runs, levels: Array) -> tuple[Array, Array, Array]:
+    """Share of runs above each level, and the ends of its interval, each shape (levels,)."""
+    draws = np.array([performance_profile(runs.draws, levels[[k]])[:, 0] for k in range(len(levels))])
+    ends = [percentile_interval(0.0, each) for each in draws]
+    return (
+        performance_profile(runs.scores, levels),
+        np.array([each.low for each in ends]),
+        np.array([each.high for each in ends]),
+    )

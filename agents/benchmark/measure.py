@@ -1,0 +1,83 @@
+"""Measures one cell: trains the agent if there is none yet, and runs the policy through the episodes."""
+
+from dataclasses import dataclass
+
+from agents.benchmark.plan import Cell, Request
+from agents.benchmark.trained import from_file
+from agents.cells import Advance, kept_evaluation
+from agents.evaluate import Evaluation, episode_seeds
+from agents.learning.curve import Point, curve_path, read_curve, seconds_to
+from agents.policy import Policy, Sees
+from agents.registry import make_policy
+from grind_env.envs.tasks import load_task
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """What was found of a cell.
+
+    Attributes:
+        cell: the cell.
+        sees: what the policy sees.
+        evaluation: on the evaluation split.
+        test: on the test contexts, if asked for.
+        curve: learning curve of the agent; empty of a policy that is not trained.
+    """
+
+    cell: Cell
+    sees: Sees
+    evaluation: Evaluation
+    test: Evaluation | None = None
+    curve: tuple[Point, ...] = ()
+
+    @property
+    def steps(self) -> int | None:
+        """Training steps."""
+        return self.curve[-1].steps if self.curve else None
+
+    @property
+    def train_seconds(self) -> float | None:
+        """Wall time of the training."""
+        return self.curve[-1].seconds if self.curve else None
+
+    @property
+    def seconds_to_95(self) -> float | None:
+        """Wall time after which the validation score stays above 95 % of the final one."""
+        return seconds_to(self.curve) if self.curve else None
+
+
+def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: None) -> Measured:
+    """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
+
+    Args:
+        cell: what to measure.
+        request: how.
+        advance: called with the number of episodes of each chunk that is done.
+
+    Raises:
+        GrindError: if the policy has not been tuned, cannot be trained or does not fit the task.
+    """
+    task, curve = load_task(cell.task), []
+    policy: Policy
+    if cell.seed is None:
+        policy = make_policy(cell.policy, task, request.configs)
+    else:
+        # torch takes seconds to import
+        from agents.learning.train import trained_agent
+
+        path = trained_agent(task, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
+        policy = from_file(path, task, cell.name)
+        if curve_path(path).exists():
+            curve = read_curve(curve_path(path))
+
+    def run(split: str, count: int) -> Evaluation:
+        seeds = episode_seeds(split, count)
+        return kept_evaluation(policy, task, seeds, request.runs, fresh=request.fresh, advance=advance)
+
+    return Measured(
+        cell=cell,
+        sees=policy.sees,
+        evaluation=run("evaluation", request.episodes),
+        test=run("test", request.test_episodes) if request.test_episodes else None,
+        curve=tuple(curve),
+    )

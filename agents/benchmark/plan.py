@@ -1,0 +1,94 @@
+"""What a benchmark measures: a cell for each task, policy and training seed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from agents.cells import RUNS
+from agents.learning.settings import LAST_SEED, settings_for
+from agents.registry import FIXED_PLANS, REFERENCE, policy_names
+from agents.tuned import CONFIGS, ConfigError
+from grind_env.envs.names import task_names
+from grind_env.envs.tasks import Task, load_task
+
+CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job_shop")
+"""The core set of scenarios, section 8, and JobShop; the one-step problem of Wen has reference scores of its own."""
+FLAGSHIP = "power_limited"
+LONG = (REFERENCE, "mpc")
+"""Policies that take long to run."""
+EPISODES, TEST_EPISODES = 128, 64
+
+
+class Cell(NamedTuple):
+    """One policy on one task, of one training seed if it is trained."""
+
+    task: str
+    policy: str
+    seed: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.task} {self.name}"
+
+    @property
+    def name(self) -> str:
+        """Name of the policy, with its training seed."""
+        return self.policy if self.seed is None else f"{self.policy}-{self.seed}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """How cells are measured.
+
+    Attributes:
+        episodes: of the evaluation split.
+        test_episodes: of the test contexts; 0 for none.
+        steps: training steps; those of the kind by default.
+        runs: folder of what is kept.
+        configs: folder of the tuned parameters.
+        fresh: do again what is kept.
+    """
+
+    episodes: int = EPISODES
+    test_episodes: int = TEST_EPISODES
+    steps: int | None = None
+    runs: Path = RUNS
+    configs: Path = CONFIGS
+    fresh: bool = False
+
+
+def chosen_tasks(names: str) -> list[Task]:
+    """The tasks of a list with commas, of `core` or of `all`.
+
+    Raises:
+        GrindError: if there is no task of a name.
+    """
+    listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
+    return [load_task(name) for name in dict.fromkeys(listed)]
+
+
+def planned(tasks: Sequence[Task], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int) -> list[Cell]:
+    """The cells, those that take long first; the policies that anchor the score are always among them.
+
+    Args:
+        tasks: the tasks.
+        policies: names; where a task has no such policy, it is left out. All of a task by default.
+        kinds: of learned agents.
+        seeds: how many of each kind are trained, with seeds 0, 1, ...
+
+    Raises:
+        ConfigError: if no task has a policy of a name, there is no such kind, or there are too many seeds.
+    """
+    known = list(dict.fromkeys(name for task in tasks for name in policy_names(task)))
+    if unknown := set(policies or ()) - set(known):
+        raise ConfigError(f"there is no policy {min(unknown)!r}: choose from {', '.join(known)}")
+    if not 0 <= seeds <= LAST_SEED + 1:
+        raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
+    wanted = {*(known if policies is None else policies), *FIXED_PLANS, REFERENCE}
+    cells = []
+    for task in tasks:
+        for kind in kinds:
+            settings_for(kind, task)
+            cells += [Cell(task.name, kind, seed) for seed in range(seeds)]
+        cells += [Cell(task.name, name) for name in policy_names(task) if name in wanted]
+    return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))

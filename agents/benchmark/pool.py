@@ -1,0 +1,134 @@
+"""Measures many cells in processes side by side. One that fails does not stop the others."""
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from agents.benchmark.measure import Measured, measure
+from agents.benchmark.plan import Cell, Request
+
+Measure = Callable[[Cell, Request, Callable[[int], object]], Measured]
+Answer = Measured | str
+"""What was found, or one sentence on why nothing was."""
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+KILLED = "its process was killed; the same command goes on with it"
+
+
+class Worker(NamedTuple):
+    """A process, and the pipe through which it gets cells and sends episodes done and answers."""
+
+    process: SpawnProcess
+    pipe: "Connection[object, object]"
+
+
+def measure_all(
+    cells: Sequence[Cell], request: Request, jobs: int, console: Console, work: Measure = measure
+) -> tuple[list[Measured], dict[Cell, str]]:
+    """Measure cells, `jobs` of them at a time.
+
+    Args:
+        cells: in the order in which they are begun.
+        request: how.
+        jobs: number of processes; each calculates on one thread.
+        console: shows how far they are, and why a cell failed.
+        work: what measures a cell.
+
+    Returns:
+        What was found, in the order of the cells, and one sentence of each cell that failed.
+    """
+    # the libraries of the workers read it when they are loaded
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    answers: dict[Cell, Answer] = {}
+    waiting = list(cells)
+    idle: list[Worker] = []
+    busy: dict[Worker, tuple[Cell, TaskID]] = {}
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        total = progress.add_task("cells", total=len(cells))
+        try:
+            while waiting or busy:
+                while waiting and len(busy) < jobs:
+                    idle = [worker for worker in idle if worker.process.is_alive()]
+                    worker = idle.pop() if idle else _start(work, request)
+                    cell = waiting.pop(0)
+                    worker.pipe.send(cell)
+                    episodes = request.episodes + request.test_episodes
+                    busy[worker] = cell, progress.add_task(str(cell), total=episodes)
+                ready = wait([worker.pipe for worker in busy])
+                for worker in [worker for worker in busy if worker.pipe in ready]:
+                    cell, bar = busy[worker]
+                    message = _received(worker)
+                    if isinstance(message, int):
+                        progress.advance(bar, message)
+                        continue
+                    del busy[worker]
+                    idle.append(worker)
+                    answers[cell] = message
+                    if isinstance(message, str):
+                        console.print(f"{cell}: {message}", highlight=False, markup=False, soft_wrap=True)
+                    progress.remove_task(bar)
+                    progress.advance(total)
+        finally:
+            for worker in [*idle, *busy]:
+                worker.process.terminate()
+                worker.process.join()
+    found = [answer for cell in cells if isinstance(answer := answers[cell], Measured)]
+    return found, {cell: answer for cell, answer in answers.items() if isinstance(answer, str)}
+
+
+def _start(work: Measure, request: Request) -> Worker:
+    ours, theirs = multiprocessing.Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=_serve, args=(theirs, work, request))
+    process.start()
+    # only the worker holds it now: the pipe ends when the worker does
+    theirs.close()
+    return Worker(process, ours)
+
+
+def _received(worker: Worker) -> Answer | int:
+    """The next message of a worker: episodes done, or the answer."""
+    try:
+        message = worker.pipe.recv()
+    except (EOFError, OSError):
+        worker.process.join()
+        return KILLED
+    assert isinstance(message, int | str | Measured)
+    return message
+
+
+def _serve(pipe: "Connection[object, object]", work: Measure, request: Request) -> None:
+    """Measure cells, print nothing, and end with the parent, however that ends."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        while True:
+            cell = pipe.recv()
+            assert isinstance(cell, Cell)
+            try:
+                pipe.send(work(cell, request, pipe.send))
+            # whatever goes wrong in one cell must not stop the others
+            except Exception as error:
+                pipe.send(sentence(error))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+def sentence(error: Exception) -> str:
+    """What to tell the user about a cell that failed."""
+    text = " ".join(str(error).split())
+    known = type(error).__module__.partition(".")[0] in ("grind_env", "agents")
+    return text if known else f"{type(error).__name__}: {text}"

@@ -1,0 +1,199 @@
+"""The table of results: one row a cell, with all it was made with; Parquet holds the episodes, too, CSV does not."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow
+from numpy.typing import NDArray
+from pyarrow import parquet
+
+from agents.benchmark.measure import Measured
+from agents.evaluate import Evaluation, episode_seeds
+from agents.provenance import provenance
+from agents.statistics import Array
+from agents.tuned import ConfigError, write_whole
+from grind_env.machine.record import write_atomically
+
+Episodes = NDArray[np.float32]
+
+PARQUET, CSV = "benchmark.parquet", "benchmark.csv"
+PLANNERS = ("mpc", "hindsight")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Result:
+    """One row. Intervals are 95 %, over the episodes; what a policy has not is None."""
+
+    task: str
+    policy: str
+    kind: str
+    """`scripted`, `planner` or `learned`."""
+    sees: str
+    seed: int | None
+    """Training seed."""
+    episodes: int
+    cost_per_good_part: float | None = None
+    """$."""
+    cost_per_good_part_low: float | None = None
+    cost_per_good_part_high: float | None = None
+    score: float | None = None
+    """0 is the better fixed plan, 100 the hindsight planner; noise where these cost the same: see `cost_ratio`."""
+    score_low: float | None = None
+    score_high: float | None = None
+    cost_ratio: float | None = None
+    """Cost of an episode over that of the better fixed plan."""
+    cost_ratio_low: float | None = None
+    cost_ratio_high: float | None = None
+    scrap: float
+    """Share of the parts."""
+    E_mean: float
+    """m/min, over all blocks; as its percentiles."""
+    E_p10: float
+    E_p90: float
+    D_mean: float
+    """Dress executions a block."""
+    dresses_per_part: float
+    test_episodes: int
+    """On the test contexts, as the columns that follow."""
+    test_cost_per_good_part: float | None = None
+    test_cost_per_good_part_low: float | None = None
+    test_cost_per_good_part_high: float | None = None
+    test_score: float | None = None
+    test_score_low: float | None = None
+    test_score_high: float | None = None
+    test_cost_ratio: float | None = None
+    test_cost_ratio_low: float | None = None
+    test_cost_ratio_high: float | None = None
+    test_scrap: float | None
+    steps: int | None
+    """Of the training."""
+    train_seconds: float | None
+    seconds_to_95: float | None
+    """Seconds after which the validation score stays above 95 % of the final one."""
+    seeds: str
+    commit: str
+    python: str
+    grind_env: str
+    numpy: str
+    numba: str
+    stable_baselines3: str
+    torch: str
+    cost: Episodes
+    """$ of every episode, shape (episodes,); single precision."""
+    good: Episodes
+    """Expected good parts of every episode."""
+    test_cost: Episodes
+    test_good: Episodes
+
+    @property
+    def key(self) -> tuple[str, str, int | None]:
+        """What it is a result of."""
+        return self.task, self.policy, self.seed
+
+
+EPISODES = ("cost", "good", "test_cost", "test_good")
+COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
+WHOLE, TEXT = ("seed", "episodes", "test_episodes", "steps"), ("task", "policy", "kind", "sees")
+FACTS = COLUMNS[COLUMNS.index("seeds") :]
+
+
+def column_type(name: str) -> Any:
+    """Type of a column."""
+    if name in EPISODES:
+        return pyarrow.list_(pyarrow.float32())
+    if name in (*TEXT, *FACTS):
+        return pyarrow.string()
+    return pyarrow.int64() if name in WHOLE else pyarrow.float64()
+
+
+SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(Result)])
+
+
+def result_of(measured: Measured) -> Result:
+    """The row of a cell, without what depends on other cells; see `judge.judged`."""
+    cell, run, test = measured.cell, measured.evaluation, measured.test
+    speeds = run.speeds / 1000.0
+    low, high = np.percentile(speeds, [10.0, 90.0])
+    facts: dict[str, Any] = dict(provenance(episode_seeds("evaluation", len(run.cost))))
+    return Result(
+        task=cell.task,
+        policy=cell.policy,
+        kind="learned" if cell.seed is not None else "planner" if cell.policy in PLANNERS else "scripted",
+        sees=measured.sees,
+        seed=cell.seed,
+        episodes=len(run.cost),
+        scrap=run.scrap,
+        E_mean=float(speeds.mean()),
+        E_p10=float(low),
+        E_p90=float(high),
+        D_mean=float(run.executions.mean()),
+        dresses_per_part=float(run.executions.sum() / run.finished.sum()),
+        test_episodes=0 if test is None else len(test.cost),
+        test_scrap=None if test is None else test.scrap,
+        steps=measured.steps,
+        train_seconds=measured.train_seconds,
+        seconds_to_95=measured.seconds_to_95,
+        **facts,
+        cost=single(run, "cost"),
+        good=single(run, "good"),
+        test_cost=single(test, "cost"),
+        test_good=single(test, "good"),
+    )
+
+
+def single(run: Evaluation | None, name: str) -> Episodes:
+    """A number of every episode in single precision; of no episode if there is no run."""
+    values: Array = np.zeros(0) if run is None else getattr(run, name)
+    return values.astype(np.float32)
+
+
+def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
+    """New results in place of old ones; old ones of other episodes of the same task cannot be compared, and go."""
+    episodes = {each.task: (each.seeds, each.test_episodes) for each in new}
+    replaced = {each.key for each in new}
+    kept = [
+        each
+        for each in old
+        if each.key not in replaced and episodes.get(each.task, episodes_of(each)) == episodes_of(each)
+    ]
+    return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
+
+
+def episodes_of(result: Result) -> tuple[str, int]:
+    """Which episodes a result is of."""
+    return result.seeds, result.test_episodes
+
+
+def read_results(folder: Path) -> list[Result]:
+    """The results in a folder; none if it holds none.
+
+    Raises:
+        ConfigError: if the file is damaged.
+    """
+    path = folder / PARQUET
+    if not path.exists():
+        return []
+    try:
+        rows: list[dict[str, Any]] = parquet.read_table(path, schema=SCHEMA).to_pylist()
+        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
+    except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
+        reason = str(error).partition("\n")[0]
+        raise ConfigError(f"{path} is damaged ({reason}): delete it and run the benchmark again") from error
+
+
+def write_results(results: Sequence[Result], folder: Path) -> None:
+    """Write both files, each whole or not at all; the folder is made."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for each in results:
+        writer.writerow("" if (value := getattr(each, name)) is None else value for name in COLUMNS)
+    write_whole(folder / CSV, text.getvalue())
+    rows = [{name: getattr(each, name) for name in SCHEMA.names} for each in results]
+    table = pyarrow.Table.from_pylist(rows, SCHEMA)
+    write_atomically(folder / PARQUET, lambda path: parquet.write_table(table, path, compression="zstd"))

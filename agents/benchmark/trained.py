@@ -1,0 +1,39 @@
+"""A trained agent among the policies of a benchmark."""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.learning.saved import load_policy
+from agents.policy import Decision, Policy, Sees
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+
+
+@dataclass
+class Trained:
+    """A trained agent that goes by the hash of its file, so that what is kept of it belongs to these very weights."""
+
+    name: str
+    digest: str
+    policy: Policy = field(repr=False)
+    sees: Sees = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.sees = self.policy.sees
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """That many episodes begin."""
+        self.policy.begin(task, episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Decide the coming block."""
+        return self.policy.act(observation, episodes)
+
+
+def from_file(path: Path, task: Task, name: str) -> Trained:
+    """The trained agent in a file."""
+    return Trained(name, hashlib.sha256(path.read_bytes()).hexdigest(), load_policy(path, task=task, name=name))

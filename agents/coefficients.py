@@ -1,0 +1,134 @@
+"""The parameters of the scripted policies as a search sees them."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from agents.tuned import Parameters
+from grind_env.envs.tasks import Task
+
+DIGITS = 5
+
+
+class Coefficient(NamedTuple):
+    """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
+
+    `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task;
+    `needs` is the table of a task without which the parameter has no meaning.
+    """
+
+    name: str
+    start: float
+    step: float
+    positive: bool = False
+    by_kind: bool = False
+    whole: bool = False
+    most: float = np.inf
+    needs: str | None = None
+
+    def size(self, task: Task) -> int:
+        """How many entries of the search vector it takes: none if the task lacks what it needs."""
+        if self.needs is not None and getattr(task, self.needs) is None:
+            return 0
+        return len(task.kinds) if self.by_kind else 1
+
+    def value(self, z: float, executions: int) -> float:
+        """The parameter at z, as it stands in the file; `executions` is the most of the task."""
+        change = self.step * z
+        value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
+        return int(np.clip(np.rint(value), 0, executions)) if self.whole else rounded(min(value, self.most))
+
+
+SHARPNESS = (
+    Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+    Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
+    Coefficient("gA", -0.3, 0.2),
+    Coefficient("gF", 0.0, 0.1),
+    Coefficient("gH", 0.0, 0.1),
+    Coefficient("wV", 0.0, 0.2),
+    Coefficient("wH", 0.5, 0.2),
+    Coefficient("gP", 0.0, 0.1, needs="due"),
+    Coefficient("wP", 0.0, 0.1, needs="due"),
+    Coefficient("gB", 0.0, 0.1, needs="wheel_change"),
+    Coefficient("wB", 0.0, 0.1, needs="wheel_change"),
+)
+RULES: dict[str, tuple[Coefficient, ...]] = {
+    "constant_per_kind": (
+        Coefficient("E", 12.0, 0.4, positive=True, by_kind=True),
+        Coefficient("D", 0.5, 0.5, by_kind=True, whole=True),
+    ),
+    "roughness_gauge": (
+        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
+        Coefficient("upper", 0.8, 0.2, positive=True, by_kind=True),
+        Coefficient("near", 0.9, 0.2, positive=True),
+        Coefficient("slowing", 0.5, 0.5, positive=True),
+    ),
+    "size_threshold": (
+        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
+        Coefficient("share", 0.5, 0.3, positive=True, by_kind=True),
+    ),
+    "power_threshold": (
+        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("upper", 60.0, 0.2, positive=True),
+        Coefficient("lower", 0.9, 0.1, positive=True, most=1.0),
+        Coefficient("share", 0.8, 0.1, positive=True),
+    ),
+    "burn_line": (
+        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
+        Coefficient("margin", 0.8, 0.3, positive=True, by_kind=True),
+        Coefficient("near", 0.8, 0.2, positive=True),
+        Coefficient("slowing", 0.5, 0.5, positive=True),
+    ),
+    "adaptive_rule": (
+        *SHARPNESS,
+        Coefficient("gS", 0.0, 0.1),
+        Coefficient("wS", 0.1, 0.1),
+    ),
+    "belief_rule": (
+        *SHARPNESS,
+        Coefficient("gK", 0.0, 0.1),
+        Coefficient("wK", 0.3, 0.2),
+    ),
+    "look_ahead": (
+        Coefficient("price", 1.0, 0.3, positive=True, by_kind=True),
+        Coefficient("growth", 1.5, 0.2, positive=True, by_kind=True),
+        Coefficient("haste", 0.5, 0.5, positive=True, needs="due"),
+        Coefficient("calm", 0.0, 0.1, needs="due"),
+        Coefficient("layer", 0.01, 0.5, positive=True, needs="wheel_change"),
+        Coefficient("scarcity", 0.5, 0.3, needs="wheel_change"),
+    ),
+    "full_state_rule": (
+        *SHARPNESS,
+        Coefficient("gK", 0.0, 0.1),
+        Coefficient("gR", 0.0, 0.1),
+        Coefficient("wK", 0.3, 0.2),
+    ),
+}
+"""What CMA-ES tunes."""
+
+
+def entry_names(coefficients: tuple[Coefficient, ...], task: Task) -> list[str]:
+    """A name for each entry of the search vector; with the kind of block for a coefficient that has one a kind."""
+    return [
+        f"{each.name}[{task.kinds[k].name}]" if each.by_kind else each.name
+        for each in coefficients
+        for k in range(each.size(task))
+    ]
+
+
+def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) -> Parameters:
+    """Parameters of a rule from a search vector, with as many entries for each coefficient as it has for the task."""
+    result: dict[str, Any] = {}
+    position = 0
+    for coefficient in coefficients:
+        size = coefficient.size(task)
+        values = [coefficient.value(z, task.action.executions) for z in vector[position : position + size]]
+        position += size
+        if values:
+            result[coefficient.name] = values if coefficient.by_kind else values[0]
+    return result
+
+
+def rounded(value: Any) -> float:
+    """The value as it stands in the file."""
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,97 @@
+"""`python -m agents benchmark`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.benchmark.figures import write_figures
+from agents.benchmark.judge import judged
+from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_tasks, planned
+from agents.benchmark.pool import measure_all
+from agents.benchmark.readme import write_readme
+from agents.benchmark.results import merged, read_results, result_of, write_results
+from agents.benchmark.summary import WIDTH, rich_table
+from agents.cells import RUNS
+from agents.provenance import ROOT
+from agents.tuned import CONFIGS, ConfigError
+
+RESULTS = ROOT / "agents" / "results"
+"""The checked-in results."""
+INTERRUPTED = 130
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3 --episodes 256")(
+        benchmark
+    )
+
+
+def benchmark(
+    tasks: Annotated[str, typer.Option(help="Names of tasks, separated by commas, `core` or `all`.")] = FLAGSHIP,
+    policies: Annotated[
+        str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
+    ] = None,
+    kinds: Annotated[str, typer.Option(help="Kinds of learned agents, separated by commas; may be empty.")] = "ppo",
+    seeds: Annotated[int, typer.Option(min=0, help="Agents to train of each kind.")] = 1,
+    steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
+    test_episodes: Annotated[int, typer.Option(min=0, help="Episodes of test contexts; 0 for none.")] = TEST_EPISODES,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    results: Annotated[Path | None, typer.Option(help="Folder of the tables; by default that of what is kept.")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
+    report: Annotated[
+        bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
+    ] = False,
+) -> None:
+    """Compare policies, agents trained for it among them, on the same evaluation episodes.
+
+    Killed at any moment, the same command goes on where it was. Results of other policies and tasks that are in the
+    folder already stay there.
+    """
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    if report:
+        rebuild(results or RESULTS, console)
+        return
+    chosen = chosen_tasks(tasks)
+    cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
+    request = Request(
+        episodes=episodes, test_episodes=test_episodes, steps=steps, runs=runs, configs=configs, fresh=fresh
+    )
+    try:
+        found, failed = measure_all(cells, request, jobs, console)
+    except KeyboardInterrupt:
+        print("agents: interrupted: the same command goes on where it was", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    folder = results or runs
+    table = judged(merged(read_results(folder), [result_of(each) for each in found]))
+    write_results(table, folder)
+    for task in chosen:
+        if any(each.task == task.name for each in table):
+            console.print(rich_table(table, task.name, f"{task.title}: {episodes} paired episodes"))
+    console.print(f"written to {folder}: benchmark.parquet and .csv", highlight=False)
+    if failed:
+        print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def rebuild(folder: Path, console: Console) -> None:
+    """Write the figures below a folder of results, and the README if they are the checked-in ones."""
+    table = read_results(folder)
+    if not table:
+        raise ConfigError(f"there are no results in {folder}: run the benchmark with --results {folder} first")
+    for path in write_figures(table, folder / "figures"):
+        console.print(f"written to {path}", highlight=False)
+    if folder == RESULTS:
+        write_readme(table)
+        console.print("written to README.md", highlight=False)
+
+
+def listed(names: str | None) -> list[str] | None:
+    """The names in a comma-separated list."""
+    return None if names is None else [name.strip() for name in names.split(",") if name.strip()]

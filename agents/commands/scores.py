@@ -1,0 +1,55 @@
+"""`python -m agents scores`."""
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.cells import RUNS
+from agents.reference.compare import compare as compare_published
+from agents.reference.compare import comparison_table
+from agents.reference.reciprocation_scores import score_reciprocation
+from agents.reference.scores import EPISODES, RESULTS, score, score_wen, scored_tasks
+from agents.reference.stroke_scores import score_stroke
+from agents.reference.table import WIDTH
+from agents.reference.wide_plates_scores import score_wide_plates
+from agents.tuned import CONFIGS
+from grind_env.scores import FILE as SCORES
+
+OTHERS: Mapping[str, Callable[[Path], None]] = {
+    "wen": score_wen,
+    "reciprocation": score_reciprocation,
+    "stroke": score_stroke,
+    "wide_plates": score_wide_plates,
+}
+"""Environments that are no tasks of G82 blocks, and what measures their scores."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents scores --task power_limited")(scores)
+
+
+def scores(
+    task: Annotated[str | None, typer.Option(help=f"Name of the task, or {', '.join(OTHERS)}; all by default.")] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes of a task of G82 blocks.")] = EPISODES,
+    compare: Annotated[bool, typer.Option("--compare", help="Only set the tables beside the published costs.")] = False,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables.")] = RESULTS,
+    data: Annotated[Path, typer.Option(help="File of the reference scores.")] = SCORES,
+) -> None:
+    """Measure the reference scores: tune what is missing, run every policy, write the tables."""
+    names = [*OTHERS, *scored_tasks()] if task is None else [task]
+    if compare:
+        known = [name for name in names if name not in OTHERS]
+        Console(width=None if sys.stdout.isatty() else WIDTH).print(comparison_table(compare_published(known, results)))
+        return
+    for name in names:
+        if name in OTHERS:
+            OTHERS[name](data)
+        else:
+            score(name, episodes=episodes, results=results, runs=runs, configs=configs, data=data)

@@ -1,0 +1,65 @@
+"""`python -m agents train`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents.cells import RUNS
+from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
+from agents.learning.settings import DEFAULTS, LAST_SEED
+from grind_env.envs.tasks import load_task
+from grind_env.machine.record import write_atomically
+
+INTERRUPTED = 130
+"""Exit status, as the shell's own for a command that was interrupted."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents train --task power_limited --kind ppo --seed 0")(train)
+
+
+def train(
+    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    kind: Annotated[str, typer.Option(help=f"Kind of agent: {', '.join(DEFAULTS)}.")] = "ppo",
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_SEED, help="Seed of the agent and of its training episodes.")
+    ] = 0,
+    steps: Annotated[int | None, typer.Option(min=1, help="Environment steps; by default those of the kind.")] = None,
+    runs: Annotated[Path, typer.Option(help="Folder of the results.")] = RUNS,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Train anew, from the first step.")] = False,
+    compare: Annotated[
+        bool,
+        typer.Option("--compare-batches", help="Train PPO with the batches of Stable-Baselines3, too; draw both."),
+    ] = False,
+) -> None:
+    """Train an agent.
+
+    An agent already trained by the same code, settings and seed is kept, and a training that was interrupted goes on.
+    """
+    # torch takes seconds to load
+    from agents.learning.batches import compare_batches
+    from agents.learning.train import trained_agent
+
+    job = load_task(task)
+    try:
+        if compare:
+            picture, image = runs / task / "batches.png", compare_batches(job, seed, steps, runs, fresh)
+            write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
+            print(f"learning curves: {picture}")
+            return
+        path = trained_agent(job, kind, seed, steps, runs, fresh)
+    except KeyboardInterrupt:
+        again = "the same command without --fresh" if fresh else "the same command"
+        print(f"agents: interrupted; {again} goes on from the last checkpoint", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    points = read_curve(curve_path(path))
+    last = points[-1]
+    print(
+        f"validation score {last.score:.1f} after {last.steps} steps and {last.seconds:.0f} s;"
+        f" 95 % of it from {seconds_to(points):.0f} s on"
+    )
+    print("time: " + ", ".join(f"{100.0 * getattr(last, name) / last.seconds:.0f} % {name}" for name in SPENT))
+    print(f"trained agent: {path}")

@@ -1,0 +1,79 @@
+"""`python -m agents tune`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from agents import hyperparameters, tune
+from agents.cells import RUNS
+from agents.hyperparameters import Search, tune_learner
+from agents.learning.settings import LAST_SEED
+from agents.tuned import CONFIGS
+from grind_env.envs.tasks import load_task
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    epilog = "Example: python -m agents tune --task power_limited --policies belief_rule,look_ahead"
+    app.command(name="tune", epilog=epilog)(tuning)
+
+
+def tuning(
+    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    policies: Annotated[
+        str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
+    ] = None,
+    evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = tune.EVALUATIONS,
+    starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = tune.STARTS,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each split.")] = tune.EPISODES,
+    kind: Annotated[str | None, typer.Option(help="Tune the settings of this kind of learned agent instead.")] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Trainings of a learned agent.")] = hyperparameters.TRIALS,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps of each of them.")] = hyperparameters.STEPS,
+    seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Training seed of all of them.")] = 0,
+    storage: Annotated[
+        str | None, typer.Option(help="URL of the database of the trials; by default runs/<task>/tune.db.")
+    ] = None,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents.")] = RUNS,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
+) -> None:
+    """Tune scripted policies, or the settings of a learned agent, and store their parameters.
+
+    Every trial is kept in an Optuna study: if the command is killed, the same command goes on.
+    """
+    if kind is None:
+        names = None if policies is None else [name.strip() for name in policies.split(",")]
+        tuned = tune.tune(
+            task,
+            names,
+            evaluations=evaluations,
+            starts=starts,
+            episodes=episodes,
+            storage=storage,
+            folder=configs,
+            runs=runs,
+            fresh=fresh,
+        )
+        for name, entry in tuned.items():
+            print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
+        return
+    search = Search(
+        trials=trials,
+        steps=steps,
+        seed=seed,
+        storage=storage,
+        configs=configs / "learning",
+        runs=runs,
+        fresh=fresh,
+    )
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns) as progress:
+        bar = progress.add_task(kind, total=trials)
+
+        def report(done: int, cost: float) -> None:
+            progress.update(bar, completed=done, description=f"{kind}: {cost:.2f} $ in validation")
+
+        settings, cost = tune_learner(load_task(task), kind, search, report)
+    print(f"{kind}: {cost:.4f} $ an episode in validation with {dict(settings.hyper)}, layers {settings.hidden}")

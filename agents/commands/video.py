@@ -1,0 +1,32 @@
+"""`python -m agents video`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents.evaluate import SPLITS
+from agents.tuned import CONFIGS
+from agents.video import Film, policy_of, record
+from grind_env.envs.tasks import load_task
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")(video)
+
+
+def video(
+    left: Annotated[str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0.")],
+    right: Annotated[str, typer.Option(help="Likewise.")],
+    output: Annotated[Path, typer.Option(help="The .gif file to write.")],
+    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
+    pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = Film().frames,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+) -> None:
+    """Film two policies, side by side, on the same episode."""
+    job = load_task(task)
+    policies = [policy_of(name, job, configs) for name in (left, right)]
+    size = record(policies, job, seed, output, Film(frames=pictures))
+    print(f"{output}: {size / 1e6:.1f} MB")

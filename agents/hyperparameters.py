@@ -1,0 +1,148 @@
+"""Tunes the settings of a kind of learned agent for a task: short trainings, judged on the validation episodes."""
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import optuna
+from optuna.samplers import TPESampler
+from optuna.trial import TrialState
+
+from agents.cells import RUNS
+from agents.evaluate import episode_seeds, evaluate
+from agents.learning.saved import load_policy
+from agents.learning.settings import CONFIGS, DEFAULTS, Number, Settings
+from agents.learning.train import fingerprint, train
+from agents.studies import open_study, sqlite_url
+from agents.tuned import ConfigError, write_whole
+from grind_env.envs.tasks import Task
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+EPISODES = 64
+"""Validation episodes that judge a training."""
+TRIALS = 12
+STEPS = 300_000
+"""Environment steps of the training of a trial."""
+RANDOM_TRIALS = 4
+"""Trials before the sampler learns from them."""
+
+DEFAULT = "default"
+"""Marks the trial that has the default settings."""
+
+WIDTHS = {"small": (64, 64), "middle": (128, 128), "large": (256, 256)}
+ROLLOUT_SHARES = (2, 4, 8)
+"""Batches that a rollout of all environments is divided into."""
+
+Propose = Callable[[optuna.Trial, Settings], Number]
+
+SPACE: Mapping[str, Propose] = {
+    "learning_rate": lambda trial, _: trial.suggest_float("learning_rate", 2e-4, 3e-3, log=True),
+    "gamma": lambda trial, _: 1.0 - trial.suggest_float("1 - gamma", 0.005, 0.1, log=True),
+    "gae_lambda": lambda trial, _: trial.suggest_float("gae_lambda", 0.8, 0.98),
+    "ent_coef": lambda trial, _: trial.suggest_float("ent_coef", 3e-4, 2e-2, log=True),
+    "n_epochs": lambda trial, _: trial.suggest_int("n_epochs", 3, 10),
+    "gradient_steps": lambda trial, _: trial.suggest_int("gradient_steps", 4, 16),
+}
+"""What is tuned of the arguments of an algorithm, where it has them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """How long and where to search; `storage` is the URL of a database, by default an SQLite file below `runs`."""
+
+    trials: int = TRIALS
+    steps: int = STEPS
+    seed: int = 0
+    storage: str | None = None
+    configs: Path = CONFIGS
+    runs: Path = RUNS
+    fresh: bool = False
+
+
+def tune_learner(
+    task: Task, kind: str, search: Search, report: Callable[[int, float], object] = lambda number, cost: None
+) -> tuple[Settings, float]:
+    """The settings of the cheapest trial and its validation cost, $ an episode; they are stored for `settings_for`.
+
+    The first trial has the defaults, so that the outcome is no worse than they are. A trial that was killed is run
+    again, and its training goes on from its checkpoint. One process at a time can work on a study.
+
+    Args:
+        task: the task.
+        kind: of the agent.
+        search: how long and where.
+        report: called with the number of trials done and the cost of the last one.
+
+    Raises:
+        ConfigError: if there is no such kind.
+    """
+    if kind not in DEFAULTS:
+        raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
+    default = replace(DEFAULTS[kind], steps=search.steps)
+    url = sqlite_url(search.runs / task.name / "tune.db") if search.storage is None else search.storage
+    # trials of other code, or of another length, are of another study
+    name = f"{task.name}/{kind}/{fingerprint(task, kind, default, search.seed)}"
+    study = open_study(url, name, fresh=search.fresh)
+    for killed in study.get_trials(states=[TrialState.RUNNING]):
+        study.tell(killed.number, state=TrialState.FAIL)
+        study.enqueue_trial(killed.params, skip_if_exists=False)
+    while (done := len(study.get_trials(states=[TrialState.COMPLETE]))) < search.trials:
+        # the same history has the same next trial, in whatever process
+        study.sampler = TPESampler(seed=search.seed + len(study.trials), n_startup_trials=RANDOM_TRIALS)
+        trial = study.ask()
+        if done == 0:
+            trial.set_user_attr(DEFAULT, True)
+        settings = default if done == 0 else proposed(trial, default)
+        cost = validation_cost(task, kind, settings, search)
+        study.tell(trial, cost)
+        report(done + 1, cost)
+    best = study.best_trial
+    settings = default if DEFAULT in best.user_attrs else proposed(optuna.trial.FixedTrial(best.params), default)
+    write_settings(search.configs / f"{task.name}.toml", kind, settings, DEFAULTS[kind])
+    return settings, study.best_value
+
+
+def proposed(trial: Any, default: Settings) -> Settings:
+    """The settings that a trial proposes: those in `SPACE`, the width of the layers and the size of a batch."""
+    hyper = {name: propose(trial, default) for name, propose in SPACE.items() if name in default.hyper}
+    if "n_steps" in default.hyper:
+        share = trial.suggest_categorical("batches", ROLLOUT_SHARES)
+        hyper["batch_size"] = int(default.hyper["n_steps"]) * default.envs // share
+    width = trial.suggest_categorical("hidden", list(WIDTHS)) if len(default.hidden) > 1 else None
+    hidden = default.hidden if width is None else WIDTHS[width]
+    return replace(default, hidden=hidden, hyper={**default.hyper, **hyper})
+
+
+def validation_cost(task: Task, kind: str, settings: Settings, search: Search) -> float:
+    """Mean cost of a validation episode, $, after a training with the settings."""
+    path = train(task, kind, search.seed, settings, search.runs, quiet=True)
+    return float(evaluate(load_policy(path, task=task), task, episode_seeds("validation", EPISODES)).cost.mean())
+
+
+def write_settings(path: Path, kind: str, settings: Settings, default: Settings) -> None:
+    """Write what differs from the defaults as the tables `[kind]` and `[kind.hyper]` of a file; others stay.
+
+    Raises:
+        ConfigError: if the file is damaged.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path} is damaged ({error}): mend or delete it") from None
+    changes: dict[str, Any] = {} if settings.hidden == default.hidden else {"hidden": list(settings.hidden)}
+    hyper = {name: value for name, value in settings.hyper.items() if value != default.hyper.get(name)}
+    # the steps of a whole training and what else was set by hand stay
+    before = {name: value for name, value in tables.get(kind, {}).items() if name not in ("hidden", "hyper")}
+    tables[kind] = before | changes | ({"hyper": hyper} if hyper else {})
+    lines = [f"# Settings of learned agents, tuned by `python -m agents tune --task {path.stem} --kind ...`."]
+    for name, table in sorted(tables.items()):
+        lines += ["", f"[{name}]", *(f"{key} = {value!r}" for key, value in table.items() if key != "hyper")]
+        if "hyper" in table:
+            lines += [f"[{name}.hyper]", *(f"{key} = {value!r}" for key, value in table["hyper"].items())]
+    write_whole(path, "\n".join(lines) + "\n")

@@ -1,0 +1,83 @@
+"""The learning curve of a training: what the agent scores in validation on the way, and where the time went.
+
+It is a CSV file beside the policy, one line a validation.
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+from agents.tuned import ConfigError, write_whole
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One point of the curve. Times are wall time since the training began, s."""
+
+    steps: int
+    """Environment steps."""
+    seconds: float
+    """Of the whole training, validation and checkpoints included."""
+    reward: float
+    """Mean reward of a step of the training episodes since the point before."""
+    cost: float
+    """Mean cost of the validation episodes, $."""
+    score: float
+    """Normalised score of these, estimated; see `agents.learning.validation`."""
+    environment: float
+    features: float
+    policy: float
+    """Inference and buffers."""
+    optimisation: float
+    aside: float
+    """Validation, checkpoints and logs."""
+
+    @property
+    def environment_share(self) -> float:
+        """Share of the environment in the time of training."""
+        return self.environment / max(self.seconds - self.aside, 1e-9)
+
+
+SPENT = ("environment", "features", "policy", "optimisation", "aside")
+"""What wall time is spent on: fields of `Point`."""
+
+
+def curve_path(policy: Path) -> Path:
+    """Where the curve of a policy lies."""
+    return policy.with_suffix(".csv")
+
+
+def write_curve(path: Path, points: Sequence[Point]) -> None:
+    """Write the curve, whole or not at all."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(field.name for field in fields(Point))
+    writer.writerows(astuple(point) for point in points)
+    write_whole(path, text.getvalue())
+
+
+def read_curve(path: Path) -> list[Point]:
+    """The points of a curve, in order.
+
+    Raises:
+        ConfigError: if the file is not there or is no curve.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        return [
+            Point(steps=int(row["steps"]), **{name: float(row[name]) for name in row if name != "steps"})
+            for row in rows
+        ]
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise ConfigError(f"{path} is no learning curve ({error}): train the agent anew with --fresh") from error
+
+
+def seconds_to(points: Sequence[Point], share: float = 0.95) -> float:
+    """Wall time from which on the score stays at or above that share of the final one, s."""
+    reached = len(points) - 1
+    while reached > 0 and points[reached - 1].score >= share * points[-1].score:
+        reached -= 1
+    return points[reached].seconds

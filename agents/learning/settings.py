@@ -1,0 +1,150 @@
+"""The kinds of learned agents and their settings: defaults here, what was tuned for a task in `configs/learning/`."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, get_args
+
+from agents.learning.view import Actions, Memory
+from agents.tuned import CONFIGS as SCRIPTED
+from agents.tuned import ConfigError
+from grind_env.envs.tasks import Task
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+CONFIGS = SCRIPTED / "learning"
+
+TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
+"""First env seed (of the training split) and the distance between those of two training seeds."""
+
+LAST_SEED = 398
+"""Training seeds beyond it would reach into the validation split."""
+
+Number = float | int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How an agent is trained.
+
+    Raises:
+        ConfigError: if there is no such memory or form of actions, or a number is out of its range.
+    """
+
+    algorithm: str
+    """One of `agents.learning.algorithms.ALGORITHMS`."""
+    steps: int
+    """Environment steps of a whole training."""
+    envs: int
+    memory: Memory
+    actions: Actions
+    hidden: tuple[int, ...] = (128, 128)
+    """Widths of the hidden layers of actor and critic."""
+    worst_reward: float = -10.0
+    """Rewards below are cut, so that one scrapped part does not drown an update."""
+    hyper: Mapping[str, Number]
+    """Arguments of the algorithm, by the names of Stable-Baselines3; `learning_rate` falls linearly to 0."""
+
+    def __post_init__(self) -> None:
+        # in one order, so that equal settings read the same
+        object.__setattr__(self, "hyper", dict(sorted(self.hyper.items())))
+        for name, legal in (("memory", get_args(Memory)), ("actions", get_args(Actions))):
+            if getattr(self, name) not in legal:
+                raise ConfigError(f"{name} is {getattr(self, name)!r}, but must be one of {', '.join(legal)}")
+        for name in ("steps", "envs", *(["hidden"] if self.hidden else [])):
+            values = getattr(self, name)
+            if min(values if isinstance(values, tuple) else (values,)) < 1:
+                raise ConfigError(f"{name} is {values}, but must be at least 1")
+
+
+PPO = Settings(
+    algorithm="ppo",
+    steps=1_000_000,
+    envs=256,
+    memory="belief",
+    actions="grid",
+    hyper={
+        "n_steps": 60,
+        "batch_size": 3840,
+        "n_epochs": 6,
+        "learning_rate": 1e-3,
+        "gamma": 0.97,
+        "gae_lambda": 0.90,
+        "ent_coef": 0.003,
+    },
+)
+"""Many environments, large batches and few epochs, because the environment is fast."""
+
+REPLAY: Mapping[str, Number] = {
+    "buffer_size": 200_000,
+    "learning_starts": 10_000,
+    "batch_size": 512,
+    "train_freq": 1,
+    "gradient_steps": 8,
+    "learning_rate": 1e-3,
+    "gamma": 0.97,
+}
+"""Of the algorithms that learn from a replay buffer: a few gradient steps after every step of all environments."""
+
+DEFAULTS: dict[str, Settings] = {
+    "ppo": PPO,
+    "ppo_stack": replace(PPO, memory="stack"),
+    "recurrent_ppo": replace(
+        PPO,
+        algorithm="recurrent_ppo",
+        memory="estimates",
+        steps=1_000_000,
+        hidden=(64,),
+        hyper={**PPO.hyper, "n_epochs": 4, "lstm_hidden_size": 64},
+    ),
+    "dqn": Settings(
+        algorithm="dqn",
+        steps=200_000,
+        envs=64,
+        memory="belief",
+        actions="index",
+        hyper={
+            **REPLAY,
+            "target_update_interval": 6400,
+            "exploration_fraction": 0.3,
+            "exploration_final_eps": 0.02,
+        },
+    ),
+    "sac": Settings(algorithm="sac", steps=120_000, envs=64, memory="belief", actions="box", hyper=REPLAY),
+    "tqc": Settings(algorithm="tqc", steps=120_000, envs=64, memory="belief", actions="box", hyper=REPLAY),
+    "bc": replace(
+        PPO, algorithm="cloned_ppo", steps=40_000, envs=64, hyper={**PPO.hyper, "n_steps": 240, "labels": 40_000}
+    ),
+    "bc_ppo": replace(PPO, algorithm="cloned_ppo", hyper={**PPO.hyper, "labels": 40_000}),
+}
+"""The kinds by name."""
+
+
+def settings_for(kind: str, task: Task, folder: Path = CONFIGS) -> Settings:
+    """The settings of a kind for a task: the defaults, and over them the table `[<kind>]` of `<task>.toml`.
+
+    The file may set any field, and in `[<kind>.hyper]` single arguments of the algorithm.
+
+    Raises:
+        ConfigError: if there is no such kind, or the file is damaged or sets something else.
+    """
+    if kind not in DEFAULTS:
+        raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
+    default = DEFAULTS[kind]
+    path = folder / f"{task.name}.toml"
+    if not path.exists():
+        return default
+    try:
+        changes: dict[str, Any] = dict(tomllib.loads(path.read_text(encoding="utf-8")).get(kind, {}))
+        if unknown := set(changes) - {field.name for field in fields(Settings)}:
+            raise ConfigError(f"{path}: [{kind}] sets {min(unknown)!r}, which is no setting")
+        changes["hyper"] = {**default.hyper, **changes.get("hyper", {})}
+        if "hidden" in changes:
+            changes["hidden"] = tuple(changes["hidden"])
+        return replace(default, **changes)
+    except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
+        raise ConfigError(f"{path} is damaged ({error}): mend its table [{kind}] or delete it") from error

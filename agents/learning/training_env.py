@@ -1,0 +1,150 @@
+"""The environment in which agents are trained, and what it notes meanwhile: costs, decisions, and time spent."""
+
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from agents.learning.sb3_adapter import SB3VecEnv
+from agents.learning.view import FORMS, Actions, LearnerView, Memory
+from grind_env.envs.rows import Outcome, reward_terms
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.envs.vector_env import GrindVectorEnv
+
+Table = NDArray[np.float64]
+
+BURN, COST, FINISHED, GOOD = (Outcome._fields.index(name) for name in ("burn_ratio", "cost", "finished", "good"))
+BURNT = 1.0
+"""Burn ratio above which a block has burnt."""
+
+
+@dataclass(slots=True)
+class Notes:
+    """What has been noted since the notes were last taken."""
+
+    blocks: int = 0
+    totals: Table = field(default_factory=lambda: np.zeros(len(Outcome._fields)))
+    """Sum of every field of `Outcome`."""
+    burnt: int = 0
+    speeds: list[Table] = field(default_factory=list)
+    """E of every block, mm/min."""
+    executions: list[Table] = field(default_factory=list)
+    """D of every block."""
+
+    def metrics(self, task: Task) -> dict[str, float]:
+        """Means by name: terms of the reward a block, $ a finished part, decisions, shares of blocks and parts."""
+        blocks, finished = max(self.blocks, 1), max(self.totals[FINISHED], 1.0)
+        terms = reward_terms(task)
+        speeds, executions = np.concatenate(self.speeds) / 1000.0, np.concatenate(self.executions)
+        return {
+            **{f"reward/{name}": -float(self.totals[k]) / blocks / task.reference_cost for name, k in terms.items()},
+            "cost/part": float(self.totals[COST] / finished),
+            "parts/scrap_share": float(1.0 - self.totals[GOOD] / finished),
+            "blocks/burnt_share": self.burnt / blocks,
+            "actions/E_mean": float(speeds.mean()),
+            "actions/E_deviation": float(speeds.std()),
+            "actions/D_mean": float(executions.mean()),
+            "actions/dress_share": float((executions > 0.0).mean()),
+        }
+
+
+class NotedSimulation(Simulation):
+    """A simulation that notes the outcome of every step."""
+
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        self.notes = Notes()
+
+    def step(
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
+    ) -> tuple[Table, Table]:
+        """As `Simulation.step`."""
+        outcomes, results = super().step(episodes, speeds, executions, pre_dresses, active=active)
+        self.notes.blocks += len(outcomes)
+        self.notes.totals += outcomes.sum(axis=0)
+        self.notes.burnt += int(np.count_nonzero(outcomes[:, BURN] > BURNT))
+        self.notes.speeds.append(speeds.copy())
+        self.notes.executions.append(executions.copy())
+        return outcomes, results
+
+    def take_notes(self) -> Notes:
+        """The notes, which begin anew."""
+        notes, self.notes = self.notes, Notes()
+        return notes
+
+
+class LearnerVecEnv(SB3VecEnv):
+    """N episodes of a task as a learner sees them, with a reward made easier to learn.
+
+    Args:
+        task: the task.
+        envs: number of episodes side by side.
+        memory: what the features remember.
+        actions: form of the actions.
+        worst_reward: rewards below are cut, so that one scrapped part does not drown an update.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        envs: int,
+        memory: Memory = "belief",
+        actions: Actions = "grid",
+        worst_reward: float = -10.0,
+    ) -> None:
+        env = GrindVectorEnv(
+            envs, task=task.name, observation="measured", action=FORMS[actions], autoreset_mode="SameStep"
+        )
+        # lots, wheels and coolants of the test split stay unseen; the split holds for all later episodes
+        env.reset(options={"split": "train"})
+        self.simulation = NotedSimulation(env.task)
+        env.simulation = self.simulation
+        self.view = LearnerView(task, memory, actions)
+        self.worst_reward = worst_reward
+        self.seconds = {"environment": 0.0, "features": 0.0}
+        """Wall time spent in steps of the environment, and on the features."""
+        super().__init__(env)
+        self.observation_space = self.view.observation_space
+        self.action_space = self.view.action_space
+
+    def reset(self) -> VecEnvObs:
+        """Start an episode in every environment."""
+        observations = super().reset()
+        self.view.begin(self.num_envs)
+        return self.view.features(np.asarray(observations))
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step. The reward is one more than the environment's, so that the best fixed plan earns about 0."""
+        begin = time.perf_counter()
+        observations, rewards, done, infos = super().step_wait()
+        stepped = time.perf_counter()
+        features = self._features(np.asarray(observations), done, infos)
+        self.seconds["environment"] += stepped - begin
+        self.seconds["features"] += time.perf_counter() - stepped
+        return features, np.maximum(rewards + np.float32(1.0), np.float32(self.worst_reward)), done, infos
+
+    def _features(
+        self, observations: NDArray[np.float32], done: NDArray[np.bool_], infos: list[dict[str, Any]]
+    ) -> NDArray[np.float32]:
+        """The features, and those of the last observation of the episodes that are over, which begin anew."""
+        if not done.any():
+            return self.view.features(observations)
+        last = observations.copy()
+        for i in np.flatnonzero(done):
+            last[i] = infos[i]["terminal_observation"]
+        features = self.view.features(last)
+        for i in np.flatnonzero(done):
+            infos[i]["terminal_observation"] = features[i].copy()
+        self.view.restart(done)
+        features[done] = self.view.features(observations, done)[done]
+        return features

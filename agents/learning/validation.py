@@ -1,0 +1,70 @@
+"""How good an agent in training is, on validation episodes."""
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.evaluate import episode_seeds, evaluate
+from agents.learning.view import Actions, LearnerView, Memory
+from agents.policy import Decision, Policy, Sees
+from agents.registry import FIXED_PLANS, make_policy
+from grind_env.envs.names import environment_id
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
+from grind_env.scores import reference
+
+EPISODES = 64
+
+
+class LiveAgent:
+    """An agent in training as a policy that takes its most likely action."""
+
+    sees: Sees = "measurements"
+
+    def __init__(self, model: BaseAlgorithm, memory: Memory, actions: Actions) -> None:
+        self.name = "agent in training"
+        self.model, self.memory, self.actions = model, memory, actions
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """That many episodes begin."""
+        self.view = LearnerView(task, self.memory, self.actions)
+        self.view.begin(episodes)
+        self.first = np.ones(episodes, bool)
+        self.state: tuple[NDArray[np.float32], ...] | None = None
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Decide the coming block."""
+        features = self.view.features(observation)
+        actions, self.state = self.model.policy.predict(features, self.state, self.first, deterministic=True)
+        self.first = np.zeros(len(observation), bool)
+        return self.view.decide(np.asarray(actions))
+
+
+class Validation:
+    """Scores an agent on validation episodes.
+
+    Args:
+        task: the task.
+        episodes: how many.
+    """
+
+    def __init__(self, task: Task, episodes: int = EPISODES) -> None:
+        self.task, self.seeds = task, episode_seeds("validation", episodes)
+        self.fixed, self.least = np.nan, np.nan
+        try:
+            scale = reference(environment_id(task.name))
+            plans = [make_policy(name, task) for name in FIXED_PLANS]
+        except GrindError:
+            return
+        self.fixed = min(float(evaluate(plan, task, self.seeds).cost.mean()) for plan in plans)
+        self.least = self.fixed * scale.J_plan / scale.J_fix
+
+    def score(self, agent: Policy) -> tuple[float, float]:
+        """Mean cost of an episode in $, and an estimate of the normalised score.
+
+        The fixed plan is run on the same episodes. What the planner, too slow for that, would save of its cost is taken
+        from the reference scores; the score is NaN in a task that has none.
+        """
+        cost = float(evaluate(agent, self.task, self.seeds).cost.mean())
+        return cost, 100.0 * (self.fixed - cost) / (self.fixed - self.least)

@@ -1,0 +1,94 @@
+"""One episode of one policy, to watch, and the part program that came of it."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from agents.learning.saved import SUFFIX, load_policy
+from agents.policy import Policy, reveal
+from agents.provenance import ROOT
+from agents.tuned import CONFIGS
+from agents.video import policy_of
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.tasks import Task
+
+SHIPPED = ROOT / "agents" / "results" / "policies"
+"""Folder of the policies that come with the repository, one a task."""
+FALLBACK = "adaptive_rule"
+"""Plays where none comes with it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Played:
+    """What came of an episode."""
+
+    program: str
+    """Part program with its dress program, as `machine.grind` runs it."""
+    cost: float
+    """$."""
+    good: float
+    """Expected number of good parts."""
+    finished: int
+    """Parts finished."""
+    dresses: int
+    """Dress executions."""
+    seconds: float
+    """Time on the machine, s."""
+
+
+def chosen_policy(text: str | None, task: Task, *, trust: bool = False, configs: Path = CONFIGS) -> Policy:
+    """The policy that a text names.
+
+    Args:
+        text: a name of the registry, a file of a trained agent, or a constant such as `E12D0`; by default the
+            policy that is shipped for the task; where there is none, `FALLBACK`, as a sentence in the terminal says.
+        task: what it is to grind.
+        trust: load a `.zip` of Stable-Baselines3, too, which can run code of its author.
+        configs: folder of the tuned parameters.
+
+    Raises:
+        GrindError: if there is no such policy, or it is not one for the task.
+    """
+    if text is None:
+        path = SHIPPED / f"{task.name}{SUFFIX}"
+        if path.is_file():
+            return load_policy(path, task=task)
+        print(f"no trained policy is shipped for {task.name}: {FALLBACK} plays in its place", file=sys.stderr)
+        text = FALLBACK
+    if Path(text).suffix in (SUFFIX, ".zip"):
+        return load_policy(Path(text), task=task, trust=trust)
+    return policy_of(text, task, configs)
+
+
+def play(policy: Policy, task: Task, seed: int, render_mode: str | None = None) -> Played:
+    """Run a policy through the episode of a seed, in the environment that anybody else would step.
+
+    Args:
+        policy: decides.
+        task: what it grinds.
+        seed: of the episode.
+        render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
+            None to show nothing.
+    """
+    env = GrindEnv(task=task.name, observation="measured", render_mode=render_mode)
+    policy.begin(task, 1)
+    try:
+        observation, _ = env.reset(seed=seed)
+        over = False
+        while not over:
+            assert env.episodes is not None
+            decision = policy.act(observation[None], reveal(policy.sees, task, env.episodes))
+            observation, _, over, _, _ = env.step(env.codec.encode(*decision)[0])
+            if render_mode == "ansi":
+                print(env.render())
+        outcomes = env.outcomes
+        return Played(
+            program=env.part_program(),
+            cost=sum(outcome.cost for outcome in outcomes),
+            good=sum(outcome.good for outcome in outcomes),
+            finished=round(sum(outcome.finished for outcome in outcomes)),
+            dresses=sum(block.executions for block in env.blocks),
+            seconds=sum(outcome.seconds for outcome in outcomes),
+        )
+    finally:
+        env.close()

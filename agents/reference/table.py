@@ -1,0 +1,88 @@
+"""The table of one task that the reference scores are printed and written in."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass
+
+from rich.table import Table
+
+from agents.evaluate import Evaluation
+from agents.policy import Policy, Sees
+from agents.registry import FIXED_PLANS, REFERENCE
+from agents.statistics import Interval
+
+HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
+WIDTH = 110
+"""Columns of a printed table where the output is not a terminal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table."""
+
+    policy: str
+    sees: Sees
+    cost: Interval
+    """$ per good part."""
+    scrap: float
+    """Share of the parts."""
+    speed: float
+    """Mean E, m/min."""
+    executions: float
+    """Mean D."""
+    score: Interval
+    """0 is the best fixed plan, 100 the hindsight planner."""
+
+    def cells(self) -> tuple[str, ...]:
+        """The texts under `HEADINGS`."""
+        return (
+            self.policy,
+            self.sees,
+            f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
+            f"{100.0 * self.scrap:.2f}",
+            f"{self.speed:.1f}",
+            f"{self.executions:.2f}",
+            f"{self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f})",
+        )
+
+
+def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[Row]:
+    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
+
+    Scores are of the episodes that the planner has planned, the first ones of the others.
+    """
+    planner = results[REFERENCE]
+    planned = len(planner.cost)
+    fixed = results[better_plan(results)]
+    rows = []
+    for policy in policies:
+        run = results[policy.name]
+        score = run.first(planned).score(fixed.first(planned), planner)
+        speed, executions = float(run.speeds.mean()) / 1000.0, float(run.executions.mean())
+        rows.append(Row(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
+    return rows
+
+
+def better_plan(results: Mapping[str, Evaluation]) -> str:
+    """Name of the fixed plan of lower mean cost."""
+    return min(FIXED_PLANS, key=lambda name: float(results[name].cost.mean()))
+
+
+def rich_table(rows: Sequence[Row], title: str) -> Table:
+    """The table for a terminal."""
+    table = Table(title=title)
+    for k, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="left" if k < 2 else "right")
+    for row in rows:
+        table.add_row(*row.cells())
+    return table
+
+
+def spread_names(name: str) -> list[str]:
+    """Columns of an interval."""
+    return [name, f"{name}_low", f"{name}_high"]
+
+
+def flat(row: Row) -> Iterator[object]:
+    """The numbers of a row, intervals spread out."""
+    for value in astuple(row):
+        yield from value if isinstance(value, tuple) else (value,)

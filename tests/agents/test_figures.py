@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from PIL import Image
+
+from agents.benchmark.aggregate import MEASURES, aggregates, all_runs, improvements
+from agents.benchmark.figures import (
+    COLOURS,
+    LEVELS,
+    OVER,
+    aggregate_figure,
+    cost_figure,
+    improvement_figure,
+    profile_figure,
+    write_figures,
+)
+from agents.benchmark.measure import Measured
+from agents.benchmark.plan import Cell
+from agents.benchmark.results import result_of
+from agents.evaluate import Evaluation
+
+COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.0}
+
+
+def results(tasks):
+    rng = np.random.default_rng(2)
+    rows = []
+    for task in tasks:
+        cells = [(Cell(task, name), cost) for name, cost in COSTS.items()]
+        cells += [(Cell(task, "ppo", seed), 3.0 + 0.3 * seed) for seed in range(3)]
+        noise = rng.exponential(0.5, 30)
+        for cell, cost in cells:
+            run = Evaluation(cost + noise, np.ones(30), np.ones(30), np.full((30, 2), 9000.0), np.ones((30, 2)))
+            sees = "future" if cell.policy == "hindsight" else "measurements"
+            rows.append(result_of(Measured(cell=cell, sees=sees, evaluation=run)))
+    return rows
+
+
+ROWS = results(["power_limited", "rush", "slot"])
+
+
+def dots(panel):
+    """Points of a panel as (x, y), without intervals and rules."""
+    lines = [line for line in panel.get_lines() if line.get_marker() not in ("", "None") and len(line.get_xdata())]
+    return {(float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in lines}
+
+
+def test_the_figures_are_small_and_fit_a_page(tmp_path):
+    paths = write_figures(ROWS, tmp_path / "figures")
+    assert [path.name for path in paths] == ["cost.png", "iqm.png", "profiles.png", "improvement.png"]
+    for path in paths:
+        assert path.stat().st_size < 150_000
+        assert 800 <= Image.open(path).width <= 1200
+    assert [path.read_bytes() for path in write_figures(ROWS, tmp_path / "again")] == [p.read_bytes() for p in paths]
+
+
+def test_without_a_scored_task_only_costs_are_drawn(tmp_path):
+    assert [path.name for path in write_figures(results(["slot"]), tmp_path)] == ["cost.png"]
+
+
+def test_dots_stand_at_the_aggregates():
+    runs = all_runs(ROWS)
+    found = aggregates(runs)
+    figure = aggregate_figure(ROWS, runs, 2)
+    for panel, measure in zip(figure.axes, MEASURES, strict=True):
+        assert panel.get_title() == measure
+        assert dots(panel) == {(of[measure].value, -k) for k, of in enumerate(found.values())}
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == list(found)
+
+
+def test_dots_stand_at_the_probabilities():
+    runs = all_runs(ROWS)
+    (panel,) = improvement_figure(ROWS, runs, 2).axes
+    values = sorted((each.value for each in improvements(runs, OVER).values()), reverse=True)
+    assert dots(panel) == {(value, -k) for k, value in enumerate(values)}
+
+
+def test_costs_are_in_percent_of_the_best_fixed_plan():
+    figure = cost_figure(ROWS)
+    panels = [panel for panel in figure.axes if panel.get_visible()]
+    assert [panel.get_title() for panel in panels] == ["slot", "power_limited", "rush"]
+    names = [text.get_text() for text in panels[0].get_yticklabels()]
+    for panel in panels:
+        places = dict(zip(names, panel.get_yticks(), strict=True))
+        at = {y: x for x, y in dots(panel)}
+        assert at[places["interval"]] == pytest.approx(100.0)
+        assert at[places["hindsight"]] < at[places["ppo"]] < at[places["adaptive_rule"]] < 100.0
+
+
+def test_profiles_fall_from_one():
+    figure = profile_figure(ROWS, all_runs(ROWS), 2)
+    (panel,) = figure.axes
+    curves = {line.get_label(): line for line in panel.get_lines()}
+    assert list(curves) == ["ppo", "adaptive_rule"]
+    assert curves["ppo"].get_ydata()[0] == 1.0
+    assert (np.diff(curves["ppo"].get_ydata()) <= 0.0).all()
+    assert curves["adaptive_rule"].get_ydata()[-1] == 0.0
+    assert len(curves["ppo"].get_xdata()) == len(LEVELS)
+    assert len({(line.get_color(), line.get_linestyle()) for line in curves.values()}) == len(curves)
+    assert {line.get_color() for line in curves.values()} <= set(COLOURS)

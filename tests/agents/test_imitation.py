@@ -1,0 +1,183 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from agents.bounds.dynamic_programming import exact_optimum
+from agents.bounds.planners import ModelPredictive, all_choices
+from agents.evaluate import episode_seeds, evaluate, start_episodes
+from agents.learning import imitation
+from agents.learning.checkpoint import Training, read_checkpoint, write_checkpoint
+from agents.learning.imitation import WORST, ClonedPPO, CostPlanner, Teacher, cheapest
+from agents.learning.saved import load_policy, save_policy
+from agents.learning.settings import settings_for
+from agents.learning.training_env import LearnerVecEnv
+from agents.policy import Decision, reveal
+from agents.registry import make_policy
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+
+ORACLE, TASK = load_task("oracle6"), load_task("power_limited")
+COST = Outcome._fields.index("cost")
+ENVS = 32
+
+
+def cloned(labels: int, steps: int, envs: int = ENVS, **arguments: object) -> ClonedPPO:
+    env = LearnerVecEnv(ORACLE, envs)
+    model = ClonedPPO(
+        "MlpPolicy",
+        env,
+        labels=labels,
+        policy_kwargs={"net_arch": [32]},
+        n_steps=6,
+        batch_size=6 * envs,
+        seed=1,
+        device="cpu",
+        **arguments,
+    )
+    env.seed(100_000)
+    model.learn(steps)
+    return model
+
+
+def test_the_cost_of_a_choice_is_that_of_grinding_it_and_then_by_the_rule():
+    # in a task without chance the planner knows the future
+    rule = make_policy("full_state_rule", ORACLE)
+    simulation = Simulation(ORACLE)
+    start = start_episodes(simulation, [0])
+    choices = all_choices(ORACLE, 0)
+    planner = CostPlanner(rule, horizon=ORACLE.blocks)
+    planner.begin(ORACLE, 1)
+    costs = planner.costs(reveal("state", ORACLE, start), choices)[0]
+    for k in range(0, len(choices.speeds), 5):
+        episodes = start.pick([0])
+        rule.begin(ORACLE, 1)
+        decision = Decision(choices.speeds[k : k + 1], choices.executions[k : k + 1])
+        total = 0.0
+        for _ in range(ORACLE.blocks):
+            total += simulation.step(episodes, *decision)[0][0, COST]
+            if not simulation.over(episodes)[0]:
+                decision = rule.act(np.zeros((1, 0), np.float32), reveal("state", ORACLE, episodes))
+        assert costs[k] == pytest.approx(total, rel=1e-12)
+
+
+@pytest.mark.parametrize("task", [ORACLE, load_task("rush")])
+def test_the_best_label_is_the_decision_of_the_planner(task):
+    simulation = Simulation(task)
+    episodes = start_episodes(simulation, episode_seeds("training", 3))
+    levels = len(LearnerVecEnv(task, 1).view.codec.levels)
+    teacher = Teacher(task, levels, horizon=5, temperature=0.1)
+    planner = ModelPredictive(make_policy("full_state_rule", task), horizon=5, speeds=levels)
+    teacher.begin(3)
+    planner.begin(task, 3)
+    view = LearnerVecEnv(task, 1).view
+    for _ in range(4):
+        worse = teacher.labels(episodes)
+        assert worse.min(axis=(1, 2)) == pytest.approx(0.0)
+        assert worse.max() <= WORST
+        mine = view.decide(cheapest(worse))
+        theirs = planner.act(np.zeros((3, 0), np.float32), reveal("state", task, episodes))
+        assert np.array_equal(mine.executions, theirs.executions)
+        # the planner looks between the levels, too
+        step = np.log(view.codec.levels[1] / view.codec.levels[0])
+        assert np.abs(np.log(mine.speeds / theirs.speeds)).max() < 1.1 * step
+        simulation.step(episodes, *mine)
+
+
+def test_without_a_horizon_the_labels_are_the_rule():
+    simulation = Simulation(TASK)
+    episodes = start_episodes(simulation, episode_seeds("training", 5))
+    teacher = Teacher(TASK, 24, horizon=0, temperature=0.1)
+    teacher.begin(5)
+    worse = teacher.labels(episodes)
+    likely = np.exp(-worse / 0.1)
+    likely /= likely.sum(axis=(1, 2), keepdims=True)
+    rule = make_policy("full_state_rule", TASK)
+    rule.begin(TASK, 5)
+    decision = rule.act(np.zeros((5, 0), np.float32), reveal("state", TASK, episodes))
+    levels = np.unique(teacher.choices.speeds)
+    assert np.exp(likely.sum(axis=2) @ np.log(levels)) == pytest.approx(decision.speeds, rel=1e-5)
+    assert likely.sum(axis=1).argmax(axis=1).tolist() == decision.executions.tolist()
+    assert ((likely.sum(axis=2) > 1e-6).sum(axis=1) <= 2).all()
+
+
+def test_a_clone_of_the_planner_finds_the_optimum_of_oracle6(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    # as many updates as in a long training
+    monkeypatch.setattr(imitation, "BATCH", 8)
+    rounds, envs = 3, 8
+    model = cloned(rounds * envs * ORACLE.blocks, rounds * envs * ORACLE.blocks, envs)
+    assert model.num_timesteps == rounds * envs * ORACLE.blocks
+    save_policy(tmp_path / "clone.safetensors", model, ORACLE, "bc", settings_for("ppo", ORACLE, tmp_path))
+    cost = evaluate(load_policy(tmp_path / "clone.safetensors"), ORACLE, [0]).cost[0]
+    planner = evaluate(make_policy("mpc", ORACLE), ORACLE, [0]).cost[0]
+    assert planner == pytest.approx(exact_optimum(ORACLE).cost)
+    assert cost <= 1.01 * planner
+
+
+def test_the_critic_knows_what_the_student_earns():
+    model = cloned(labels=3 * ENVS * ORACLE.blocks, steps=3 * ENVS * ORACLE.blocks)
+    first = torch.as_tensor(model.features[-1][:ENVS])
+    with torch.no_grad():
+        known = model.policy.predict_values(first).mean().item()
+    assert known == pytest.approx(model.returns[:ENVS].mean(), abs=0.3)
+
+
+def test_the_returns_are_the_discounted_rewards_of_the_round():
+    # the expert grinds the first one, and its decisions are the best labels
+    model = cloned(ENVS * ORACLE.blocks, ENVS * ORACLE.blocks)
+    decisions = LearnerVecEnv(ORACLE, 1).view.decide(cheapest(model.labelled[0][::ENVS]))
+    simulation = Simulation(ORACLE)
+    episodes = start_episodes(simulation, [0])
+    costs = [simulation.step(episodes, *(part[k : k + 1] for part in decisions))[0][0, COST] for k in range(6)]
+    rewards = 1.0 - np.array(costs) / ORACLE.reference_cost
+    assert model.returns[0] == pytest.approx((model.gamma ** np.arange(6) * rewards).sum(), rel=1e-5)
+    assert model.returns[-1] == pytest.approx(rewards[-1], rel=1e-5)
+
+
+def test_what_is_best_on_average_is_learned_even_if_it_is_never_the_best(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(imitation, "BATCH", 16)
+    model = cloned(ENVS * ORACLE.blocks, ENVS * ORACLE.blocks)
+    seen = model.features[0][:1]
+    # two states that look the same: what is best in one scraps the part in the other
+    one = np.full(model.labelled[0].shape[1:], WORST, np.float32)
+    other = one.copy()
+    one[0, 0], one[1, 0] = 0.0, 0.3
+    other[2, 0], other[1, 0] = 0.0, 0.3
+    model.features = [np.repeat(seen, 256, axis=0)]
+    model.labelled = [np.stack([one, other] * 128)]
+    model.returns = np.zeros(256, np.float32)
+    model.train()
+    assert model.predict(seen[0], deterministic=True)[0].tolist() == [1, 0]
+
+
+def test_after_its_labels_it_goes_on_as_ppo():
+    labels = ENVS * ORACLE.blocks
+    clone, further = cloned(labels, labels), cloned(labels, 3 * labels)
+    assert clone.features and not further.features
+    assert further.num_timesteps == 3 * labels
+    before, after = (model.policy.action_net.weight.detach().numpy() for model in (clone, further))
+    change = np.abs(after - before).max()
+    assert 0.0 < change < 0.1
+
+
+def test_interrupted_cloning_goes_on_to_the_same_agent(tmp_path: Path):
+    labels = 2 * ENVS * ORACLE.blocks
+    whole = cloned(labels, labels + ENVS * ORACLE.blocks)
+    half = cloned(labels, labels // 2)
+    write_checkpoint(tmp_path / "half", Training(half, [], {}))
+    np.random.seed(0)
+    torch.manual_seed(99)
+    again = read_checkpoint(tmp_path / "half").model
+    again.learn(labels, reset_num_timesteps=False)
+    assert again.num_timesteps == whole.num_timesteps
+    for one, other in zip(whole.policy.parameters(), again.policy.parameters(), strict=True):
+        assert torch.equal(one, other)
+
+
+def test_only_a_grid_is_labelled(tmp_path: Path):
+    settings = settings_for("sac", ORACLE, tmp_path)
+    with pytest.raises(GrindError, match="set actions to 'grid'"):
+        ClonedPPO("MlpPolicy", LearnerVecEnv(ORACLE, 2, settings.memory, settings.actions))

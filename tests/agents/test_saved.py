@@ -1,0 +1,214 @@
+import io
+import json
+import pickle
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from safetensors.numpy import load, save
+from stable_baselines3.common.save_util import save_to_zip_file
+
+from agents.evaluate import episode_seeds, evaluate
+from agents.learning import saved
+from agents.learning.algorithms import build
+from agents.learning.saved import ENTRY, load_policy, save_policy
+from agents.learning.settings import settings_for
+from agents.learning.training_env import LearnerVecEnv
+from grind_env.envs.observations import readings
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+
+TASK = load_task("oracle6")
+DEFAULT = settings_for("ppo", TASK, Path("no folder"))
+SETTINGS = replace(DEFAULT, hyper={**DEFAULT.hyper, "batch_size": 60})
+
+
+@pytest.fixture(scope="module")
+def model() -> Any:
+    return build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+
+
+@pytest.fixture(scope="module")
+def good(model: Any, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("good") / "new" / "agent.safetensors"
+    save_policy(path, model, TASK, "ppo", SETTINGS)
+    assert [each.name for each in path.parent.iterdir()] == ["agent.safetensors"]
+    return path.read_bytes()
+
+
+def document_of(data: bytes) -> dict[str, Any]:
+    (length,) = struct.unpack("<Q", data[:8])
+    description: dict[str, Any] = json.loads(json.loads(data[8 : 8 + length])["__metadata__"][ENTRY])
+    return description
+
+
+def with_document(data: bytes, change: Callable[[dict[str, Any]], object]) -> bytes:
+    document = document_of(data)
+    change(document)
+    return save(load(data), {ENTRY: json.dumps(document)})
+
+
+def refused(folder: Path, data: bytes, match: str, **arguments: Any) -> None:
+    path = folder / "agent.safetensors"
+    path.write_bytes(data)
+    with pytest.raises(GrindError, match=match) as caught:
+        load_policy(path, **arguments)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model: Any):
+    assert len(good) < 300_000
+    document = document_of(good)
+    assert document["settings"]["hyper"] == dict(SETTINGS.hyper)
+    assert {"task": "oracle6", "kind": "ppo", "memory": "belief", "actions": "grid"}.items() <= document.items()
+    assert set(document["versions"]) == {"grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch"}
+    state = model.policy.state_dict()
+    tensors = load(good)
+    assert not any("value" in name for name in tensors)
+    assert all(np.array_equal(values, state[name].numpy()) for name, values in tensors.items())
+
+
+def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
+    with pytest.raises(GrindError, match="run `python -m agents train` first"):
+        load_policy(tmp_path / "none.safetensors")
+    refused(tmp_path, b"", "holds no agent")
+    refused(tmp_path, good[:-1], "holds no agent")
+    refused(tmp_path, struct.pack("<Q", 1 << 62) + b"{}", "holds no agent")
+    refused(tmp_path, save({"a": np.zeros(3, np.float32)}), "it has no description")
+    refused(tmp_path, save(load(good), {ENTRY: "{"}), "description is damaged")
+    refused(tmp_path, save(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
+    refused(tmp_path, save(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
+    refused(tmp_path, good, "was trained for oracle6, not for slot", task=load_task("slot"))
+
+
+def test_a_large_file_is_not_even_read(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(saved, "MOST_BYTES", len(good) - 1)
+    refused(tmp_path, good, r"has more than 0\.\d+ MB")
+
+
+class Dangerous:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> Any:
+        return Path.touch, (self.path,)
+
+
+def test_a_pickle_runs_only_when_trusted(model: Any, tmp_path: Path):
+    ran = tmp_path / "ran"
+    refused(tmp_path, pickle.dumps(Dangerous(ran)), "holds no agent")
+    refused(tmp_path, pickle.dumps(Dangerous(ran)), "holds no agent", trust=True)
+    buffer = io.BytesIO()
+    save_to_zip_file(buffer, data={"policy_class": Dangerous(ran)})
+    refused(tmp_path, buffer.getvalue(), "can run code of its author: give a .safetensors file, or --trust")
+    assert not ran.exists()
+    refused(tmp_path, buffer.getvalue(), "holds no model of Stable-Baselines3", task=TASK, trust=True)
+    assert ran.exists()
+
+
+def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes, model: Any, tmp_path: Path):
+    (tmp_path / "agent.safetensors").write_bytes(good)
+    model.save(tmp_path / "agent.zip")
+    ours = load_policy(tmp_path / "agent.safetensors")
+    theirs = load_policy(tmp_path / "agent.zip", task=TASK, trust=True)
+    assert (theirs.memory, theirs.actions, theirs.name) == ("belief", "grid", "agent")
+    runs = [evaluate(policy, TASK, episode_seeds("validation", 2)) for policy in (ours, theirs)]
+    assert np.array_equal(runs[0].speeds, runs[1].speeds)
+    with pytest.raises(GrindError, match="name the task"):
+        load_policy(tmp_path / "agent.zip", trust=True)
+    with pytest.raises(GrindError, match="was not trained for rush"):
+        load_policy(tmp_path / "agent.zip", task=load_task("rush"), trust=True)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("format", 2, "has format 2, but this version reads 1"),
+        ("task", "unheard_of", "there is no task 'unheard_of'"),
+        ("task", "../../etc/passwd", "description is damaged"),
+        ("task", "slot", "another version of slot"),
+        ("task", ["oracle6"], "description is damaged"),
+        ("kind", "\x1b[2J", "description is damaged"),
+        ("memory", "elephant", "description is damaged"),
+        ("memory", {}, "description is damaged"),
+        ("memory", "stack", "another version of oracle6"),
+        ("actions", "index", "another version of oracle6"),
+        ("spaces", "0" * 64, "another version of oracle6"),
+        ("network", None, "description is damaged"),
+    ],
+)
+def test_a_wrong_description_is_refused(key: str, value: Any, match: str, good: bytes, tmp_path: Path):
+    refused(tmp_path, with_document(good, lambda document: document.update({key: value})), match)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("family", "os.system", "description is damaged"),
+        ("family", "q_network", "its tensors are not those"),
+        ("entries", 10**9, "description is damaged"),
+        ("entries", True, "description is damaged"),
+        ("entries", 12, "its tensors are not those"),
+        ("hidden", [128], "its tensors are not those"),
+        ("hidden", [60_000] * 16, "its tensors are not those"),
+        ("hidden", [1] * 17, "description is damaged"),
+        ("hidden", [128.0, 128.0], "description is damaged"),
+        ("hidden", "128", "description is damaged"),
+        ("lstm", 64, "its tensors are not those"),
+        ("activation", "exec", "description is damaged"),
+    ],
+)
+def test_a_wrong_network_is_refused(key: str, value: Any, match: str, good: bytes, tmp_path: Path):
+    refused(tmp_path, with_document(good, lambda document: document["network"].update({key: value})), match)
+
+
+def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
+    metadata = {ENTRY: json.dumps(document_of(good))}
+    for change, match in (
+        (lambda values: np.full_like(values, np.nan), "no finite number"),
+        (lambda values: np.where(np.arange(len(values)) == 3, np.inf, values).astype(np.float32), "no finite number"),
+        (lambda values: values.astype(np.float64), "its tensors are not those"),
+        (lambda values: values[1:], "its tensors are not those"),
+        (lambda values: values[:, None], "its tensors are not those"),
+    ):
+        tensors = load(good)
+        tensors["action_net.bias"] = change(tensors["action_net.bias"])
+        refused(tmp_path, save(tensors, metadata), match)
+    tensors = load(good)
+    refused(tmp_path, save({**tensors, "more": np.zeros(1, np.float32)}, metadata), "its tensors are not those")
+    del tensors["action_net.bias"]
+    refused(tmp_path, save(tensors, metadata), "its tensors are not those")
+
+
+def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
+    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model.policy.action_net.bias.data[0] = float("nan")
+    with pytest.raises(GrindError, match="no finite number"):
+        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+    assert list(tmp_path.iterdir()) == []
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(cut=st.integers(0, 400), where=st.integers(0, 2400), mask=st.integers(0, 255), tail=st.binary(max_size=8))
+def test_a_damaged_file_is_an_agent_or_refused(
+    cut: int, where: int, mask: int, tail: bytes, good: bytes, tmp_path: Path
+):
+    data = bytearray(good)
+    data[where] ^= mask
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(bytes(data[: len(data) - cut]) + tail)
+    try:
+        policy = load_policy(path)
+    except GrindError as error:
+        assert "\n" not in str(error)
+    else:
+        # flipped bits may spell another number or version
+        policy.begin(TASK, 1)
+        policy.act(np.zeros((1, len(readings(TASK, full=False))), np.float32), None)

@@ -1,0 +1,195 @@
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
+from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
+from agents.benchmark.measure import Measured
+from agents.benchmark.plan import Cell
+from agents.benchmark.readme import BEGIN, END, README, replaced, section
+from agents.benchmark.results import read_results, result_of
+from agents.benchmark.summary import HEADINGS, rich_table, summaries
+from agents.commands.benchmark import RESULTS
+from agents.evaluate import Evaluation
+from agents.reference.table import table_rows
+from agents.scripted.rules import Fixed
+from agents.statistics import bootstrap, cost_per_good_part, normalised_score
+from agents.tuned import ConfigError
+
+RNG = np.random.default_rng(1)
+N = 40
+
+
+def evaluation(cost, good=None):
+    n = len(cost)
+    good = np.ones(n) if good is None else good
+    return Evaluation(np.asarray(cost, float), good, np.full(n, 2.0), np.full((n, 2), 9000.0), np.ones((n, 2)))
+
+
+def row(task, policy, cost, seed=None, sees="measurements", good=None):
+    return result_of(Measured(cell=Cell(task, policy, seed), sees=sees, evaluation=evaluation(cost, good)))
+
+
+def table_of(task, learned, noise=1.0):
+    """Costs around 8 and 6 of the plans, 2 of the planner, and those given of learned agents."""
+    shared = noise * RNG.exponential(1.0, N)
+    rows = [
+        row(task, "constant", 8.0 + shared),
+        row(task, "interval", 6.0 + shared),
+        row(task, "hindsight", 2.0 + 0.5 * shared, sees="future"),
+    ]
+    rows += [row(task, "ppo", cost + 0.5 * shared, seed=k) for k, cost in enumerate(learned)]
+    return rows
+
+
+def by_policy(results, task):
+    return {line.policy: line for line in summaries(results, task)}
+
+
+def test_one_run_has_the_interval_of_the_episodes():
+    good = RNG.uniform(0.5, 1.0, N).astype(np.float32)
+    rows = [*table_of("rush", [])[:3], row("rush", "ppo", RNG.exponential(3.0, N), seed=0, good=good)]
+    line = by_policy(rows, "rush")["ppo"]
+    cost, fixed, planner = (np.asarray(rows[k].cost, float) for k in (3, 1, 2))
+    assert line.cost == pytest.approx(bootstrap(cost_per_good_part, cost, np.asarray(good, float)), rel=1e-9)
+    assert line.score == pytest.approx(bootstrap(normalised_score, cost, fixed, planner), rel=1e-9)
+    assert line.ratio.value == pytest.approx(cost.mean() / fixed.mean())
+    assert line.runs == 1
+
+
+def test_runs_of_a_policy_are_averaged_and_widen_its_interval():
+    rows = table_of("rush", [2.0, 4.0, 6.0], noise=0.0)
+    line = by_policy(rows, "rush")["ppo"]
+    assert line.runs == 3
+    assert line.score.value == pytest.approx(50.0)
+    # no noise between episodes: the mean of three draws from 0, 50, 100 is 0 or 100 once in 27 times each
+    assert (line.score.low, line.score.high) == pytest.approx((0.0, 100.0))
+    assert line.cost.value == pytest.approx(4.0)
+    assert by_policy(rows, "rush")["constant"].score == pytest.approx((-50.0, -50.0, -50.0))
+
+
+def test_a_table_runs_from_those_that_know_least():
+    rows = judged([*table_of("rush", [3.0]), row("rush", "mpc", np.full(N, 2.2), sees="state")])
+    assert [line.policy for line in summaries(rows, "rush")] == ["constant", "interval", "ppo", "mpc", "hindsight"]
+    console = Console(width=160, record=True, file=io.StringIO())
+    console.print(rich_table(rows, "rush", "a title"))
+    text = console.export_text()
+    assert "a title" in text
+    assert all(heading in text for heading in HEADINGS)
+
+
+def test_where_the_anchors_cost_nearly_the_same_the_ratio_is_reported():
+    assert is_ratio("slot")
+    assert not is_ratio("rush")
+    rows = table_of("slot", [7.2], noise=0.0)
+    (text,) = [line.cells(ratio=True)[7] for line in summaries(rows, "slot") if line.policy == "ppo"]
+    assert text == "1.200x (1.200 to 1.200)"
+    assert list(scored_tasks([*rows, *table_of("rush", [])])) == ["rush"]
+    assert "1.200x ± 0.000" in section(rows)
+
+
+def test_aggregates_are_over_tasks_and_runs():
+    rows = [*table_of("rush", [2.0, 4.0], noise=0.0), *table_of("blades", [3.0, 5.0, 100.0], noise=0.0)]
+    runs = all_runs(rows)
+    # the first two runs of each task, blades first
+    assert runs["ppo"].scores == pytest.approx(np.array([[75.0, 100.0], [25.0, 50.0]]))
+    found = aggregates(runs)
+    assert list(found) == ["hindsight", "ppo", "interval", "constant"]
+    assert found["ppo"]["mean"].value == pytest.approx(62.5)
+    assert found["ppo"]["IQM"].value == pytest.approx(62.5)
+    assert found["ppo"]["optimality gap"].value == pytest.approx(37.5)
+    assert found["ppo"]["mean"].low < 62.5 < found["ppo"]["mean"].high
+    assert improvements(runs, "interval")["ppo"] == pytest.approx((1.0, 1.0, 1.0))
+    assert improvements(runs, "hindsight")["ppo"].value == pytest.approx(0.125)
+    share, low, high = profile(runs["ppo"], np.array([0.0, 60.0]))
+    assert share == pytest.approx([1.0, 0.5])
+    assert (low <= share).all() and (share <= high).all()
+
+
+def test_scores_are_clipped_in_aggregates_only():
+    rows = table_of("rush", [100.0], noise=0.0)
+    assert by_policy(rows, "rush")["ppo"].score.value < -2000.0
+    assert aggregates(all_runs(rows))["ppo"]["mean"] == (-100.0, -100.0, -100.0)
+
+
+def test_a_policy_that_was_not_run_everywhere_is_left_out_of_aggregates():
+    rows = [*table_of("rush", [3.0]), *table_of("blades", [])]
+    assert "ppo" not in all_runs(rows)
+    # a task of one kind of block has no constant per kind: it is the constant there
+    rows = [*table_of("power_limited", []), *table_of("rush", []), row("rush", "constant_per_kind", np.full(N, 5.0))]
+    runs = all_runs(rows)
+    assert runs["constant_per_kind"].scores[0, 0] == runs["constant"].scores[0, 0]
+    assert runs["constant_per_kind"].scores[0, 1] != runs["constant"].scores[0, 1]
+
+
+def test_a_missing_run_has_no_interval():
+    sampled = Sampled(table_of("rush", []))
+    assert over_runs(sampled.scores(), sampled.runs("ppo")) is None
+    assert over_runs(None, [0]) is None
+
+
+def test_the_section_of_a_page():
+    rows = judged([*table_of("power_limited", [3.0, 3.5]), *table_of("slot", [5.0])])
+    page = replaced(f"above\n{BEGIN}\nold\n{END}\nbelow\n", rows)
+    assert page.startswith(f"above\n{BEGIN}\n\n")
+    assert page.endswith(f"\n\n{END}\nbelow\n")
+    assert "old" not in page
+    assert replaced(page, rows) == page
+    (line,) = re.findall(r"^\| ppo \| measurements \| 2 \|.*$", page, re.MULTILINE)
+    score = by_policy(rows, "power_limited")["ppo"].score
+    assert f"{score.value:.1f} ({score.low:.1f} to {score.high:.1f})" in line
+    with pytest.raises(ConfigError, match="no lines"):
+        replaced("a page without markers", rows)
+
+
+def test_the_page_names_the_command_that_makes_such_results():
+    rows = [*table_of("rush", [3.0, 4.0]), *table_of("blades", [3.0, 4.0]), *table_of("slot", [])]
+    text = section(judged(rows))
+    tail = "--episodes 40 --test-episodes 0 --results agents/results"
+    assert f"python -m agents benchmark --tasks blades,rush --kinds ppo --seeds 2 {tail}\n" in text
+    assert f"python -m agents benchmark --tasks slot --kinds '' --seeds 0 {tail}\n" in text
+
+
+def test_the_readme_says_what_the_checked_in_results_say():
+    results = read_results(RESULTS)
+    assert results
+    text = README.read_text(encoding="utf-8")
+    assert replaced(text, results) == text
+
+
+def test_the_checked_in_results_are_judged_as_the_code_judges():
+    results = read_results(RESULTS)
+    for old, new in zip(results, judged(results), strict=True):
+        assert (old.task, old.policy) == (new.task, new.policy)
+        assert (old.score, old.score_low, old.score_high) == pytest.approx((new.score, new.score_low, new.score_high))
+        assert old.cost_per_good_part == pytest.approx(new.cost_per_good_part)
+
+
+def test_checked_in_episodes_belong_to_no_training():
+    for each in read_results(RESULTS):
+        first, last = map(int, each.seeds.split(".."))
+        assert 2_000_000 <= first <= last < 2_500_000
+        assert last - first + 1 == each.episodes == len(each.cost)
+
+
+def test_a_table_of_reference_scores_is_anchored_at_the_better_fixed_plan():
+    costs = {"constant": (4.0, 6.0), "interval": (5.0, 6.0), "hindsight": (2.0, 2.0), "learned": (3.5, 3.5)}
+    results = {name: evaluation(cost) for name, cost in costs.items()}
+    rows = {each.policy: each for each in table_rows([Fixed(9.0, 1, name=name) for name in costs], results)}
+    assert rows["constant"].score.value == 0.0
+    assert rows["hindsight"].score.value == 100.0
+    assert rows["interval"].score.value == pytest.approx(-100.0 / 6.0)
+    assert rows["learned"].score.value == 50.0
+    assert rows["learned"].cost.value == 3.5
+    assert (rows["learned"].speed, rows["learned"].executions, rows["learned"].scrap) == (9.0, 1.0, 0.5)
+
+
+def test_a_row_with_other_numbers_is_judged_anew():
+    rows = judged(table_of("rush", [3.0]))
+    worse = judged([replace(each, cost=each.cost * 2.0) if each.policy == "ppo" else each for each in rows])
+    assert worse[-1].score < rows[-1].score
+    assert [each.score for each in worse[:-1]] == [each.score for each in rows[:-1]]
