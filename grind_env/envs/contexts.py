@@ -161,6 +161,16 @@ def read_all_options(task: Task, options: Mapping[str, Any] | None, before: Sequ
     return given
 
 
+def refuse_options(options: Mapping[str, Any] | None, env: str) -> None:
+    """Check the options of a reset of an environment that has none.
+
+    Raises:
+        ContextError: if there are any.
+    """
+    if options:
+        raise ContextError(f"there is no reset option {next(iter(options))!r}: {env} has none, leave it out")
+
+
 def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
     """Standard normal numbers moved into the ranges of a split, in their order, by probability."""
     u = np.interp(normals, NORMAL, PROBABILITY) * len(ranges)

@@ -7,7 +7,7 @@ from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, dress_program, job
 from grind_env.envs.tasks import Kind, Task
 from grind_env.machine.job import Job
 
-PICK_FEED = 1500.0
+CROSS_FEED = 1500.0
 """mm/min of plunge and cross picks; the longest pick is over before the wheel is back over the part."""
 
 
@@ -39,7 +39,7 @@ def block_text(task: Task, block: CycleBlock) -> str:
         f"Z{number(crossover(task, kind))}",
         f"K{number(task.cross_pick)}",
         f"L{kind.sparkout}",
-        f"F{number(PICK_FEED)}",
+        f"F{number(CROSS_FEED)}",
         f"E{chosen['E']}",
         f"P{DRESS_PROGRAM}",
         f"D{chosen['D']}",

@@ -15,10 +15,10 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.contexts import Given, materials
 from grind_env.envs.cross_program import chosen_words, part_program, shop
 from grind_env.envs.episode import TapeRow
-from grind_env.envs.form import check_cycle
+from grind_env.envs.form import check_width
 from grind_env.envs.observations import SIZE_NOISE, Reading
 from grind_env.envs.program import CycleBlock, coming_block, conditions
-from grind_env.envs.program_episode import BlockRun, ProgramEpisode
+from grind_env.envs.program_episode import BlockRun, ProgramEpisode, step_all
 from grind_env.envs.rows import KindRow, Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation, Table
 from grind_env.envs.step import settle
@@ -63,7 +63,7 @@ class CrossSimulation(Simulation):
     """
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
-        check_cycle(task, "G83")
+        check_width(task, "G83")
         if len(task.kinds) > 1 or not (task.kinds[0].starts_part and task.kinds[0].ends_part):
             raise TaskError(f"{task.name} has several kinds of blocks; a G83 task has one, which is a whole part")
         if not task.cross_pick > 0.0:
@@ -116,26 +116,26 @@ class CrossSimulation(Simulation):
     ) -> tuple[Table, Table]:
         """Grind the next part of the episodes in `active`; as `Simulation.step`.
 
-        The part is judged where it is farthest from its size: by the mean size error and half of the taper.
+        The part is judged where it is farthest from its size, as in the record.
+
+        Raises:
+            GrindError: a part cannot be ground so; every episode is then as it was before.
         """
         cross, n = _cross(episodes), len(episodes.block)
         active = np.arange(n) if active is None else active
         pre = np.zeros(n) if pre_dresses is None else pre_dresses
         outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(CycleResult._fields)))
         cycles, parameters = np.zeros((n, len(Cycle._fields))), np.zeros((n, len(StrokeParameters._fields)))
-        for i in active.tolist():
-            block = coming_block(self.task, cross, i, speeds[i], executions[i], pre[i])
-            program = cross.programs[i]
-            run = program.step(chosen_words(block))
-            part = run.finished[0]
-            stock, error, taper = float(part["stock"]), float(part["size_error"]), float(part["taper"])
-            worst = error + np.copysign(0.5 * taper, error)
-            results[i] = result_of(run, block.kind.pick)
+        blocks = {i: coming_block(self.task, cross, i, speeds[i], executions[i], pre[i]) for i in active.tolist()}
+        for i, run in step_all(cross.programs, {i: chosen_words(block) for i, block in blocks.items()}).items():
+            part, program = run.finished[0], cross.programs[i]
+            stock = float(part["stock"])
+            results[i] = result_of(run, blocks[i].kind.pick)
             cycles[i, TARGET] = stock
             parameters[i] = program.run.part.p
             cross.wheels[i] = np.array(program.run.wheel)
-            cross.parts[i] = PartState(stock, stock - 0.001 * worst, float(part["Ra"]))
-            cross.taper[i] = taper + cross.taper_noise[i, cross.block[i]]
+            cross.parts[i] = PartState(stock, stock - 0.001 * float(part["worst_error"]), float(part["Ra"]))
+            cross.taper[i] = float(part["taper"]) + cross.taper_noise[i, cross.block[i]]
         settle(
             self._judged,
             self.shop,
@@ -216,7 +216,7 @@ def result_of(run: BlockRun, pick: float) -> CycleResult:
 def _at_worst(entry: Reading) -> Reading:
     if entry.name != "size_error":
         return entry
-    return entry._replace(meaning="stock left on the last finished part where most is: the mean and half of the taper")
+    return entry._replace(meaning="stock left on the last finished part where it is farthest from its size")
 
 
 def _cross(episodes: Episodes) -> CrossEpisodes:

@@ -70,8 +70,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
-        cycle: refuse the task if its parts are not ground in this cycle: `"G82"`, or `"G83"` for parts wider than
-            the wheel.
+        cycle: `"G82"`, the cycle of the blocks; any other is refused.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
     """
@@ -90,8 +89,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     ) -> None:
         self.task: Task = self.form.load(task)
         refuse_render(render_mode, RENDER_MODES)
-        if cycle is not None:
-            check_cycle(self.task, cycle)
+        check_cycle(self.form, self.task, cycle)
         self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)
@@ -140,15 +138,16 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset and after the last block.
             ActionError: if the action is not in the action space.
+            GrindError: if the control or the machine refuses the block; nothing has then been ground.
         """
         episodes = self.episodes
         if episodes is None or episodes.block[0] >= self.task.blocks:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = self.codec.choose(self.codec.single(action))
         block = coming_block(self.task, episodes, 0, *(float(values[0]) for values in choice))
-        self.blocks.append(block)
         outcomes, _ = self.simulation.step(episodes, *choice)
         outcome = Outcome(*outcomes[0].tolist())
+        self.blocks.append(block)
         self.outcomes.append(outcome)
         self.follow()
         info = self.infos.single(outcome, choice)

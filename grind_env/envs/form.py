@@ -14,6 +14,8 @@ CYCLES = ("G82", "G83")
 class Form(NamedTuple):
     """The form of the blocks of an environment."""
 
+    cycle: str
+    """The cycle of the blocks."""
     load: Callable[[str], Task]
     """Task of a name."""
     simulation: type[Simulation]
@@ -24,26 +26,46 @@ class Form(NamedTuple):
     """The part program of an episode."""
 
 
-G82 = Form(load_task, Simulation, block_text, part_program)
+G82 = Form("G82", load_task, Simulation, block_text, part_program)
 """A step is one G82 cycle block."""
 
 
-def check_cycle(task: Task, cycle: str) -> None:
-    """Refuse a cycle that does not suit the parts of a task.
+def check_cycle(form: Form, task: Task, cycle: str | None) -> None:
+    """Refuse a task, or a cycle that is asked for, which does not suit a form.
+
+    Args:
+        form: of the blocks.
+        task: the task.
+        cycle: as asked for; None for that of the form.
+
+    Raises:
+        TaskError: there is no such cycle, it is not that of the form, or it does not suit the width of a part.
+    """
+    asked = form.cycle if cycle is None else cycle
+    if asked not in (*CYCLES, form.cycle):
+        raise TaskError(f"cycle is {asked!r}, but must be one of {', '.join(CYCLES)}")
+    check_width(task, asked)
+    if asked != form.cycle:
+        raise TaskError(
+            f"cycle is {asked!r}, but the blocks of this environment are {form.cycle}: leave it out, or make "
+            "grind/WidePlates-v0 for G83"
+        )
+
+
+def check_width(task: Task, cycle: str) -> None:
+    """Refuse a cycle that does not suit the width of the parts of a task.
 
     Args:
         task: the task.
-        cycle: `"G82"`, which plunges with the wheel across the whole part, or `"G83"` with cross picks.
+        cycle: G82 plunges with the wheel across the whole part, G83 needs a wider one for its cross picks.
 
     Raises:
-        TaskError: there is no such cycle, a part is wider than the wheel under G82, or one is not under G83.
+        TaskError: a part is wider than the wheel under G82, or one is not under G83.
     """
-    if cycle not in CYCLES:
-        raise TaskError(f"cycle is {cycle!r}, but must be one of {', '.join(CYCLES)}")
     wheel = task.wheel.width
     for kind in task.kinds:
         sizes = f"a {kind.name} of {task.name} is {kind.width:g} mm wide, the wheel {wheel:g} mm"
         if cycle == "G82" and kind.width > wheel:
-            raise TaskError(f"{sizes}: a G82 grinds only one strip of it; use cycle='G83'")
+            raise TaskError(f"{sizes}: a G82 grinds only one strip of it; WidePlatesEnv grinds it with cycle='G83'")
         if cycle == "G83" and kind.width <= wheel:
-            raise TaskError(f"{sizes}: a G83 has no strip to cross to; use cycle='G82'")
+            raise TaskError(f"{sizes}: a G83 has no strip to cross to; GrindEnv grinds it with cycle='G82'")

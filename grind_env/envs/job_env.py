@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import Programs, read_file
 from grind_env.envs.choice import Choice, Choices
+from grind_env.envs.contexts import refuse_options
 from grind_env.envs.job_outline import COST_TERMS, JobProgramError, Outline, costs, handover, outline
 from grind_env.envs.job_readings import Gauges, coming, hidden, readings, scaled
 from grind_env.envs.job_tape import FACTORS, JobTape, draw
@@ -135,7 +136,12 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; the same seed draws the same episode."""
+        """Start an episode; the same seed draws the same episode.
+
+        Raises:
+            ContextError: if there are options: a job has none.
+        """
+        refuse_options(options, "Job")
         super().reset(seed=seed)
         plan = self.outline
         self.tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread)
@@ -237,7 +243,8 @@ class JobVectorEnv(SerialVectorEnv):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(JobEnv(program, job, observation, spread, show_block, render_mode), num_envs, autoreset_mode)
+        env = JobEnv(program, job, observation, spread, show_block, render_mode)
+        super().__init__(env, env.choices.decode, num_envs, autoreset_mode)
 
 
 def _check(observation: str, spread: float, render_mode: str | None) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from grind_env.control import CycleAhead, CyclePlan, CycleStart, Event, ProgramEnd, Programs, execute
 from grind_env.control.words import Block
+from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, Table
@@ -126,6 +127,11 @@ class ProgramEpisode:
             self.time - began,
         )
 
+    def rewind(self, blocks: int) -> None:
+        """Run anew up to where that many blocks have been run."""
+        state = self.__getstate__()
+        self.__setstate__({**state, "words": state["words"][:blocks]})
+
     def _to_next_cycle(self) -> Iterator[Event]:
         """Take the events up to the next cycle block, or to the end, and hand each on once it has happened."""
         self.block = None
@@ -138,6 +144,29 @@ class ProgramEpisode:
             self.run.take(event)
             self._execution.set_wheel_radius(self.run.wheel_radius)
             yield event
+
+
+def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> dict[int, BlockRun]:
+    """Run the coming block of those programs that have words for it, or of none.
+
+    Args:
+        programs: under execution.
+        words: for the cycle block of each program to step, by its index.
+
+    Returns:
+        What happened in each, by its index.
+
+    Raises:
+        GrindError: whatever `machine.grind` raises; every program is then as it was before.
+    """
+    before = {i: len(programs[i].chosen) for i in words}
+    try:
+        return {i: programs[i].step(numbers) for i, numbers in words.items()}
+    except GrindError:
+        for i, blocks in before.items():
+            if len(programs[i].chosen) > blocks:
+                programs[i].rewind(blocks)
+        raise
 
 
 def _increments(strokes: Table) -> Table:

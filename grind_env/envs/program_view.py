@@ -31,7 +31,7 @@ def block_of_run(run: BlockRun, choice: Choice, part: PartRun, limits: Limits, c
         power=float(strokes["power"].max(initial=0.0)),
         rise=float(finished["rise"][-1] if finished.size else plunges.max(initial=0.0)),
         roughness=float(strokes["Ra"][-1]) if strokes.size else 0.0,
-        size_error=float(finished["size_error"][-1]) if finished.size else 1000.0 * part.left,
+        size_error=float(finished["worst_error"][-1]) if finished.size else 1000.0 * part.left,
         limits=limits if finished.size else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT),
         cost=cost,
         finished=bool(finished.size),

@@ -70,7 +70,7 @@ class ReciprocationSimulation(Simulation):
         return outcomes, results
 
 
-G81 = Form(read_task, ReciprocationSimulation, block_text, part_program)
+G81 = Form("G81", read_task, ReciprocationSimulation, block_text, part_program)
 """A step is one part: a G81 with its infeeds and dwells."""
 
 

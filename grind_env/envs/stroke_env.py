@@ -1,5 +1,6 @@
 """`grind/Stroke-v0`: every stroke of the table is a step."""
 
+import math
 from typing import Any
 
 import gymnasium as gym
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import read
 from grind_env.envs.choice import Choices
+from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.env import refuse_render, wants_full
 from grind_env.envs.gauges import scaled
 from grind_env.envs.observations import Reading, bounds
@@ -50,7 +52,7 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     Minus the cost of the stroke in units of `task.reference_cost`: machine time (the first stroke of a part with its
     loading), wheel, dresser, with the last stroke of a part the expected cost of scrap, and with the last of all the
-    price of handing over a dull wheel. The best fixed plan earns about -1.2 a stroke. `info["reward_terms"]` holds the
+    price of handing over a dull wheel. The best fixed plan earns about -1 a stroke. `info["reward_terms"]` holds the
     terms, `info["cost"]` the probability that a part which was finished is scrap.
 
     ## Episode
@@ -74,6 +76,7 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.action_space = self.choices.space
         self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
         self.simulation = Simulation(self.task)
+        self.given = Given()
         self.episode: StrokeEpisode | None = None
         self.gauges = StrokeGauges()
         self.noise: NDArray[np.float64] = np.zeros(0)
@@ -97,13 +100,24 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start an episode; the same seed draws the same episode."""
+        """Start an episode; the same seed draws the same episode.
+
+        Args:
+            seed: of the generator, which else goes on.
+            options: `"context"` and `"split"`, see `grind_env.envs.contexts`; they hold until others are given.
+
+        Raises:
+            ContextError: if an option is not legal.
+        """
+        given = read_options(self.task, options, self.given)
         super().reset(seed=seed)
-        drawn = self.simulation.start([self.np_random])
+        self.given = given
+        drawn = self.simulation.start([self.np_random], [given])
         self.episode = StrokeEpisode(self.task, drawn.tape[0], WheelState(*drawn.wheels[0].tolist()))
         kind = self.task.kinds[0]
         most = sum(int(row.stock / kind.pick) + kind.sparkout + 2 for row in self.episode.tape)
-        self.noise = self.task.spread.measurement * self.np_random.standard_normal(most)
+        noise = self.task.spread.measurement if math.isnan(given.fixed.noise) else given.fixed.noise
+        self.noise = noise * self.np_random.standard_normal(most)
         self.gauges, self.made = StrokeGauges(), 0
         self.ground, self.part, self.text = [], self.episode.part, ""
         self.follow()
@@ -180,4 +194,5 @@ class StrokeVectorEnv(SerialVectorEnv):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(StrokeEnv(observation, show_block, render_mode), num_envs, autoreset_mode)
+        env = StrokeEnv(observation, show_block, render_mode)
+        super().__init__(env, env.choices.decode, num_envs, autoreset_mode)

@@ -73,8 +73,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         }
         self.show_block = show_block
         self.task = self.form.load(task)
-        if cycle is not None:
-            check_cycle(self.task, cycle)
+        check_cycle(self.form, self.task, cycle)
         self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)

@@ -12,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.actions import ActionError
+from grind_env.envs.contexts import refuse_options
 from grind_env.envs.env import refuse_render
 from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
@@ -165,7 +166,12 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Draw a case; the same seed draws the same one."""
+        """Draw a case; the same seed draws the same one.
+
+        Raises:
+            ContextError: if there are options: the problem has none.
+        """
+        refuse_options(options, "Wen")
         super().reset(seed=seed)
         self.case, self.over, self.chosen = draw_case(self.np_random), False, None
         self.follow()
@@ -233,9 +239,10 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
 
         Raises:
-            GrindError: if the seeds or the mask do not fit the sub-environments.
+            GrindError: if the seeds or the mask do not fit the sub-environments, or if there is another option.
         """
         mask = reset_mask(options, self.num_envs)
+        refuse_options({name: value for name, value in (options or {}).items() if name != "reset_mask"}, "Wen")
         fresh = {
             i: seeding.np_random(each)[0]
             for i, each in enumerate(seed_list(seed, self.num_envs))

@@ -13,7 +13,7 @@ from grind_env.machine.record import GrindingRecord
 
 TASK = "wide_plates"
 
-G83 = Form(read_task, CrossSimulation, block_text, part_program)
+G83 = Form("G83", read_task, CrossSimulation, block_text, part_program)
 """A step is one part: a G83 block, which the control runs."""
 
 
@@ -27,8 +27,8 @@ class WidePlatesEnv(GrindEnv):
     grinds the plate in overlapping strips. Where it plunges, the wheel cuts over its whole width and is pressed back
     more than in the strips that follow: these come out deeper. This **taper** grows with the force, and so with E and
     with the wear flats of the wheel; the wear of its radius adds to the mean size error, until a dress sets the wheel
-    to size anew. The taper is measured on every part, and a part is judged where it is farthest from its size, by the
-    mean size error and half of the taper.
+    to size anew. The taper is measured on every part, and a part is judged where it is farthest from its size: by the
+    stock left on the strip that has most of it, or that is cut deepest below its size.
 
     Every block is run by the control and the machine of `machine.grind`; `record()` is their record so far, and
     `part_program()` a program that has the same one. Actions, reward and episode are those of `GrindEnv`, with E from
@@ -78,7 +78,7 @@ class WidePlatesVectorEnv(GrindVectorEnv):
         predress: as for `WidePlatesEnv`.
         cycle: as for `WidePlatesEnv`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: none yet.
+        render_mode: as for `GrindVectorEnv`.
     """
 
     form = G83

@@ -199,7 +199,9 @@ class PartRun:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
         job, (depths, roughness) = self.job, self._ground()
         S, Ra = float(depths.mean()), float(roughness.mean())
-        error = 1000.0 * (self.stock - S)
+        error, taper = 1000.0 * (self.stock - S), 1000.0 * float(np.ptp(depths))
+        # the mean where all is equally deep: so rounded, it is what a part without strips has
+        worst = _farthest(1000.0 * (self.stock - depths)) if taper > 0.0 else error
         verdict = judge(
             seconds,
             self._worn + self._dressed_off,
@@ -207,7 +209,7 @@ class PartRun:
             self.rise,
             self._peak_power,
             Ra,
-            error,
+            worst,
             job.limits,
             job.rates,
             job.part.scrap_cost,
@@ -221,7 +223,8 @@ class PartRun:
             self.stock,
             S,
             error,
-            1000.0 * float(np.ptp(depths)),
+            taper,
+            worst,
             Ra,
             self._peak_power,
             self.rise,
@@ -230,6 +233,11 @@ class PartRun:
             self._dressed_off,
             *verdict,
         )
+
+
+def _farthest(errors: Strips) -> float:
+    """The size error, um, of the strip or groove that is farthest from its size, which a part is judged by."""
+    return float(errors[np.argmax(np.abs(errors))])
 
 
 def _rise(plunges: Iterable[tuple[float, float]], deepest: float, every: bool) -> float:

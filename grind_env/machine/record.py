@@ -61,6 +61,7 @@ PART_ROW = np.dtype(
         ("S", np.float64),  # ground off, mean over the width or, without strokes, over the grooves, mm
         ("size_error", np.float64),  # stock left, um
         ("taper", np.float64),  # range of S, um
+        ("worst_error", np.float64),  # stock left where the part is farthest from its size: it is judged by it, um
         ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
         ("rise", np.float64),  # highest temperature rise that counts, K

@@ -79,6 +79,6 @@ def _beyond(part: Any, job: Job) -> set[str]:
         failed.add("peak_power")
     if 0.0 < limits.roughness < part["Ra"]:
         failed.add("Ra")
-    if 0.0 < limits.size < abs(part["size_error"]):
+    if 0.0 < limits.size < abs(part["worst_error"]):
         failed.add("size_error")
     return failed

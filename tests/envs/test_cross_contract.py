@@ -1,7 +1,3 @@
-import copy
-import json
-import pickle
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -9,21 +5,20 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
-from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.actions import ActionError
-from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.cross_simulation import CrossSimulation
-from grind_env.envs.pages import page
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.form import G82
+from grind_env.envs.pages import page, summary
 from grind_env.envs.tasks import TaskError, read_task
-from grind_env.envs.wide_plates_env import G83, WidePlatesEnv, WidePlatesVectorEnv
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.envs.wide_plates_env import WidePlatesEnv, WidePlatesVectorEnv
+from grind_env.errors import GrindError
 from tests.envs.harness import FORMS, assert_same
 
 ID = "grind/WidePlates-v0"
@@ -89,68 +84,12 @@ def test_all_forms_of_the_action_take_the_same_decision() -> None:
         assert_same(ends[0], other)
 
 
-@pytest.mark.parametrize(
-    "kwargs",
-    [{}, {"observation": "full"}, {"predress": True}, {"action": "multidiscrete"}, {"action": "discrete"}],
-    ids=str,
-)
-def test_both_checkers_pass_without_a_warning(kwargs: dict[str, Any]) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        check_env(gym.make(ID, **kwargs).unwrapped)
-        sb3_check_env(gym.make(ID, **kwargs).unwrapped)
-
-
-SHORT = G83._replace(load=lambda name: replace(read_task(name), blocks=4))
-"""The same with few parts: a step of the control is slow."""
-
-
-class ShortEnv(WidePlatesEnv):
-    form = SHORT
-
-
-class ShortVectorEnv(WidePlatesVectorEnv):
-    form = SHORT
-
-
-def test_the_vector_form_keeps_the_contract_and_the_numbers_of_single_ones() -> None:
-    check_vector_env(
-        lambda mode: ShortVectorEnv(2, "full", True, predress=True, autoreset_mode=mode),
-        single=lambda: ShortEnv("full", predress=True),
-        steps=6,
-    )
-
-
 def test_contexts_are_given_to_each_sub_environment() -> None:
     env = gym.make_vec(ID, 2)
     env.reset(seed=[4, 4], options={"context": [{"kA": 0.2}, {"kA": 8.0}]})
     for _ in range(3):
         _, rewards, *_ = env.step(np.full((2, 2), -0.7, np.float32))
     assert rewards[0] > rewards[1]
-
-
-def test_the_spec_survives_json() -> None:
-    env = gym.make(ID, observation="full", predress=True, cycle="G83")
-    text = env.spec.to_json()
-    json.loads(text)
-    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(text)).reset(seed=3))
-    vector = gym.make_vec(ID, 2, autoreset_mode="SameStep")
-    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
-    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-    assert_same(vector.reset(seed=3), again.reset(seed=3))
-
-
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-@pytest.mark.parametrize("make", [lambda: gym.make(ID), lambda: gym.make_vec(ID, 2)])
-def test_a_copy_goes_on_identically_and_alone(make: Callable[[], Any], clone: Callable[[Any], Any]) -> None:
-    env = make()
-    env.reset(seed=7)
-    plan = np.random.default_rng(0).uniform(-1, 1, (5, *env.action_space.shape)).astype(np.float32)
-    for action in plan[:3]:
-        env.step(action)
-    twin = clone(env)
-    ahead = [twin.step(action) for action in plan[3:]]
-    assert_same([env.step(action) for action in plan[3:]], ahead)
 
 
 def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
@@ -180,6 +119,54 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.part_program() is not None
 
 
+class WideG82Env(GrindEnv):
+    form = G82._replace(load=lambda name: read_task("wide_plates"))
+
+
+class WideG82VectorEnv(GrindVectorEnv):
+    form = WideG82Env.form
+
+
+@pytest.mark.parametrize("make", [WideG82Env, lambda **kwargs: WideG82VectorEnv(2, **kwargs)])
+def test_a_form_refuses_parts_and_cycles_that_are_not_its_own(make: Callable[..., Any]) -> None:
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 "):
+        make()
+    with pytest.raises(TaskError, match=r"^cycle is 'G83', but the blocks of this environment are G82: "):
+        make(cycle="G83")
+
+
+DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}
+"""The slowest table overheats this lot so much that the wear flats of the wheel grow beyond its face."""
+
+
+def test_a_wheel_that_is_destroyed_leaves_the_episode_as_it_was() -> None:
+    env, untouched = WidePlatesEnv(render_mode="ansi"), WidePlatesEnv(render_mode="ansi")
+    slow, fast = np.array([-1.0, -1.0], np.float32), np.array([1.0, 1.0], np.float32)
+    for each in (env, untouched):
+        each.reset(seed=0, options=DESTROYED)
+        each.step(fast)
+    for _ in range(2):
+        with pytest.raises(GrindError, match=r"^program:\d+: a stroke .* destroys the wheel; usual are "):
+            env.step(slow)
+        assert env.part_program() == untouched.part_program()
+        assert env.render() == untouched.render()
+    assert_same(env.step(fast), untouched.step(fast))
+    assert_same(env.record().strokes, untouched.record().strokes)
+
+
+def test_a_wheel_that_is_destroyed_leaves_all_episodes_as_they_were() -> None:
+    env, untouched = gym.make_vec(ID, 3), gym.make_vec(ID, 3)
+    fast = np.full((3, 2), 1.0, np.float32)
+    slow = fast.copy()
+    slow[1] = -1.0
+    for each in (env, untouched):
+        each.reset(seed=0, options={"context": [{}, DESTROYED["context"], {}]})
+        each.step(fast)
+    with pytest.raises(GrindError, match="destroys the wheel"):
+        env.step(slow)
+    assert_same(env.step(fast), untouched.step(fast))
+
+
 def test_a_task_that_no_g83_can_grind_is_refused() -> None:
     task = read_task("wide_plates")
     with pytest.raises(TaskError, match=r"cross_pick is 0, but must be above 0"):
@@ -201,6 +188,9 @@ def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10_000), kA=st.sampled_from([0.05, 1.0, 20.0]), slow=st.booleans(), D=st.integers(0, 3))
 def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, kA: float, slow: bool, D: int) -> None:
+    stated = summary(ID).reward
+    assert stated is not None
+    least, most = stated
     env = WidePlatesEnv(observation="full", action="dict")
     env.reset(seed=seed, options={"context": {"kA": kA}})
     terminated = False
@@ -208,7 +198,7 @@ def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, k
         action = {"E": np.array([3000.0 if slow else 30_000.0], np.float32), "D": D}
         observation, reward, terminated, _, _ = env.step(action)
         assert env.observation_space.contains(observation)
-        assert np.isfinite(reward) and reward < 0.0
+        assert least <= reward <= most
 
 
 def test_the_page_describes_it() -> None:

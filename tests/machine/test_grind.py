@@ -201,6 +201,29 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     assert run(text, wide, conditions=hard).parts[0]["taper"] < 0.02 * lost
 
 
+def test_a_traversed_part_is_judged_where_it_is_farthest_from_its_size() -> None:
+    text = HEAD + "G83 X230. I-30. Y-.05 J-.025 Z75. K25. L0 F1500. E12000. P9100\nM30\n"
+
+    def traversed(tolerance: float) -> Any:
+        return run(text, job(width=100.0, stock=0.05, tolerance=tolerance)).parts[0]
+
+    part = traversed(50.0)
+    mean, worst = part["size_error"], part["worst_error"]
+    assert mean + 0.25 * part["taper"] < worst < mean + part["taper"]
+    # a logistic of 0.8 um, in the middle of the two
+    share = 1.0 / (1.0 + math.exp(-0.5 * (worst - mean) / 0.8))
+    assert traversed(0.5 * (mean + worst))["survival"] == pytest.approx(part["survival"] * (1.0 - share), rel=1e-6)
+
+
+@pytest.mark.parametrize("width", [7.0, 19.3, 23.0])
+def test_a_plunged_part_is_judged_by_its_mean_to_the_last_bit(width: float) -> None:
+    for stock in (0.0513, 0.0677, 0.0731):
+        text = HEAD + CYCLE.replace("Y-.05", f"Y-{stock}") + "M30\n"
+        part = run(text, job(width=width, stock=stock, tolerance=5.0)).parts[0]
+        assert part["taper"] == 0.0
+        assert part["worst_error"] == part["size_error"]
+
+
 def stiff() -> Any:
     return dataclasses.replace(CATALOGUE.machine("default"), stiffness=500_000.0)
 
