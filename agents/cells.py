@@ -16,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.evaluate import Evaluation, episode_seeds, evaluate, start_episodes
+from agents.evaluate import Evaluation, episode_seeds, evaluate, split_of, start_episodes
 from agents.policy import Policy
 from agents.provenance import ROOT
 from agents.scripted.rules import Random
+from grind_env.envs.contexts import SPLITS
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
@@ -29,6 +30,10 @@ CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
+MEMORIES = tuple(f"grind_env.envs.{name}" for name in ("belief", "belief_kernel", "belief_rows", "memory"))
+"""Modules that decide what a policy sees, and that the probe of a task does not run."""
+RANGES_OF = {"test": SPLITS["test"]}
+"""What the contexts of a split of seeds are drawn from, where it is not everything."""
 
 Advance = Callable[[int], object]
 
@@ -54,10 +59,11 @@ def kept_evaluation(
     """
     place = folder / task.name / "cells" / policy.name
     code = hashlib.sha256(f"{sources(type(policy).__module__)} {behaviour(task)} {policy!r}".encode()).hexdigest()
+    drawn_from = RANGES_OF.get(split_of(seeds.start))
     chunks = []
     for first in range(0, len(seeds), CHUNK):
         part = seeds[first : first + CHUNK]
-        path, fingerprint = place / f"{part.start}.npz", f"{code} {part}"
+        path, fingerprint = place / f"{part.start}.npz", f"{code} {part}" + (f" {drawn_from}" if drawn_from else "")
         result = None if fresh else kept(path, fingerprint)
         if result is None:
             result = evaluate(policy, task, part)
@@ -103,7 +109,7 @@ def behaviour(task: Task) -> str:
 
 @cache
 def sources(module: str) -> str:
-    """Hash of the code of a module of `agents` and of all those that it imports, comments and docstrings left out."""
+    """Hash of the code of a module and of those that it stands on, comments and docstrings left out."""
     digest = hashlib.sha256()
     for name in sorted(imported(module)):
         digest.update(bare(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8")).encode())
@@ -111,12 +117,15 @@ def sources(module: str) -> str:
 
 
 def imported(module: str) -> set[str]:
-    """Names of the modules of `agents` that a module stands on, its own among them."""
+    """Names of the modules that a module stands on, its own among them: those of `agents`, and `MEMORIES`.
+
+    What else of `grind_env` decides, `behaviour` sees.
+    """
     found: set[str] = set()
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or name.partition(".")[0] != "agents":
+        if name in found or name not in sys.modules or not (name.startswith("agents.") or name in MEMORIES):
             continue
         found.add(name)
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))

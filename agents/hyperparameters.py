@@ -1,5 +1,6 @@
 """Tunes the settings of a kind of learned agent for a task: short trainings, judged on the validation episodes."""
 
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from optuna.trial import TrialState
 
 from agents.cells import RUNS
 from agents.evaluate import episode_seeds, evaluate
+from agents.learning.checkpoint import CheckpointError
 from agents.learning.saved import load_policy
 from agents.learning.settings import CONFIGS, DEFAULTS, Number, Settings
 from agents.learning.train import fingerprint, train
@@ -34,6 +36,8 @@ RANDOM_TRIALS = 4
 
 DEFAULT = "default"
 """Marks the trial that has the default settings."""
+FAILURE = "failure"
+"""Says why the training of a trial ended without an agent; a trial that was killed has none."""
 
 WIDTHS = {"small": (64, 64), "middle": (128, 128), "large": (256, 256)}
 ROLLOUT_SHARES = (2, 4, 8)
@@ -71,20 +75,22 @@ def tune_learner(
     """The settings of the cheapest trial and its validation cost, $ an episode; they are stored for `settings_for`.
 
     The first trial has the defaults, so that the outcome is no worse than they are. A trial that was killed is run
-    again, and its training goes on from its checkpoint. One process at a time can work on a study.
+    again, and its training goes on from its checkpoint; one that failed, as a training that diverges does, is not, but
+    counts. One process at a time can work on a study.
 
     Args:
         task: the task.
         kind: of the agent.
         search: how long and where.
-        report: called with the number of trials done and the cost of the last one.
+        report: called with the number of trials done and the cost of the last one, infinite if it failed.
 
     Raises:
-        ConfigError: if there is no such kind.
+        ConfigError: if there is no such kind, or every trial failed.
+        CheckpointError: if a checkpoint is damaged or cannot be written, which is no fault of the settings.
     """
     if kind not in DEFAULTS:
         raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
-    default = replace(DEFAULTS[kind], steps=search.steps)
+    default = shortened(DEFAULTS[kind], search.steps)
     url = sqlite_url(search.runs / task.name / "tune.db") if search.storage is None else search.storage
     # trials of other code, or of another length, are of another study
     name = f"{task.name}/{kind}/{fingerprint(task, kind, default, search.seed)}"
@@ -92,20 +98,49 @@ def tune_learner(
     for killed in study.get_trials(states=[TrialState.RUNNING]):
         study.tell(killed.number, state=TrialState.FAIL)
         study.enqueue_trial(killed.params, skip_if_exists=False)
-    while (done := len(study.get_trials(states=[TrialState.COMPLETE]))) < search.trials:
+    while (done := len(ended(study))) < search.trials:
         # the same history has the same next trial, in whatever process
         study.sampler = TPESampler(seed=search.seed + len(study.trials), n_startup_trials=RANDOM_TRIALS)
         trial = study.ask()
         if done == 0:
             trial.set_user_attr(DEFAULT, True)
         settings = default if done == 0 else proposed(trial, default)
-        cost = validation_cost(task, kind, settings, search)
-        study.tell(trial, cost)
+        try:
+            cost = validation_cost(task, kind, settings, search)
+        except CheckpointError:
+            raise
+        # weights that are no numbers show as any of these
+        except (ArithmeticError, ValueError, RuntimeError) as error:
+            cost = math.inf
+            trial.set_user_attr(FAILURE, f"{type(error).__name__}: {error}".partition("\n")[0])
+            study.tell(trial, state=TrialState.FAIL)
+        else:
+            study.tell(trial, cost)
         report(done + 1, cost)
+    if not study.get_trials(states=[TrialState.COMPLETE]):
+        reason = ended(study)[-1].user_attrs[FAILURE]
+        raise ConfigError(f"all {done} trainings of {kind} on {task.name} failed ({reason}): mend it, and add --fresh")
     best = study.best_trial
     settings = default if DEFAULT in best.user_attrs else proposed(optuna.trial.FixedTrial(best.params), default)
     write_settings(search.configs / f"{task.name}.toml", kind, settings, DEFAULTS[kind])
     return settings, study.best_value
+
+
+def shortened(default: Settings, steps: int) -> Settings:
+    """The settings for trainings of that many steps; where all steps of the default are labelled, these are too."""
+    cloned = default.hyper.get("labels") == default.steps
+    return replace(default, steps=steps, hyper={**default.hyper, **({"labels": steps} if cloned else {})})
+
+
+def ended(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
+    """The trials that have a cost or have failed, in order; not those that were killed."""
+    trials = study.get_trials(states=[TrialState.COMPLETE, TrialState.FAIL])
+    return [trial for trial in trials if trial.state == TrialState.COMPLETE or FAILURE in trial.user_attrs]
+
+
+def tuned_names(default: Settings) -> set[str]:
+    """The arguments of the algorithm that `proposed` chooses."""
+    return {name for name in SPACE if name in default.hyper} | ({"batch_size"} if "n_steps" in default.hyper else set())
 
 
 def proposed(trial: Any, default: Settings) -> Settings:
@@ -126,7 +161,9 @@ def validation_cost(task: Task, kind: str, settings: Settings, search: Search) -
 
 
 def write_settings(path: Path, kind: str, settings: Settings, default: Settings) -> None:
-    """Write what differs from the defaults as the tables `[kind]` and `[kind.hyper]` of a file; others stay.
+    """Write what was tuned and differs from the defaults as the tables `[kind]` and `[kind.hyper]` of a file.
+
+    What the file says beside it stays: other kinds, the steps of a whole training, arguments that are not tuned.
 
     Raises:
         ConfigError: if the file is damaged.
@@ -136,9 +173,11 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path} is damaged ({error}): mend or delete it") from None
     changes: dict[str, Any] = {} if settings.hidden == default.hidden else {"hidden": list(settings.hidden)}
-    hyper = {name: value for name, value in settings.hyper.items() if value != default.hyper.get(name)}
-    # the steps of a whole training and what else was set by hand stay
-    before = {name: value for name, value in tables.get(kind, {}).items() if name not in ("hidden", "hyper")}
+    old, names = tables.get(kind, {}), tuned_names(default)
+    before = {name: value for name, value in old.items() if name not in ("hidden", "hyper")}
+    # what an earlier tuning found goes, even where the default is best now
+    hyper = {name: value for name, value in old.get("hyper", {}).items() if name not in names}
+    hyper |= {name: settings.hyper[name] for name in sorted(names) if settings.hyper[name] != default.hyper[name]}
     tables[kind] = before | changes | ({"hyper": hyper} if hyper else {})
     lines = [f"# Settings of learned agents, tuned by `python -m agents tune --task {path.stem} --kind ...`."]
     for name, table in sorted(tables.items()):

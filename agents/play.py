@@ -4,6 +4,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from agents.evaluate import split_of
 from agents.learning.saved import SUFFIX, load_policy
 from agents.policy import Policy, reveal
 from agents.provenance import ROOT
@@ -66,14 +67,14 @@ def play(policy: Policy, task: Task, seed: int, render_mode: str | None = None) 
     Args:
         policy: decides.
         task: what it grinds.
-        seed: of the episode.
+        seed: of the episode; one of the split `"test"` draws it from the test contexts, as `evaluate` does.
         render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
             None to show nothing.
     """
     env = GrindEnv(task=task.name, observation="measured", render_mode=render_mode)
     policy.begin(task, 1)
     try:
-        observation, _ = env.reset(seed=seed)
+        observation, _ = env.reset(seed=seed, options={"split": "test"} if split_of(seed) == "test" else None)
         over = False
         while not over:
             assert env.episodes is not None

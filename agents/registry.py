@@ -1,8 +1,11 @@
 """The policies by name."""
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from typing import Any, get_origin
 
 from agents.bounds.hindsight import Hindsight
 from agents.bounds.planners import FullStateRule, ModelPredictive
@@ -65,11 +68,42 @@ def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
     """The policy of that name, with the parameters tuned for the task.
 
     Raises:
-        ConfigError: if there is no such policy, or if it has not been tuned for the task yet.
+        ConfigError: if there is no such policy, if it has not been tuned for the task yet, or if its parameters in the
+            file are not those that it takes.
     """
     check_names(task, [name])
     if name in UNTUNED:
         return UNTUNED[name](task)
     if name == "mpc":
-        return ModelPredictive(FullStateRule(**tuned_arguments("full_state_rule", task, folder)))
-    return TUNED[name](**tuned_arguments(name, task, folder))
+        return ModelPredictive(_tuned_policy("full_state_rule", task, folder))
+    policy: Policy = _tuned_policy(name, task, folder)
+    return policy
+
+
+def _tuned_policy(name: str, task: Task, folder: Path) -> Any:
+    """The policy with what its file says."""
+    place = f"{folder / task.name}.toml: [{name}.parameters]"
+    try:
+        policy: Any = TUNED[name](**tuned_arguments(name, task, folder))
+    except (TypeError, AttributeError) as error:
+        raise ConfigError(f"{place} does not fit ({error}): tune again with --fresh") from None
+    # somebody may have edited the file, and a wrong form would show only in the middle of an episode
+    for each in fields(policy):
+        if each.init and get_origin(each.type) is tuple:
+            _check(
+                place, each.name, getattr(policy, each.name), f"a list of {len(task.kinds)} numbers", len(task.kinds)
+            )
+        elif each.init and each.type in (float, int):
+            _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
+    return policy
+
+
+def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
+    """Check one parameter.
+
+    Raises:
+        ConfigError: unless it is that many finite numbers.
+    """
+    numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
+    if not numbers or len(values) != count:
+        raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

@@ -51,7 +51,7 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
         return {}
     try:
         return {name: Tuned(**table) for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items()}
-    except (tomllib.TOMLDecodeError, TypeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, TypeError) as error:
         raise ConfigError(f"{path} is damaged ({error}): tune again with --fresh") from error
 
 

@@ -1,5 +1,6 @@
 """The results section of the README, written from the checked-in results."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -87,7 +88,8 @@ def made_by(results: Sequence[Result]) -> list[str]:
     """What the results were made with: commands, seeds and commits."""
     tasks: dict[str, list[str]] = {}
     for task in tasks_of(results):
-        tasks.setdefault(options([each for each in results if each.task == task]), []).append(task)
+        for given in options([each for each in results if each.task == task]):
+            tasks.setdefault(given, []).append(task)
     seeds = ", ".join(dict.fromkeys(each.seeds for each in results))
     commits = ", ".join(dict.fromkeys(each.commit for each in results))
     return [
@@ -99,15 +101,15 @@ def made_by(results: Sequence[Result]) -> list[str]:
     ]
 
 
-def options(results: Sequence[Result]) -> str:
-    """Options of the command that makes the results of a task."""
-    kinds = dict.fromkeys(each.policy for each in results if each.seed is not None)
-    seeds = max((each.seed + 1 for each in results if each.seed is not None), default=0)
+def options(results: Sequence[Result]) -> list[str]:
+    """Options of the commands that make the results of a task: one for the kinds of each number of training seeds."""
+    trained = Counter(each.policy for each in results if each.seed is not None)
     first = results[0]
-    return (
-        f"--kinds {','.join(kinds) or repr('')} --seeds {seeds} --episodes {first.episodes}"
-        f" --test-episodes {first.test_episodes} --results agents/results"
-    )
+    return [
+        f"--kinds {','.join(kind for kind in trained if trained[kind] == seeds) or repr('')} --seeds {seeds}"
+        f" --episodes {first.episodes} --test-episodes {first.test_episodes} --results agents/results"
+        for seeds in sorted(set(trained.values()) or {0}, reverse=True)
+    ]
 
 
 def standing(policy: str, lines: Mapping[str, Mapping[str, Summary]]) -> tuple[int, float]:

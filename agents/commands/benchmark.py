@@ -51,8 +51,8 @@ def benchmark(
 ) -> None:
     """Compare policies, agents trained for it among them, on the same evaluation episodes.
 
-    Killed at any moment, the same command goes on where it was. Results of other policies and tasks that are in the
-    folder already stay there.
+    Killed at any moment, the same command goes on where it was. Results that are in the folder already stay there, but
+    for those of other episodes of the same task, which cannot be compared.
     """
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     if report:
@@ -66,7 +66,8 @@ def benchmark(
     try:
         found, failed = measure_all(cells, request, jobs, console)
     except KeyboardInterrupt:
-        print("agents: interrupted: the same command goes on where it was", file=sys.stderr)
+        again = "the same command without --fresh" if fresh else "the same command"
+        print(f"agents: interrupted: {again} goes on where it was", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
     folder = results or runs
     table = judged(merged(read_results(folder), [result_of(each) for each in found]))
@@ -87,7 +88,7 @@ def rebuild(folder: Path, console: Console) -> None:
         raise ConfigError(f"there are no results in {folder}: run the benchmark with --results {folder} first")
     for path in write_figures(table, folder / "figures"):
         console.print(f"written to {path}", highlight=False)
-    if folder == RESULTS:
+    if folder.resolve() == RESULTS:
         write_readme(table)
         console.print("written to README.md", highlight=False)
 

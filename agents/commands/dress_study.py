@@ -7,10 +7,13 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from agents.benchmark.trained import from_file
 from agents.cells import RUNS
 from agents.dress_figure import dress_figure
 from agents.dress_study import EPISODES, count, csv_text, dress_study
 from agents.evaluate import episode_seeds
+from agents.learning.saved import SUFFIX
+from agents.play import SHIPPED
 from agents.policy import Policy
 from agents.provenance import ROOT
 from agents.registry import make_policy, policy_names
@@ -55,5 +58,7 @@ def write_picture(path: Path, picture: bytes) -> None:
 
 
 def deciding(task: Task) -> list[Policy]:
-    """The policies of a task that decide when to dress, scripted ones and planners."""
-    return [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]
+    """The policies of a task that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    scripted = [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]
+    shipped = SHIPPED / f"{task.name}{SUFFIX}"
+    return [*scripted, *([from_file(shipped, task, "learned")] if shipped.exists() else [])]

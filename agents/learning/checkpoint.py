@@ -26,7 +26,7 @@ from grind_env.errors import GrindError
 
 
 class CheckpointError(GrindError):
-    """A checkpoint that cannot be read."""
+    """A checkpoint that cannot be read or written."""
 
 
 @dataclass(slots=True)
@@ -60,7 +60,11 @@ def remove_checkpoints(stem: Path) -> None:
 
 
 def write_checkpoint(path: Path, training: Training) -> None:
-    """Write a checkpoint, whole or not at all; nothing of the training changes by it."""
+    """Write a checkpoint, whole or not at all; nothing of the training changes by it.
+
+    Raises:
+        CheckpointError: if the file cannot be written.
+    """
     generators = random.getstate(), np.random.get_state(), torch.get_rng_state()
     logger = training.model.logger
     # its open files cannot be kept
@@ -69,6 +73,10 @@ def write_checkpoint(path: Path, training: Training) -> None:
     partial = path.with_name(f".{path.name}.partial")
     try:
         torch.save((training, generators), partial)
+    except (OSError, RuntimeError) as error:
+        # PyTorch says so of a file that it cannot open, and of a full disk
+        reason = str(error).partition("\n")[0]
+        raise CheckpointError(f"{path} cannot be written ({reason}): name another folder or make room") from error
     finally:
         training.model.set_logger(logger)
     partial.replace(path)

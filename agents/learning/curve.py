@@ -76,8 +76,12 @@ def read_curve(path: Path) -> list[Point]:
 
 
 def seconds_to(points: Sequence[Point], share: float = 0.95) -> float:
-    """Wall time from which on the score stays at or above that share of the final one, s."""
-    reached = len(points) - 1
-    while reached > 0 and points[reached - 1].score >= share * points[-1].score:
+    """Wall time from which on the score stays at or above that share of the final one, s.
+
+    Of a score below 0 the rest of the share is how far below the final one the score may be.
+    """
+    reached, final = len(points) - 1, points[-1].score
+    enough = final - (1.0 - share) * abs(final)
+    while reached > 0 and points[reached - 1].score >= enough:
         reached -= 1
     return points[reached].seconds

@@ -32,6 +32,8 @@ ENTRY = "grind_policy"
 """Entry of the file's metadata that holds the description."""
 
 MOST_BYTES = 64_000_000
+MOST_REASON = 160
+"""Characters that are shown of another library's message."""
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
 
 POLICIES: Mapping[str, str] = {
@@ -192,8 +194,10 @@ def _load_zip(path: Path, task: Task | None, name: str) -> LearnedPolicy:
         chosen = data["policy_kwargs"].get("activation_fn")
         activation = default if chosen is None else chosen.__name__.lower()
         actor = acting_part(policy_class, {key: each.numpy() for key, each in parameters["policy"].items()}, activation)
-    except (ValueError, KeyError, TypeError, AttributeError, RuntimeError, OSError, EOFError) as error:
-        raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({error})") from None
+    except Exception as error:
+        # a pickle runs whatever its author wrote, which may raise anything; PyTorch goes on to advise more trust
+        reason = str(error).partition("\n")[0].partition(". ")[0][:MOST_REASON] or type(error).__name__
+        raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({reason})") from None
     for memory in get_args(Memory):
         for actions in get_args(Actions):
             if _fits(actor.network, LearnerView(task, memory, actions)):

@@ -144,6 +144,9 @@ def fingerprint(task: Task, kind: str, settings: Settings, seed: int) -> str:
     parts = [
         sources(training_env.__name__),
         bare(inspect.getsource(algorithms)),
+        bare(inspect.getsource(new_model)),
+        TRAINING_SEEDS,
+        SEED_STRIDE,
         *([] if settings.algorithm != "cloned_ppo" else [sources(imitation.__name__), the_expert(task)]),
         behaviour(task),
         task.reference_cost,

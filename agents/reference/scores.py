@@ -59,7 +59,7 @@ def score(
     """
     console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
     task = load_task(name)
-    tune(name, evaluations=EVALUATIONS, folder=configs)
+    tune(name, evaluations=EVALUATIONS, folder=configs, runs=runs)
     policies = [make_policy(each, task, configs) for each in policy_names(task)]
     seeds, found = episode_seeds("evaluation", episodes), dict[str, Evaluation]()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

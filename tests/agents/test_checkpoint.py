@@ -110,6 +110,17 @@ def test_a_damaged_checkpoint_is_told(share: float, tmp_path: Path):
         read_checkpoint(path)
 
 
+def test_a_checkpoint_that_cannot_be_written_is_told_and_stops_nothing_else(tmp_path: Path):
+    model = new_model(TASK, "ppo", 0, TINY["ppo"])
+    model.learn(24)
+    logger = model.logger
+    with pytest.raises(CheckpointError, match=r"a\.checkpoint cannot be written \(.*\): ") as caught:
+        write_checkpoint(tmp_path / "no folder" / "a.checkpoint", Training(model, [], {}))
+    assert "\n" not in str(caught.value)
+    assert model.logger is logger
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_checkpoint_of_other_code_is_not_taken_up(tmp_path: Path):
     path = train(TASK, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
     whole = path.read_bytes()

@@ -1,4 +1,5 @@
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,17 +10,18 @@ from agents import play as playing
 from agents.commands import play as command
 from agents.evaluate import evaluate
 from agents.learning.algorithms import build
-from agents.learning.saved import save_policy
+from agents.learning.saved import load_policy, save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
 from agents.play import SHIPPED, chosen_policy, play
 from agents.registry import make_policy
+from agents.video import watch
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 
 TASK = load_task("oracle6")
-SEED = 2_000_007
+SEED, TEST_SEED = 2_000_007, 3_000_007
 CYCLE = re.compile(r"^G82 .*E(\d+)\. P\d+ D(\d+)$", re.MULTILINE)
 
 
@@ -33,11 +35,18 @@ def agent(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", ["adaptive_rule", "full_state_rule", "hindsight", "E9D1"])
-def test_what_is_played_is_what_is_evaluated(name: str):
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("adaptive_rule", SEED),
+        ("adaptive_rule", TEST_SEED),
+        *((name, SEED) for name in ("full_state_rule", "hindsight", "E9D1")),
+    ],
+)
+def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
     task = load_task("power_limited") if name == "adaptive_rule" else TASK
-    played = play(chosen_policy(name, task), task, SEED)
-    run = evaluate(chosen_policy(name, task), task, [SEED])
+    played = play(chosen_policy(name, task), task, seed)
+    run = evaluate(chosen_policy(name, task), task, [seed])
     assert played.cost == pytest.approx(run.cost[0])
     assert (played.good, played.finished) == pytest.approx((run.good[0], run.finished[0]))
     assert played.dresses == run.executions.sum()
@@ -69,11 +78,34 @@ def test_a_model_of_stable_baselines_is_played_when_trusted(agent: Path):
     assert runs[0] == runs[1]
 
 
-def test_shipped_policies_are_small_and_fit_their_tasks():
-    for path in SHIPPED.glob("*"):
-        assert path.stem in task_names()
-        assert path.stat().st_size < 1_000_000
-        chosen_policy(str(path), load_task(path.stem))
+def misfits(folder: Path) -> list[str]:
+    """The files in a folder that are no small policy of the task in their name."""
+    wrong = []
+    for path in sorted(folder.glob("*")):
+        try:
+            assert path.stem in task_names()
+            assert path.stat().st_size < 1_000_000
+            load_policy(path, task=load_task(path.stem))
+        except (AssertionError, GrindError):
+            wrong.append(path.name)
+    return wrong
+
+
+def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
+    agent.with_suffix(".zip").unlink()
+    assert misfits(agent.parent) == []
+    for name in ("slot", "no_task"):
+        shutil.copy(agent, agent.with_stem(name))
+    agent.with_stem("rush").write_bytes(bytes(1_000_000))
+    assert misfits(agent.parent) == ["no_task.safetensors", "rush.safetensors", "slot.safetensors"]
+    assert misfits(SHIPPED) == []
+
+
+def test_a_film_of_a_test_seed_is_of_the_episode_that_is_played():
+    task = load_task("power_limited")
+    *_, last = watch(make_policy("constant", task), task, TEST_SEED, 1)
+    played = play(make_policy("constant", task), task, TEST_SEED)
+    assert last.cost == pytest.approx(played.cost)
 
 
 def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.CaptureFixture[str], tmp_path: Path):

@@ -1,7 +1,10 @@
+import base64
+import importlib
 import io
 import json
 import pickle
 import struct
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -111,6 +114,36 @@ def test_a_pickle_runs_only_when_trusted(model: Any, tmp_path: Path):
     assert not ran.exists()
     refused(tmp_path, buffer.getvalue(), "holds no model of Stable-Baselines3", task=TASK, trust=True)
     assert ran.exists()
+
+
+class Missing:
+    """Unpickles by importing a module that is not there."""
+
+    def __reduce__(self) -> Any:
+        return importlib.import_module, ("a_module_that_is_not_there",)
+
+
+@pytest.mark.parametrize("junk", [b"", b"junk", b"\x80\x02junk", b"P" * 40, bytes(40), pickle.dumps({"a": 1})])
+def test_a_trusted_zip_with_junk_in_it_is_refused(junk: bytes, model: Any, tmp_path: Path):
+    model.save(tmp_path / "whole.zip")
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(tmp_path / "whole.zip") as whole, zipfile.ZipFile(buffer, "w") as changed:
+        for name in whole.namelist():
+            changed.writestr(name, junk if name == "policy.pth" else whole.read(name))
+    refused(tmp_path, buffer.getvalue(), "holds no model of Stable-Baselines3", task=TASK, trust=True)
+
+
+def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as made:
+        made.writestr("data", "{}")
+        made.writestr("policy.pth", pickle.dumps(Missing()))
+    refused(tmp_path, buffer.getvalue(), "holds no model of Stable-Baselines3", task=TASK, trust=True)
+    buffer = io.BytesIO()
+    serialized = base64.b64encode(pickle.dumps(Missing())).decode()
+    with zipfile.ZipFile(buffer, "w") as made:
+        made.writestr("data", json.dumps({"policy_class": {":serialized:": serialized}}))
+    refused(tmp_path, buffer.getvalue(), "a_module_that_is_not_there", task=TASK, trust=True)
 
 
 def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes, model: Any, tmp_path: Path):

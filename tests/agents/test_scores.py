@@ -57,6 +57,19 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     )
 
 
+def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, monkeypatch):
+    asked = []
+
+    def stopped(name, **settings):
+        asked.append((name, settings["runs"]))
+        raise ConfigError("tuned")
+
+    monkeypatch.setattr(scores, "tune", stopped)
+    with pytest.raises(ConfigError, match="tuned"):
+        run(tmp_path)
+    assert asked == [("oracle6", tmp_path / "runs")]
+
+
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
     evaluate = cells.evaluate

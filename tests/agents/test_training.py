@@ -3,21 +3,24 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
 import pytest
 import typer
 from safetensors import safe_open
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from agents.commands.train import register
-from agents.evaluate import episode_seeds, evaluate
+from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
 from agents.learning import batches
 from agents.learning import train as training
 from agents.learning.curve import SPENT, Point, curve_path, read_curve, seconds_to, write_curve
 from agents.learning.saved import load_policy
-from agents.learning.settings import DEFAULTS, LAST_SEED
-from agents.learning.train import fingerprint, train, trained_agent
+from agents.learning.settings import DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS
+from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
 from agents.registry import FIXED_PLANS, make_policy
+from agents.tune import EPISODES as TUNED_ON
 from agents.tuned import ConfigError
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
@@ -68,7 +71,16 @@ def points(*scores: float) -> list[Point]:
 
 @pytest.mark.parametrize(
     ("scores", "seconds"),
-    [((1.0, 50.0, 96.0, 97.0, 100.0), 30.0), ((96.0, 40.0, 100.0), 30.0), ((99.0, 99.0, 99.0), 10.0), ((5.0,), 10.0)],
+    [
+        ((1.0, 50.0, 96.0, 97.0, 100.0), 30.0),
+        ((96.0, 40.0, 100.0), 30.0),
+        ((99.0, 99.0, 99.0), 10.0),
+        ((5.0,), 10.0),
+        # 5 % of 40 is 2: from -42 on
+        ((-43.0, -41.9, -41.0, -40.0), 20.0),
+        ((-40.0, -40.0), 10.0),
+        ((-30.0, -43.0, -40.0), 30.0),
+    ],
 )
 def test_the_time_to_a_score_is_when_it_is_reached_for_good(scores: tuple[float, ...], seconds: float):
     assert seconds_to(points(*scores)) == seconds
@@ -122,6 +134,21 @@ def test_the_name_of_an_agent_stands_for_all_that_decides():
     }
     assert len(names) == 7
     assert fingerprint(TASK, "ppo", replace(TINY, hyper=dict(reversed(TINY.hyper.items()))), 0) in names
+
+
+@pytest.mark.parametrize("seed", [0, 3, LAST_SEED])
+def test_an_agent_trains_on_the_training_split_and_on_seeds_of_its_own(seed: int):
+    task, plates = load_task("power_limited"), gym.make_vec("grind/PowerLimited-v0", num_envs=4)
+    model = new_model(task, "ppo", seed, TINY)
+    assert model.env is not None
+    features = np.asarray(model.env.reset())
+    seeds = [TRAINING_SEEDS + SEED_STRIDE * seed + i for i in range(4)]
+    observations, _ = plates.reset(seed=seeds, options={"split": "train"})
+    # the features begin with what is measured
+    assert np.array_equal(features[:, : observations.shape[1]], observations)
+    assert len(np.unique(observations, axis=0)) == 4
+    # far from the seeds of tuning, validation, evaluation and test
+    assert SPLITS["training"] + SPLIT_SIZE >= seeds[-1] >= TRAINING_SEEDS > TUNED_ON
 
 
 @pytest.mark.parametrize("seed", [-1, LAST_SEED + 1])

@@ -9,11 +9,13 @@ from typer.testing import CliRunner
 from agents import hyperparameters, tune
 from agents.commands import tune as command
 from agents.hyperparameters import Search, tune_learner, write_settings
+from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
 from agents.search import evolve, grid_search
 from agents.studies import KeptCosts, open_study, sqlite_url
 from agents.tuned import ConfigError, read_tuned
 from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
 
 PLATES, ORACLE = load_task("power_limited"), load_task("oracle6")
 
@@ -177,6 +179,86 @@ def test_a_trial_that_was_killed_is_run_again(tmp_path, monkeypatch):
     assert len(tried) + len(rest) == 6
     # the trial in work has the settings that it had before it was killed
     assert rest[0] == whole[3]
+
+
+def diverging(costs, numbers, failure):
+    """As `stand_in`, but the trainings of these numbers fail."""
+    cost = stand_in(costs)
+
+    def failing(task, kind, settings, search):
+        found = cost(task, kind, settings, search)
+        if len(costs) - 1 in numbers:
+            raise failure
+        return found
+
+    return failing
+
+
+NAN = ValueError("Expected parameter logits to satisfy the constraint\nbut found invalid values: nan")
+
+
+@pytest.mark.parametrize("failure", [NAN, RuntimeError("svd"), FloatingPointError(), GrindError("no finite number")])
+def test_a_training_that_diverges_is_one_trial_less(failure, tmp_path, monkeypatch):
+    tried, told = [], []
+    search = Search(trials=6, steps=1000, configs=tmp_path, runs=tmp_path)
+    monkeypatch.setattr(hyperparameters, "validation_cost", diverging(tried, {0, 2, 5}, failure))
+    settings, cost = tune_learner(PLATES, "ppo", search, lambda done, cost: told.append(cost))
+    # each was tried once, none of the failed ones again
+    assert len(tried) == len({repr(each) for each in tried}) == 6
+    assert [np.isinf(each) for each in told] == [True, False, True, False, False, True]
+    assert cost == min(told)
+    assert settings == tried[told.index(cost)]
+    tune_learner(PLATES, "ppo", search)
+    assert len(tried) == 6
+
+
+def test_when_every_training_diverges_it_is_said(tmp_path, monkeypatch):
+    tried = []
+    search = Search(trials=3, steps=1000, configs=tmp_path, runs=tmp_path)
+    monkeypatch.setattr(hyperparameters, "validation_cost", diverging(tried, range(9), NAN))
+    for _ in range(2):
+        with pytest.raises(
+            ConfigError, match=r"all 3 trainings of ppo on power_limited failed \(ValueError: "
+        ) as caught:
+            tune_learner(PLATES, "ppo", search)
+        assert "\n" not in str(caught.value)
+    assert len(tried) == 3
+    assert not (tmp_path / "power_limited.toml").exists()
+
+
+@pytest.mark.parametrize("failure", [CheckpointError("no room"), OSError("no room"), KeyboardInterrupt()])
+def test_what_is_no_fault_of_the_settings_stops_the_tuning_and_is_tried_again(failure, tmp_path, monkeypatch):
+    tried, again = [], []
+    search = Search(trials=3, steps=1000, configs=tmp_path, runs=tmp_path)
+    monkeypatch.setattr(hyperparameters, "validation_cost", diverging(tried, {1}, failure))
+    with pytest.raises(type(failure)):
+        tune_learner(PLATES, "ppo", search)
+    monkeypatch.setattr(hyperparameters, "validation_cost", stand_in(again))
+    tune_learner(PLATES, "ppo", search)
+    assert again[0] == tried[1]
+    assert len(again) == 2
+
+
+def test_a_clone_is_tuned_as_one_whose_every_step_is_labelled(tmp_path, monkeypatch):
+    path = tmp_path / "power_limited.toml"
+    path.write_text("[bc]\nsteps = 60000\n[bc.hyper]\nlabels = 60000\n", encoding="utf-8")
+    for kind, labels in (("bc", 1000), ("bc_ppo", DEFAULTS["bc_ppo"].hyper["labels"])):
+        tried = []
+        monkeypatch.setattr(hyperparameters, "validation_cost", stand_in(tried))
+        tune_learner(PLATES, kind, Search(trials=3, steps=1000, configs=tmp_path, runs=tmp_path))
+        assert {(each.steps, each.hyper["labels"]) for each in tried} == {(1000, labels)}
+    # those of a whole training stay
+    found = settings_for("bc", PLATES, tmp_path)
+    assert (found.steps, found.hyper["labels"]) == (60000, 60000)
+    assert settings_for("bc_ppo", PLATES, tmp_path).hyper["labels"] == DEFAULTS["bc_ppo"].hyper["labels"]
+
+
+def test_what_was_set_by_hand_stays_and_what_was_tuned_before_goes(tmp_path):
+    path, default = tmp_path / "power_limited.toml", DEFAULTS["bc"]
+    path.write_text("[bc.hyper]\nlabels = 60000\nhorizon = 5\ngamma = 0.5\nn_epochs = 2\n", encoding="utf-8")
+    write_settings(path, "bc", dataclasses.replace(default, hyper={**default.hyper, "n_epochs": 9}), default)
+    hyper = settings_for("bc", PLATES, tmp_path).hyper
+    assert hyper == {**default.hyper, "labels": 60000, "horizon": 5, "n_epochs": 9}
 
 
 def test_the_best_settings_may_be_the_defaults(tmp_path, monkeypatch):

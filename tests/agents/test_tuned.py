@@ -1,3 +1,5 @@
+import dataclasses
+
 import pytest
 
 from agents.coefficients import RULES, entry_names, from_vector
@@ -35,6 +37,44 @@ def test_a_damaged_file_is_an_error(tmp_path, text):
     (tmp_path / "job.toml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"job\.toml is damaged"):
         read_tuned("job", tmp_path)
+
+
+def test_a_file_of_another_encoding_is_an_error(tmp_path):
+    (tmp_path / "power_limited.toml").write_text("# 5 µm\n", encoding="latin-1")
+    for read in (lambda: read_tuned("power_limited", tmp_path), lambda: make_policy("constant", TASK, tmp_path)):
+        with pytest.raises(ConfigError, match=r"power_limited\.toml is damaged"):
+            read()
+
+
+@pytest.mark.parametrize("name", ["constant", "roughness_gauge", "adaptive_rule", "full_state_rule", "mpc"])
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"nonsense": 1}, "nonsense"),
+        ({"E": []}, "has no E that fits"),
+        ({"E": [10.0] * 9}, "has no E that fits"),
+        ({"E": "'fast'"}, "has no E that fits"),
+        ({"E": "nan"}, "has no E that fits"),
+        ({"E": None}, "does not fit .*'E'"),
+    ],
+)
+def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, match, tmp_path):
+    kept = "full_state_rule" if name == "mpc" else name
+    tuned = read_tuned("oracle6")[kept]
+    parameters = {key: value for key, value in {**tuned.parameters, **change}.items() if value is not None}
+    write_tuned("oracle6", {kept: dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
+    with pytest.raises(ConfigError, match=match) as caught:
+        make_policy(name, load_task("oracle6"), tmp_path)
+    assert f"oracle6.toml: [{kept}.parameters]" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_parameters_that_are_no_table_are_an_error(tmp_path):
+    write_tuned("oracle6", {"constant": TUNED}, tmp_path)
+    path = tmp_path / "oracle6.toml"
+    path.write_text(path.read_text(encoding="utf-8").partition("[constant.")[0] + "parameters = 3\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"\[constant\.parameters\] does not fit"):
+        make_policy("constant", load_task("oracle6"), tmp_path)
 
 
 def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
@@ -87,8 +127,8 @@ def test_tuning_resumes_and_repeats(tmp_path):
     first = tune("oracle6", ["constant", "power_threshold"], **settings)
     assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
     kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
-    both = tune("oracle6", ["constant", "power_threshold", "interval"], **settings | {"evaluations": 40})
-    assert list(both) == ["constant", "interval", "power_threshold"]
+    both = tune("oracle6", ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40})
+    assert list(both) == ["constant", "size_threshold", "power_threshold"]
     assert both["power_threshold"] == first["power_threshold"]
     again = tune(
         "oracle6", ["constant", "power_threshold"], **settings | {"folder": tmp_path / "b", "runs": tmp_path / "c"}
