@@ -7,6 +7,7 @@ import typer
 from PIL import Image
 
 from agents import play as playing
+from agents.benchmark.plan import CORE
 from agents.commands import play as command
 from agents.evaluate import evaluate
 from agents.learning.algorithms import build
@@ -98,6 +99,7 @@ def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
         shutil.copy(agent, agent.with_stem(name))
     agent.with_stem("rush").write_bytes(bytes(1_000_000))
     assert misfits(agent.parent) == ["no_task.safetensors", "rush.safetensors", "slot.safetensors"]
+    assert {path.stem for path in SHIPPED.iterdir()} == set(CORE)
     assert misfits(SHIPPED) == []
 
 
