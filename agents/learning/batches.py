@@ -53,10 +53,10 @@ def draw(curves: dict[str, Sequence[Point]], title: str) -> bytes:
     left, right = figure.subplots(1, 2, sharey=True)
     for (name, points), colour in zip(curves.items(), (BLUE, ORANGE), strict=True):
         scores = [point.score for point in points]
-        left.plot([point.steps for point in points], scores, color=colour, label=name)
+        left.plot([point.steps / 1000.0 for point in points], scores, color=colour, label=name)
         right.plot([point.seconds for point in points], scores, color=colour)
     # what lies far below the best fixed plan is not told apart
-    left.set(xlabel="environment steps", ylabel="validation score", ylim=(-100.0, 100.0))
+    left.set(xlabel="thousand environment steps", ylabel="validation score", ylim=(-100.0, 100.0))
     right.set(xlabel="wall time, s")
     left.legend(fontsize=8, loc="lower right")
     for axis in (left, right):
