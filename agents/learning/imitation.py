@@ -1,7 +1,7 @@
 """Behaviour cloning of the planner, and PPO that goes on from there.
 
-The expert sees the true state, the student what a machine measures, so the student cannot do as the expert does: it can
-only learn what the expert would do on average where its measurements are the same. After the first round the student
+The expert sees the true episode, the student what a machine measures, so the student cannot do as the expert does: it
+can only learn what is best on average where its measurements are the same. After the first round the student
 grinds the episodes, and the expert says what it would have done (DAgger: Ross, Gordon, Bagnell, AISTATS 2011), so that
 the student is taught in the states that it gets into.
 
@@ -9,6 +9,10 @@ Of every choice of the grid the planner says what it would cost, and the student
 expected to cost (AggreVaTe: Ross, Bagnell, arXiv:1406.5979, 2014): what is best on average may be nobody's best choice,
 and a slip that scraps a part is worse than one that costs a second. A fit of that alone gets stuck early, so it begins
 as a fit to the probabilities exp(-cost / temperature).
+
+With foresight the costs are those of the stocks, lots and due dates that do come. The student, who cannot see them,
+learns the mean over all futures, and that can be much more than the cost of the mean future: a late order costs, an
+early one earns nothing. Where the two are alike, the cost of the mean future is the better label, for it varies less.
 """
 
 from collections.abc import Callable
@@ -56,7 +60,7 @@ class CostPlanner(ModelPredictive):
     """The planner, asked for the cost of every choice instead of the cheapest."""
 
     def costs(self, episodes: Episodes, choices: Decision) -> Array:
-        """Expected $ up to the horizon of every choice for the coming block.
+        """$ up to the horizon of every choice for the coming block.
 
         Args:
             episodes: N of them, as `reveal` shows them to a planner.
@@ -85,12 +89,14 @@ class Teacher:
         levels: number of levels of E on the student's grid.
         horizon: blocks that the planner looks ahead; 0 for the rule on the true state, which is quick.
         temperature: of the labels, in costs of a block of the best fixed plan.
+        foresight: whether it foresees what comes, or expects what the state lets one expect.
     """
 
     task: Task
     levels: int
     horizon: int
     temperature: float
+    foresight: bool
     rule: FullStateRule = field(init=False)
 
     def __post_init__(self) -> None:
@@ -107,7 +113,7 @@ class Teacher:
 
         Shape (N, levels, most executions + 1), cut at `WORST`.
         """
-        shown = reveal("state", self.task, episodes)
+        shown = reveal("future" if self.foresight else "state", self.task, episodes)
         assert shown is not None
         if self.horizon == 0:
             return self._of_rule(self.rule.act(np.empty((0, 0), np.float32), shown))
@@ -139,6 +145,7 @@ class ClonedPPO(PPO):
         labels: environment steps that are labelled; rounded up to whole rounds.
         horizon: see `Teacher`.
         temperature: see `Teacher`.
+        foresight: 1 for a `Teacher` with foresight, else 0.
         arguments: of PPO.
 
     Raises:
@@ -153,13 +160,15 @@ class ClonedPPO(PPO):
         labels: int = 40_000,
         horizon: int = 10,
         temperature: float = 0.1,
+        foresight: int = 0,
         **arguments: Any,
     ) -> None:
         if not isinstance(env.action_space, spaces.MultiDiscrete):
             raise ConfigError("cloning labels a grid of E and D: set actions to 'grid'")
         super().__init__(policy, env, **arguments)
         self.labels = labels
-        self.teacher = Teacher(env.view.task, int(env.action_space.nvec[0]), int(horizon), float(temperature))
+        levels = int(env.action_space.nvec[0])
+        self.teacher = Teacher(env.view.task, levels, int(horizon), float(temperature), bool(foresight))
         self.features: list[Table] = []
         self.labelled: list[Table] = []
         self.returns = np.empty(0, np.float32)

@@ -20,7 +20,6 @@ from agents.scripted.rules import HANDBOOK_SPEED, REFERENCE_AREA
 from agents.search import evolve
 from agents.statistics import Array
 from agents.tuned import write_whole
-from grind_env.envs.choice import Choice
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import physical
 from grind_env.envs.stroke_env import StrokeEnv
@@ -162,7 +161,6 @@ class FullState:
 def returns(rule: Rule, seeds: Sequence[int], advance: Callable[[], object] = lambda: None) -> Array:
     """Return of the episode of each seed, shape (seeds,)."""
     env = StrokeEnv(observation="full", show_block=False)
-    low, high = env.choices.low, env.choices.high
     totals = np.zeros(len(seeds))
     for k, seed in enumerate(seeds):
         rule.begin()
@@ -170,8 +168,8 @@ def returns(rule: Rule, seeds: Sequence[int], advance: Callable[[], object] = la
         while not terminated:
             seen = {name: float(value) for name, value in physical(observation, env.entries).items()}
             E, dress = rule.decide(seen)
-            choice = Choice(min(max(E, low), high), int(dress))
-            observation, reward, terminated, _, _ = env.step(env.choices.encode(choice))
+            action = env.codec.encode(min(max(E, env.codec.low), env.codec.high), float(dress))[0]
+            observation, reward, terminated, _, _ = env.step(action)
             totals[k] += reward
         advance()
     return totals

@@ -67,7 +67,7 @@ class ActionCodec:
             raise ActionError(f"action is {action!r}, but must be one of {', '.join(ACTIONS)}")
         speeds = task.action.speed_levels or task.action.speed_range or ()
         self.low, self.high = 1000.0 * min(speeds), 1000.0 * max(speeds)
-        self.action = action
+        self.task, self.action = task, action
         self.executions = task.action.executions
         self.names = KEYS if predress else KEYS[:2]
         self.levels = 1000.0 * np.array(task.action.speed_levels or (), np.float64)

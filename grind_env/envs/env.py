@@ -8,6 +8,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_flags, is_full, refuse_render
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
@@ -16,11 +17,10 @@ from grind_env.envs.program import CycleBlock, coming_block
 from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task, TaskError
+from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.render.view import View
 
-OBSERVATIONS = ("measured", "full")
 REWARD = Outcome._fields.index("reward")
 
 
@@ -65,7 +65,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     material other than that of a task of one material has to be found out like a lot or a wheel.
 
     Args:
-        task: name of the task, for example `"power_limited"`.
+        task: name of the task, for example `"power_limited"`. Every id fixes its own: give another one to this class,
+            not to `gym.make`, which would make that task under the name, and for the scores, of the id.
         observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
@@ -88,6 +89,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         render_mode: str | None = None,
     ) -> None:
         self.task: Task = self.form.load(task)
+        check_flags(show_block=show_block, predress=predress)
         refuse_render(render_mode, RENDER_MODES)
         check_cycle(self.form, self.task, cycle)
         self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
@@ -167,24 +169,10 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         return view_of(self.task, self.episodes, 0, self.blocks, self.outcomes, self.form.text)
 
 
-def refuse_render(render_mode: str | None, known: tuple[str, ...] = ()) -> None:
-    """Check the render mode.
-
-    Raises:
-        TaskError: if it is none of the known ones.
-    """
-    if render_mode is not None and render_mode not in known:
-        modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
-        raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
-
-
 def wants_full(task: Task, observation: str | None) -> bool:
     """Whether the hidden state is asked for; None leaves it to the task.
 
     Raises:
         TaskError: if `observation` is neither `"measured"` nor `"full"`.
     """
-    observation = task.observation if observation is None else observation
-    if observation not in OBSERVATIONS:
-        raise TaskError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
-    return observation == "full"
+    return is_full(task.observation if observation is None else observation)

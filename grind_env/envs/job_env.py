@@ -10,10 +10,11 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from grind_env.control import Programs, read_file
-from grind_env.envs.choice import Choice, Choices
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_file, check_flags, check_number, is_full, refuse_predress, refuse_render
 from grind_env.envs.contexts import refuse_options
-from grind_env.envs.job_outline import COST_TERMS, JobProgramError, Outline, costs, handover, outline
-from grind_env.envs.job_readings import Gauges, coming, hidden, readings, scaled
+from grind_env.envs.job_outline import COST_TERMS, Choice, Outline, costs, handover, outline
+from grind_env.envs.job_readings import Gauges, coming, hidden, job_task, readings, scaled
 from grind_env.envs.job_tape import FACTORS, JobTape, draw
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
@@ -25,20 +26,14 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import GroundBlock, View
 
-SPEEDS = (3000.0, 30_000.0)
-"""mm/min; the table speeds from which an agent chooses, those for which the process model holds."""
-
-MOST_EXECUTIONS = 3
-"""Highest D; more were never worth while (scenarios, section 5)."""
-
-OBSERVATIONS = ("measured", "full")
-
+MOST_SPREAD = 2.0
+"""Highest factor on all that is random."""
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "plate_g82.nc"
 """The program that the environment steps if none is given."""
 
 
-class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     """Choose the table speed and the dressing of every cycle block of a part program.
 
     ## Description
@@ -49,8 +44,10 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Action space
 
-    `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D in equal-width bins from 0 to 3. In a G81, which
-    has no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0).
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D in equal-width bins from 0 to 3. The other
+    forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which has no D word, and in
+    a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). There is no third component
+    for a pre-dress: it is not a word of the block but another code, and whether a G82 is a G82.1 the program says.
 
     ## Observation space
 
@@ -62,7 +59,9 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     Minus the cost of the step in units of `reference_cost`, which is what a cycle block costs when the program runs
     with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]` holds
     the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
-    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped.
+    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped. Nothing costs
+    less than nothing, so that no step earns more than 0. No lower bound is known: what the program does between two of
+    its cycle blocks, and how often it strokes while a G81 reciprocates, is up to the program.
 
     ## Episode
 
@@ -75,6 +74,8 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
         show_block: put the text of the block that was run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: False; the program says which cycles begin with a dress.
         render_mode: as for `GrindEnv`.
 
     Raises:
@@ -88,19 +89,28 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         observation: str = "measured",
         spread: float = 1.0,
         show_block: bool = True,
+        action: str = "box",
+        predress: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        _check(observation, spread, render_mode)
+        check_file("program", program)
+        check_file("job", job)
+        check_number("spread", spread, 0.0, MOST_SPREAD)
+        check_flags(show_block=show_block, predress=predress)
+        refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
+        refuse_render(render_mode, RENDER_MODES)
+        self.full = is_full(observation)
         path = EXAMPLE if program is None else Path(program)
         self.programs: Programs = read_file(path)
         self.job = load_job(path.with_suffix(".toml") if job is None else job)
-        self.choices = Choices(*SPEEDS, MOST_EXECUTIONS)
-        extremes = [Choice(SPEEDS[0], MOST_EXECUTIONS), Choice(SPEEDS[1], 0)]
+        task = job_task(self.job, spread)
+        self.codec = ActionCodec(task, action)
+        extremes = [Choice(self.codec.low, self.codec.executions), Choice(self.codec.high, 0)]
         self.outline: Outline = outline(self.programs, self.job, extremes)
-        self.full, self.spread = observation == "full", spread
+        self.spread = spread
         self.show_block, self.render_mode = show_block, render_mode
-        self.entries = readings(self.job, self.choices, spread, full=self.full)
-        self.action_space = self.choices.space
+        self.entries = readings(task, full=self.full)
+        self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
         self.tape: JobTape | None = None
         self.episode: ProgramEpisode | None = None
@@ -151,7 +161,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.follow()
         return self._observation(), {}
 
-    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Run a cycle block and on to the next one.
 
         Raises:
@@ -161,11 +171,10 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         episode, tape = self._begun()
         if episode.block is None:
             raise gym.error.ResetNeeded("the program has come to its end: call reset() before step()")
-        choice = self.choices.decode(action)
+        E, D = (float(values[0]) for values in self.codec.choose(self.codec.single(action)))
         number = len(episode.chosen)
         block = self.outline.blocks[number]
-        if not block.takes_dresses:
-            choice = choice._replace(executions=0)
+        choice = Choice(E, int(D) if block.takes_dresses else 0)
         run = episode.step(block.words(choice))
         terminated = episode.block is None
         self.gauges.note(run, choice, self.job, tape.noise[number])
@@ -196,7 +205,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        return program_view(self.outline, self._begun()[0], self.ground, self.text, SPEEDS)
+        return program_view(self.outline, self._begun()[0], self.ground, self.text, (self.codec.low, self.codec.high))
 
     def _begun(self) -> tuple[ProgramEpisode, JobTape]:
         if self.episode is None or self.tape is None:
@@ -228,6 +237,8 @@ class JobVectorEnv(SerialVectorEnv):
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random.
         show_block: put the text of the blocks that were run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: False, as for `JobEnv`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: as for `GrindEnv`.
     """
@@ -240,19 +251,10 @@ class JobVectorEnv(SerialVectorEnv):
         observation: str = "measured",
         spread: float = 1.0,
         show_block: bool = False,
+        action: str = "box",
+        predress: bool = False,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        env = JobEnv(program, job, observation, spread, show_block, render_mode)
-        super().__init__(env, env.choices.decode, num_envs, autoreset_mode)
-
-
-def _check(observation: str, spread: float, render_mode: str | None) -> None:
-    if observation not in OBSERVATIONS:
-        raise JobProgramError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
-    if not 0.0 <= spread <= 2.0:
-        raise JobProgramError(f"spread is {spread!r}, but must be a number from 0 to 2")
-    if render_mode not in (None, *RENDER_MODES):
-        raise JobProgramError(
-            f"render_mode is {render_mode!r}, but must be one of {', '.join(RENDER_MODES)}, or left out"
-        )
+        env = JobEnv(program, job, observation, spread, show_block, action, predress, render_mode)
+        super().__init__(env, env.codec, num_envs, autoreset_mode)

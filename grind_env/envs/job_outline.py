@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from grind_env.control import CyclePlan, Programs
-from grind_env.envs.choice import Choice
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.errors import GrindError
 from grind_env.machine.compiled import expenses, handover_cost
@@ -20,6 +20,15 @@ MOST_BLOCKS = 2000
 """Cycle blocks of an episode; a program that ends with M99 begins anew without end."""
 
 COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
+
+
+class Choice(NamedTuple):
+    """What an agent chooses for a block."""
+
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
 
 
 class JobProgramError(GrindError):

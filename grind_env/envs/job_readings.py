@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.envs.choice import Choice, Choices
 from grind_env.envs.gauges import PartGauges, entries_of, scaled, wheel_values
-from grind_env.envs.job_outline import BlockOutline
+from grind_env.envs.job_outline import BlockOutline, Choice
 from grind_env.envs.job_tape import FACTORS, GAUGES
 from grind_env.envs.observations import ROUGHNESS_NOISE, Reading
 from grind_env.envs.program_episode import BlockRun
@@ -21,7 +20,10 @@ from grind_env.machine.cycle import POWER_WINDOW
 from grind_env.machine.job import Job
 from grind_env.process.state import WheelState
 
-__all__ = ["Gauges", "coming", "hidden", "readings", "scaled"]
+__all__ = ["Gauges", "coming", "hidden", "job_task", "readings", "scaled"]
+
+ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
+"""The table speeds for which the process model holds; a higher D was never worth while (scenarios, section 5)."""
 
 CODES = ("G81", "G82", "G83")
 
@@ -69,16 +71,14 @@ HIDDEN = (
 )
 
 
-def readings(job: Job, choices: Choices, spread: float, *, full: bool) -> tuple[Reading, ...]:
+def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     """The observation of a job, entry by entry.
 
     Args:
-        job: the job.
-        choices: what actions stand for.
-        spread: factor on the noise of the readings.
+        task: of the job, see `job_task`.
         full: with the hidden state, for oracles and tests.
     """
-    alike = _task_alike(job, choices, spread)
+    spread = task.spread.measurement
     ra_noise = f"{100.0 * ROUGHNESS_NOISE * spread:g} %, " if spread > 0.0 else ""
     own = [
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "greatest depth per stroke of the last block"),
@@ -96,15 +96,22 @@ def readings(job: Job, choices: Choices, spread: float, *, full: bool) -> tuple[
         *(Reading(f"coming_{code}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the coming block is a {code}")
           for code in CODES),
     ]  # fmt: skip
-    return entries_of(alike, own, (*SEEN, *HIDDEN) if full else SEEN)
+    return entries_of(task, own, (*SEEN, *HIDDEN) if full else SEEN)
 
 
-def _task_alike(job: Job, choices: Choices, spread: float) -> Task:
-    """A task with the limits, the choices and the noise of a job, whose readings have the scales that the job needs."""
+def job_task(job: Job, spread: float) -> Task:
+    """A task with the limits and the noise of a job, whose actions and readings have the ranges that the job needs.
+
+    The rest of it is that of another task: the program, not the task, says what is ground.
+
+    Args:
+        job: the job.
+        spread: factor on the noise of the readings.
+    """
     task = load_task("power_limited")
     return replace(
         task,
-        action=ActionRange(executions=choices.most, speed_range=(choices.low / 1000.0, choices.high / 1000.0)),
+        action=ACTION,
         setup=replace(task.setup, machine_changes={"power_limit": job.setup.machine.power_limit}),
         kinds=(replace(task.kinds[0], tolerance=job.part.tolerance),),
         spread=Spread(measurement=spread),

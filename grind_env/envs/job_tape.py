@@ -6,12 +6,13 @@ expects it.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.choice import log_normal
-from grind_env.envs.episode import CUT
+from grind_env.envs.tape import log_normal
+from grind_env.kernel import entry
 from grind_env.machine.part import PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
@@ -62,11 +63,11 @@ def draw(rng: np.random.Generator, blocks: int, parts: int, spread: float) -> Jo
     begins[:1] = True
     noise = spread * rng.standard_normal((blocks, len(GAUGES)))
     wheel = {
-        name: float(log_normal(spread * sigma, episode[k : k + 1], CUT)[0])
+        name: float(log_normals(spread * sigma, episode[k : k + 1])[0])
         for k, (name, sigma) in enumerate(WHEEL_SPREAD.items())
     }
     columns = [
-        log_normal(spread * sigma, np.ascontiguousarray(lots[:, k]), CUT) for k, sigma in enumerate(LOT_SPREAD.values())
+        log_normals(spread * sigma, np.ascontiguousarray(lots[:, k])) for k, sigma in enumerate(LOT_SPREAD.values())
     ]
     # a part goes on with the lot of the last part that began one
     lot = np.maximum.accumulate(np.where(begins, np.arange(parts), 0))
@@ -77,6 +78,15 @@ def draw(rng: np.random.Generator, blocks: int, parts: int, spread: float) -> Jo
         for k in lot.tolist()
     )
     return JobTape(conditions, tuple(begins.tolist()), noise)
+
+
+@entry
+def log_normals(sigma: float, normals: Any) -> Any:
+    """`tape.log_normal` of each standard normal number."""
+    factors = np.empty_like(normals)
+    for i in range(normals.size):
+        factors[i] = log_normal(sigma, normals[i])
+    return factors
 
 
 def _factors(wheel: dict[str, float], lot: dict[str, float]) -> dict[str, float]:

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from grind_env.envs.choice import Choice
-from grind_env.envs.job_outline import Outline
+from grind_env.envs.job_outline import Choice, Outline
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode
 from grind_env.envs.stroke_episode import StrokeEpisode, StrokeRun
 from grind_env.envs.view import STOCK_ROOM, job_of

@@ -1,21 +1,20 @@
 """Vector environments of single ones that run one after the other."""
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from grind_env.envs.actions import ActionError
-from grind_env.envs.choice import Choice
-from grind_env.envs.tasks import TaskError
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_count
 from grind_env.envs.vector_env import autoreset, reset_mask, seed_list
 
-Single = gym.Env[NDArray[np.float32], NDArray[np.float32]]
+Single = gym.Env[NDArray[np.float32], Any]
 
 
 class SerialVectorEnv(SyncVectorEnv):
@@ -23,7 +22,7 @@ class SerialVectorEnv(SyncVectorEnv):
 
     Args:
         env: the first of them, not yet begun.
-        decode: the choice of an action, or an `ActionError`.
+        codec: its actions.
         num_envs: number of sub-environments.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
 
@@ -34,15 +33,16 @@ class SerialVectorEnv(SyncVectorEnv):
     def __init__(
         self,
         env: Single,
-        decode: Callable[[ArrayLike], Choice],
+        codec: ActionCodec,
         num_envs: int,
         autoreset_mode: AutoresetMode | str,
     ) -> None:
-        if num_envs < 1:
-            raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
-        envs = [env, *(copy.deepcopy(env) for _ in range(num_envs - 1))]
+        envs = [env, *(copy.deepcopy(env) for _ in range(check_count(num_envs) - 1))]
         super().__init__([partial(_itself, each) for each in envs], autoreset_mode=autoreset(autoreset_mode))
-        self._decode = decode
+        self.codec = codec
+        self.begun = np.zeros(num_envs, bool)
+        # gymnasium has none for an env that the first reset leaves out
+        self._env_obs = list(self._observations.copy())
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> Any:
         """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
@@ -51,39 +51,30 @@ class SerialVectorEnv(SyncVectorEnv):
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         seeds = seed_list(seed, self.num_envs)
-        reset_mask(options, self.num_envs)
+        mask = reset_mask(options, self.num_envs)
         # a copy: gymnasium takes the mask out of the dict, which wrappers look into afterwards
-        return super().reset(seed=seeds, options=None if options is None else dict(options))
+        begin = super().reset(seed=seeds, options=None if options is None else dict(options))
+        self.begun |= mask
+        return begin
 
     def step(self, actions: Any) -> Any:
-        """Step every sub-environment.
+        """Step every sub-environment, or none if one cannot be stepped.
 
         Raises:
             gymnasium.error.ResetNeeded: a sub-environment has not begun; without autoreset, its episode is over.
             ActionError: the actions are not one for each sub-environment, or one is not in the action space.
         """
+        if not self.begun.all():
+            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._autoreset_envs.any():
             over = np.flatnonzero(self._autoreset_envs)[0]
             raise gym.error.ResetNeeded(f"episode {over} is over: reset it with options={{'reset_mask': ...}}")
-        try:
-            count = len(actions)
-        except TypeError:
-            raise ActionError(f"actions are {actions!r}, but must be {self.num_envs}: one for each env") from None
-        if count != self.num_envs:
-            raise ActionError(f"there are {count} actions, but must be {self.num_envs}: one for each env")
-        self._check(actions)
+        values = self.codec.table(actions, self.num_envs)
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
+            # the action of an episode that is over is ignored, and it begins anew
+            values = np.where(self._autoreset_envs[:, None], self.codec.neutral, values)
+        self.codec.choose(values)
         return super().step(actions)
-
-    def _check(self, actions: Any) -> None:
-        """Decode all actions before the first env moves; that of an env which begins anew is ignored."""
-        ignored = self._autoreset_envs if self.autoreset_mode == AutoresetMode.NEXT_STEP else ()
-        for i, action in enumerate(actions):
-            if len(ignored) and ignored[i]:
-                continue
-            try:
-                self._decode(action)
-            except ActionError as error:
-                raise ActionError(f"env {i}: {error}") from None
 
 
 def _itself(env: Single) -> Single:

@@ -10,9 +10,9 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.choice import Choices
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_flags, is_full, refuse_predress, refuse_render
 from grind_env.envs.contexts import Given, read_options
-from grind_env.envs.env import refuse_render, wants_full
 from grind_env.envs.gauges import scaled
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_view import block_of_stroke, stroke_view
@@ -28,7 +28,7 @@ from grind_env.process.state import WheelState
 from grind_env.render.view import GroundBlock, View
 
 
-class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class StrokeEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     """Choose the table speed of every stroke, and whether the wheel is dressed before it.
 
     ## Description
@@ -41,7 +41,9 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Action space
 
-    `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is 0 or more.
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is 0 or
+    more. The other forms are those of `GrindEnv`, with D the number of dresses before the stroke, 0 or 1. There is no
+    third component for a pre-dress, because D is one: before the first stroke of a part it is that of G81.1.
 
     ## Observation space
 
@@ -62,18 +64,28 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     Args:
         observation: `"measured"` or `"full"`.
         show_block: put the blocks of the program that led to the stroke into `info["block"]`, a line each.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: False; D is the pre-dress.
         render_mode: as for `GrindEnv`.
     """
 
-    def __init__(self, observation: str = "measured", show_block: bool = True, render_mode: str | None = None) -> None:
+    def __init__(
+        self,
+        observation: str = "measured",
+        show_block: bool = True,
+        action: str = "box",
+        predress: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        check_flags(show_block=show_block, predress=predress)
+        refuse_predress(predress, "D = 1 in grind/Stroke-v0 is the dress before the stroke, also the first one's G81.1")
         refuse_render(render_mode, RENDER_MODES)
         self.task = read_task("stroke")
-        self.full = wants_full(self.task, observation)
+        self.full = is_full(observation)
         self.show_block, self.render_mode = show_block, render_mode
         self.entries = stroke_readings(self.task, full=self.full)
-        low, high = self.task.action.speed_range or (3.0, 30.0)
-        self.choices = Choices(1000.0 * low, 1000.0 * high, self.task.action.executions)
-        self.action_space = self.choices.space
+        self.codec = ActionCodec(self.task, action)
+        self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
         self.simulation = Simulation(self.task)
         self.given = Given()
@@ -123,7 +135,7 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.follow()
         return self._observation(), {}
 
-    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Make a stroke.
 
         Raises:
@@ -133,13 +145,14 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         episode = self._begun()
         if episode.part is None:
             raise gym.error.ResetNeeded("the last part is finished: call reset() before step()")
-        choice = self.choices.decode(action)
+        E, D = (float(values[0]) for values in self.codec.choose(self.codec.single(action)))
+        dress = D > 0.0
         part, lines, number = episode.part, len(episode.program.lines), episode.part.number - 1
-        run = episode.step(choice.speed, choice.executions > 0)
-        self.gauges.note(run, choice.speed, choice.executions > 0, self.noise[self.made], episode, number)
+        run = episode.step(E, dress)
+        self.gauges.note(run, E, dress, self.noise[self.made], episode, number)
         self.made += 1
         self.part, self.text = part, "\n".join(episode.program.lines[lines:])
-        self.ground.append(block_of_stroke(run, choice.speed, choice.executions > 0, part, episode.job.limits))
+        self.ground.append(block_of_stroke(run, E, dress, part, episode.job.limits))
         self.follow()
         cost = sum(run.costs.values())
         good = 0.0 if run.finished is None else float(run.finished["survival"])
@@ -149,8 +162,8 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "block_cost": cost,
             "good_parts": good,
             "seconds": run.seconds,
-            "E": choice.speed,
-            "D": float(choice.executions),
+            "E": E,
+            "D": D,
         }
         if self.show_block:
             info["block"] = self.text
@@ -182,6 +195,8 @@ class StrokeVectorEnv(SerialVectorEnv):
         num_envs: number of sub-environments.
         observation: `"measured"` or `"full"`.
         show_block: put the blocks that led to the strokes into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: False, as for `StrokeEnv`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: as for `GrindEnv`.
     """
@@ -191,8 +206,10 @@ class StrokeVectorEnv(SerialVectorEnv):
         num_envs: int = 1,
         observation: str = "measured",
         show_block: bool = False,
+        action: str = "box",
+        predress: bool = False,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        env = StrokeEnv(observation, show_block, render_mode)
-        super().__init__(env, env.choices.decode, num_envs, autoreset_mode)
+        env = StrokeEnv(observation, show_block, action, predress, render_mode)
+        super().__init__(env, env.codec, num_envs, autoreset_mode)

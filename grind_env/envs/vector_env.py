@@ -12,8 +12,9 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.contexts import Given, read_all_options
-from grind_env.envs.env import REWARD, refuse_render, wants_full
+from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
@@ -35,7 +36,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
 
     Args:
         num_envs: number of sub-environments.
-        task: name of the task.
+        task: name of the task; every id fixes its own, see `GrindEnv`.
         observation: `"measured"` or `"full"`; by default what the task says.
         show_block: put the text of the blocks that were run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
@@ -60,10 +61,9 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        if num_envs < 1:
-            raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
+        self.num_envs = num_envs = check_count(num_envs)
+        check_flags(show_block=show_block, predress=predress)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
-        self.num_envs = num_envs
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
         self.metadata = {

@@ -12,12 +12,12 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.actions import ActionError
+from grind_env.envs.arguments import check_count, refuse_render
 from grind_env.envs.contexts import refuse_options
-from grind_env.envs.env import refuse_render
 from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
-from grind_env.envs.tasks import TaskError
 from grind_env.envs.vector_env import autoreset, masked, reset_mask, seed_list
+from grind_env.envs.wen_cases import draw_case, observation_info, observation_space, observed
 from grind_env.envs.wen_info import report, with_masks
 from grind_env.envs.wen_view import sheet_of
 from grind_env.process.wen import CASES, HIGHEST, LOWEST, Setting, Verdict, judge_settings
@@ -35,9 +35,16 @@ def action_space() -> spaces.Box[np.float32]:
     return spaces.Box(-1.0, 1.0, (len(Setting._fields),), np.float32)
 
 
-def observation_space() -> spaces.Box[np.float32]:
-    """The case, one-hot."""
-    return spaces.Box(0.0, 1.0, (len(CASES),), np.float32)
+def refuse_form(action: object) -> None:
+    """Check the form of the action.
+
+    Raises:
+        ActionError: if it is not `"box"`.
+    """
+    if action != "box":
+        raise ActionError(
+            f"action is {action!r}, but must be 'box' in grind/Wen-v0: its settings are continuous, and none is E or D"
+        )
 
 
 def action_array(actions: ArrayLike, count: int) -> Array:
@@ -89,24 +96,11 @@ def encode(setting: Setting) -> NDArray[np.float32]:
     return action
 
 
-def draw_case(rng: np.random.Generator) -> int:
-    """Number of the case of an episode; both are equally likely."""
-    return int(rng.integers(len(CASES)))
-
-
 def judged(settings: Array, cases: Array) -> Array:
     """Verdicts, shape (N, fields of `Verdict`), of settings for cases given by number, shape (N,)."""
     verdicts = np.empty((len(settings), len(Verdict._fields)))
     judge_settings(settings, CASE_ROWS[cases], verdicts)
     return verdicts
-
-
-def observation_info() -> tuple[Reading, ...]:
-    """Name and meaning of every entry of the observation."""
-    return tuple(
-        Reading(name, "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the part is to be ground as in the {name} problem")
-        for name in CASES
-    )
 
 
 class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -121,7 +115,8 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Action space
 
     `Box(-1, 1, (4,), float32)`, mapped linearly: wheel speed Vs 1000..2023 m/min, table speed Vw 10..22.7 m/min,
-    depth of dressing doc 0.01..0.137 mm, lead of dressing L 0.01..0.137 mm/rev.
+    depth of dressing doc 0.01..0.137 mm, lead of dressing L 0.01..0.137 mm/rev. This is the only form of the action:
+    the problem is published with continuous settings, and has no E and D for the discrete forms of the other ids.
 
     ## Observation space
 
@@ -139,9 +134,11 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     Args:
         render_mode: `"rgb_array"`, `"human"` or `"ansi"`, for the setting and its verdict; as for `GrindEnv`.
+        action: form of the action: `"box"`, the only one.
     """
 
-    def __init__(self, render_mode: str | None = None) -> None:
+    def __init__(self, render_mode: str | None = None, action: str = "box") -> None:
+        refuse_form(action)
         refuse_render(render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.action_space, self.observation_space = action_space(), observation_space()
@@ -175,7 +172,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         super().reset(seed=seed)
         self.case, self.over, self.chosen = draw_case(self.np_random), False, None
         self.follow()
-        return np.eye(len(CASES), dtype=np.float32)[self.case], {}
+        return observed(self.case), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Grind the part.
@@ -193,8 +190,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.follow()
         terms = {name: float(column[0]) for name, column in info.pop("reward_terms").items()}
         numbers = {name: float(column[0]) for name, column in info.items()}
-        observation = np.eye(len(CASES), dtype=np.float32)[self.case]
-        return observation, sum(terms.values()), True, False, {"reward_terms": terms, **numbers}
+        return observed(self.case), sum(terms.values()), True, False, {"reward_terms": terms, **numbers}
 
 
 class WenVectorEnv(VectorEnv[Array, Array, Array]):
@@ -206,6 +202,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         num_envs: number of sub-environments.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: none.
+        action: form of the action: `"box"`, the only one.
     """
 
     def __init__(
@@ -213,11 +210,11 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         num_envs: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
+        action: str = "box",
     ) -> None:
-        if num_envs < 1:
-            raise TaskError(f"num_envs is {num_envs}, but must be at least 1")
+        self.num_envs = num_envs = check_count(num_envs)
+        refuse_form(action)
         refuse_render(render_mode)
-        self.num_envs = num_envs
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
@@ -253,7 +250,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         self._restart(mask)
         self.begun |= mask
         self.due &= ~mask
-        return self._observe(), {}
+        return observed(self.cases), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Grind one part in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
@@ -278,7 +275,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         rewards = np.where(stepping, terms["objective"] + terms["violation"], 0.0)
         info = masked(with_masks(columns, stepping), stepping) if stepping.any() else {}
         self._restart(self.due)
-        observations = self._observe()
+        observations = observed(self.cases)
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             final_obs = np.full(self.num_envs, None, object)
             for i, observation in enumerate(observations):
@@ -290,12 +287,9 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
                 "_final_info": stepping.copy(),
             }
             self._restart(stepping)
-            return self._observe(), rewards, stepping, np.zeros(self.num_envs, bool), info
+            return observed(self.cases), rewards, stepping, np.zeros(self.num_envs, bool), info
         self.due = stepping.copy()
         return observations, rewards, stepping, np.zeros(self.num_envs, bool), info
-
-    def _observe(self) -> Array:
-        return np.eye(len(CASES), dtype=np.float32)[self.cases]
 
     def _restart(self, mask: Array) -> None:
         for i in np.flatnonzero(mask).tolist():

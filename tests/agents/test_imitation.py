@@ -43,33 +43,36 @@ def cloned(labels: int, steps: int, envs: int = ENVS, **arguments: object) -> Cl
     return model
 
 
-def test_the_cost_of_a_choice_is_that_of_grinding_it_and_then_by_the_rule():
-    # in a task without chance the planner knows the future
-    rule = make_policy("full_state_rule", ORACLE)
-    simulation = Simulation(ORACLE)
-    start = start_episodes(simulation, [0])
-    choices = all_choices(ORACLE, 0)
-    planner = CostPlanner(rule, horizon=ORACLE.blocks)
-    planner.begin(ORACLE, 1)
-    costs = planner.costs(reveal("state", ORACLE, start), choices)[0]
+@pytest.mark.parametrize("task", [ORACLE, load_task("rush")])
+def test_the_cost_of_a_choice_is_that_of_grinding_it_and_then_by_the_rule(task):
+    # in the stocks, lots and due dates that do come
+    rule = make_policy("full_state_rule", task)
+    simulation = Simulation(task)
+    start = start_episodes(simulation, [3])
+    choices = all_choices(task, 5)
+    planner = CostPlanner(rule, horizon=task.blocks)
+    planner.begin(task, 1)
+    costs = planner.costs(reveal("future", task, start), choices)[0]
     for k in range(0, len(choices.speeds), 5):
         episodes = start.pick([0])
-        rule.begin(ORACLE, 1)
+        rule.begin(task, 1)
         decision = Decision(choices.speeds[k : k + 1], choices.executions[k : k + 1])
         total = 0.0
-        for _ in range(ORACLE.blocks):
+        for _ in range(task.blocks):
             total += simulation.step(episodes, *decision)[0][0, COST]
             if not simulation.over(episodes)[0]:
-                decision = rule.act(np.zeros((1, 0), np.float32), reveal("state", ORACLE, episodes))
+                decision = rule.act(np.zeros((1, 0), np.float32), reveal("state", task, episodes))
         assert costs[k] == pytest.approx(total, rel=1e-12)
 
 
-@pytest.mark.parametrize("task", [ORACLE, load_task("rush")])
-def test_the_best_label_is_the_decision_of_the_planner(task):
+@pytest.mark.parametrize(
+    ("task", "foresight"), [(ORACLE, False), (load_task("rush"), False), (load_task("rush"), True)]
+)
+def test_the_best_label_is_the_decision_of_the_planner(task, foresight):
     simulation = Simulation(task)
     episodes = start_episodes(simulation, episode_seeds("training", 3))
     levels = len(LearnerVecEnv(task, 1).view.codec.levels)
-    teacher = Teacher(task, levels, horizon=5, temperature=0.1)
+    teacher = Teacher(task, levels, horizon=5, temperature=0.1, foresight=foresight)
     planner = ModelPredictive(make_policy("full_state_rule", task), horizon=5, speeds=levels)
     teacher.begin(3)
     planner.begin(task, 3)
@@ -79,7 +82,8 @@ def test_the_best_label_is_the_decision_of_the_planner(task):
         assert worse.min(axis=(1, 2)) == pytest.approx(0.0)
         assert worse.max() <= WORST
         mine = view.decide(cheapest(worse))
-        theirs = planner.act(np.zeros((3, 0), np.float32), reveal("state", task, episodes))
+        shown = reveal("future" if foresight else "state", task, episodes)
+        theirs = planner.act(np.zeros((3, 0), np.float32), shown)
         assert np.array_equal(mine.executions, theirs.executions)
         # the planner looks between the levels, too
         step = np.log(view.codec.levels[1] / view.codec.levels[0])
@@ -90,7 +94,7 @@ def test_the_best_label_is_the_decision_of_the_planner(task):
 def test_without_a_horizon_the_labels_are_the_rule():
     simulation = Simulation(TASK)
     episodes = start_episodes(simulation, episode_seeds("training", 5))
-    teacher = Teacher(TASK, 24, horizon=0, temperature=0.1)
+    teacher = Teacher(TASK, 24, horizon=0, temperature=0.1, foresight=False)
     teacher.begin(5)
     worse = teacher.labels(episodes)
     likely = np.exp(-worse / 0.1)

@@ -11,12 +11,14 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from grind_env.envs import stroke_env
+from grind_env.envs import job_env, stroke_env
+from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -39,15 +41,34 @@ from tests.envs.harness import (
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-SHORT = {"stroke": 1}
+SHORT = {"stroke": 1, "wide_plates": 2}
 """Blocks of an episode of the short form of a task; 8 of the others."""
+
+THIN = {"stroke": 0.1}
+"""Stock of that form, mm, where a step is a stroke."""
+
+SPACES = dict(zip(FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
+
+BOX_ALONE = {"grind/Wen-v0": "its four settings are continuous, and none is E or D"}
+"""Environments with one form of the action, and why they have no more; all others have all four."""
+
+NO_PRE_DRESS = {
+    "grind/Job-v0": "the program says which cycles begin with a dress",
+    "grind/Stroke-v0": "D is the dress before the stroke",
+    "grind/Wen-v0": "there is no time at which to dress",
+}
+"""Environments whose action has no pre-dress, and why; all others have it."""
+
+
+def forms_of(env_id: str) -> tuple[str, ...]:
+    return FORMS[:1] if env_id in BOX_ALONE else FORMS
 
 
 def kinds_of(env_id: str) -> list[dict[str, Any]]:
     """The keyword arguments of every kind of action of an environment; in all with a pre-dress for one of them."""
-    forms: list[dict[str, Any]] = [{"action": form} for form in FORMS] if accepts(env_id, "action") else [{}]
+    forms: list[dict[str, Any]] = [{"action": form} for form in forms_of(env_id)]
     dressing = forms if env_id == "grind/Oracle6-v0" else forms[:1]
-    return [*forms, *({**form, "predress": True} for form in dressing if accepts(env_id, "predress"))]
+    return [*forms, *({**form, "predress": True} for form in dressing if env_id not in NO_PRE_DRESS)]
 
 
 CASES = [(env_id, kwargs) for env_id in every_id() for kwargs in kinds_of(env_id)]
@@ -64,12 +85,16 @@ every_clone = pytest.mark.parametrize(
 
 @pytest.fixture
 def short_episodes(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the episodes of an environment few blocks: what happens at their ends is the same, but comes sooner."""
+    """Give the episodes of an environment few blocks: what happens at their ends is the same, but comes sooner.
+
+    A program is looked through once, not for every environment made of it.
+    """
 
     def shortened(load: Callable[[str], Task]) -> Callable[[str], Task]:
         def short(name: str) -> Task:
             task = load(name)
-            return replace(task, blocks=min(task.blocks, SHORT.get(name, 8)))
+            kinds = tuple(replace(kind, stock=THIN.get(name, kind.stock)) for kind in task.kinds)
+            return replace(task, blocks=min(task.blocks, SHORT.get(name, 8)), kinds=kinds)
 
         return short
 
@@ -79,6 +104,9 @@ def short_episodes(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
         if hasattr(creator, "form"):
             monkeypatch.setattr(creator, "form", creator.form._replace(load=shortened(creator.form.load)))
     monkeypatch.setattr(stroke_env, "read_task", shortened(stroke_env.read_task))
+    if env_id == "grind/Job-v0":
+        known = job_env.JobEnv().outline
+        monkeypatch.setattr(job_env, "outline", lambda *_: known)
 
 
 def play(env_id: str, most: int, seed: int = 0, **kwargs: Any) -> list[Any]:
@@ -98,7 +126,50 @@ def test_the_published_ids_are_registered() -> None:
     names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN"
     assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
     assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation", "Stroke", "Wen")} <= set(every_id())
-    assert all(len(kinds_of(env_id)) > len(FORMS) for env_id in [*IDS, "grind/Reciprocation-v0"])
+    assert {*BOX_ALONE, *NO_PRE_DRESS} <= set(every_id())
+
+
+def made(env_id: str, **kwargs: Any) -> list[gym.Space[Any]]:
+    """The action spaces of the single and of the vector environment."""
+    return [gym.make(env_id, **kwargs).action_space, native(env_id, 2, **kwargs).single_action_space]
+
+
+def refused(env_id: str, **kwargs: Any) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(ActionError) as caught:
+            make(env_id, **kwargs)
+        assert env_id in str(caught.value) and "\n" not in str(caught.value)
+
+
+@every_environment
+def test_every_id_has_every_kind_of_action_or_says_why_not(env_id: str) -> None:
+    for form, space in SPACES.items():
+        if form in forms_of(env_id):
+            assert [type(each) for each in made(env_id, action=form)] == [space, space]
+        else:
+            refused(env_id, action=form)
+    if env_id not in NO_PRE_DRESS:
+        assert [each.shape for each in made(env_id, predress=True)] == [(3,), (3,)]
+    elif accepts(env_id, "predress"):
+        refused(env_id, predress=True)
+
+
+@pytest.mark.parametrize("env_id", [each for each in every_id() if each not in BOX_ALONE])
+def test_the_same_decisions_make_the_same_episode_in_every_form(env_id: str) -> None:
+    rng, runs = np.random.default_rng(0), []
+    codec: ActionCodec = gym.make(env_id, action="discrete").unwrapped.codec
+    plan = [(float(rng.choice(codec.levels)), float(rng.integers(codec.executions + 1))) for _ in range(6)]
+    for form in FORMS:
+        env = gym.make(env_id, action=form).unwrapped
+        env.reset(seed=4)
+        steps: list[Any] = []
+        while len(steps) < len(plan) and not (steps and steps[-1][2]):
+            steps.append(env.step(rows_of(env.codec.encode(*plan[len(steps)]), 1)[0]))
+        runs.append(steps)
+    for run in runs[1:]:
+        assert_same(runs[0], run)
+    chosen = [(step[4]["E"], step[4]["D"]) for step in runs[0]]
+    assert chosen == plan[: len(chosen)]
 
 
 @every_kind

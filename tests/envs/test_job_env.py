@@ -21,7 +21,6 @@ import grind_env
 from grind_env.control import read, read_file
 from grind_env.envs import job_env
 from grind_env.envs.actions import ActionError
-from grind_env.envs.choice import Choice
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.job_env import JobEnv, JobVectorEnv
 from grind_env.errors import GrindError
@@ -136,7 +135,7 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
     env.reset(seed=1)
     rewards = []
     for block in env.outline.blocks:
-        action = env.choices.encode(Choice(block.plan.feed, block.plan.dresses))
+        action = env.codec.encode(block.plan.feed, block.plan.dresses)[0]
         rewards.append(env.step(action)[1])
     assert sum(rewards) == pytest.approx(-len(rewards), rel=1e-9)
     assert_same_record(grind(read_file(example(name)), env.job), env.record())
@@ -145,7 +144,7 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
 def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
     env = JobEnv(example("plate_g82"))
     env.reset(seed=0)
-    info = env.step(env.choices.encode(Choice(7000.0, 3)))[4]
+    info = env.step(env.codec.encode(7000.0, 3)[0])[4]
     assert info["block"] == "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E7000. P9100 D3"
     text = (EXAMPLES / "plate_g82.nc").read_text()
     # the finish block has not been run and keeps its words
@@ -157,7 +156,7 @@ def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
     cycle = "G82 X9. I-1.2 Y-.002 J-.0004 L1 F2.4 E472. P9100\nM30\n"
     env = JobEnv(written(tmp_path, "G70 G94 G90 G19\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
     env.reset(seed=0)
-    info = env.step(env.choices.encode(Choice(12_700.0, 1)))[4]
+    info = env.step(env.codec.encode(12_700.0, 1)[0])[4]
     assert "E500.0000" in info["block"]
     assert info["E"] == 12_700.0
     assert (env.record().strokes["E"] == 12_700.0).all()
@@ -180,11 +179,11 @@ def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp
     assert len(env.outline.blocks) == 4
     env.reset(seed=0)
     for speed in (5000.0, 9000.0, 5000.0, 9000.0):
-        env.step(env.choices.encode(Choice(speed, 1)))
+        env.step(env.codec.encode(speed, 1)[0])
     assert env.part_program().count("E5000.") == 1
     env.reset(seed=0)
     for speed in (5000.0, 9000.0, 6000.0, 9000.0):
-        env.step(env.choices.encode(Choice(speed, 1)))
+        env.step(env.codec.encode(speed, 1)[0])
     assert "part.nc:6" in refusal(GrindError, env.part_program)
 
 
@@ -208,7 +207,7 @@ def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
     assert seen(env, observation)["remaining"] == 1.0
     views = []
     for executions in (1, 0, 0, 2, 0, 0):
-        views.append(seen(env, env.step(env.choices.encode(Choice(10_000.0, executions)))[0]))
+        views.append(seen(env, env.step(env.codec.encode(10_000.0, executions)[0])[0]))
     strokes, parts = env.record().strokes, env.record().parts
     # rough: 5 picks and a coverage stroke, the dress after pick 3, so that strokes 2 to 6 are plunges
     rough = strokes[:6]
@@ -357,7 +356,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
     assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
     vector = JobVectorEnv(batch, num_envs=2)
     vector.reset(seed=1)
-    assert "3 actions" in refusal(ActionError, vector.step, np.zeros((3, 2)))
+    assert "shape (3, 2)" in refusal(ActionError, vector.step, np.zeros((3, 2)))
 
 
 # --- what cannot be made into an environment ----------------------------------------------------------
@@ -396,6 +395,11 @@ def test_another_job_file_can_be_named(tmp_path: Path) -> None:
     other = tmp_path / "other.toml"
     other.write_text(JOB)
     assert JobEnv(str(path), job=str(other)).job == load_job(other)
+
+
+def test_a_pre_dress_is_left_to_the_program(batch: str) -> None:
+    for make in (JobEnv, JobVectorEnv):
+        assert "the program says where" in refusal(ActionError, make, batch, predress=True)
 
 
 def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> None:

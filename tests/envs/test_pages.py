@@ -2,9 +2,11 @@ import ast
 import doctest
 import itertools
 import json
+import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,12 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.envs.observations import physical
-from grind_env.envs.pages import PageError, page, page_ids
+from grind_env.envs.pages import PageError, notes, page, page_ids
 from grind_env.envs.pages.__main__ import write
 from grind_env.envs.pages.markdown import arguments, prose, table
 from grind_env.envs.pages.notes import load_notes, note_of
 from grind_env.envs.pages.sheet import Sheet, sheet
+from grind_env.envs.stroke_env import StrokeEnv
 from grind_env.envs.wen import decode, judged
 from grind_env.process.wen import CASES, Verdict
 from tests.envs.harness import IDS, Array
@@ -28,9 +31,11 @@ GOLDEN = Path(__file__).with_name("page_oracle6.md")
 
 EVERY = page_ids()
 TASKS = [env_id for env_id in EVERY if sheet(env_id).task is not None]
+WITH_FORMS = [env_id for env_id in EVERY if env_id != "grind/Wen-v0"]
 
 every_id = pytest.mark.parametrize("env_id", EVERY)
 every_task = pytest.mark.parametrize("env_id", TASKS)
+every_form = pytest.mark.parametrize("env_id", WITH_FORMS)
 
 SECTIONS = """Description, Action space, Observation space, Reward, Episode, Arguments, Reference scores, Example,
 Version history"""
@@ -73,7 +78,7 @@ def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
     assert [float(row[3]) for row in rows] == space.high.tolist()
 
 
-@every_task
+@every_form
 def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
     (speed, dresses), forms = tables(section(page(env_id), "Action space"))
     env: Any = sheet(env_id).env
@@ -86,7 +91,8 @@ def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
         name, value = argument.strip("`").split("=")
         spaces[argument] = str(gym.make(env_id, **{name: ast.literal_eval(value)}).action_space)
         assert space == f"`{spaces[argument]}`"
-    assert len(set(spaces.values())) == 5
+    # without a pre-dress where there is none
+    assert len(set(spaces.values())) == (5 if env_id in TASKS else 4)
 
 
 @every_id
@@ -194,6 +200,58 @@ def test_the_ends_of_the_time_are_reached(env_id: str) -> None:
         assert span.least * (1.0 - 1e-9) <= costs.min() and costs.max() <= span.most * (1.0 + 1e-9)
 
 
+def stroke_costs(speed: float, dress: bool, seeds: int) -> list[dict[str, float]]:
+    """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
+    env = StrokeEnv(action="dict", show_block=False)
+    steps = []
+    for seed in range(seeds):
+        env.reset(seed=seed)
+        terminated = False
+        while not terminated:
+            _, reward, terminated, _, info = env.step({"E": [speed], "D": int(dress)})
+            costs = {name: -env.task.reference_cost * term for name, term in info["reward_terms"].items()}
+            steps.append({"reward": reward, **costs})
+    return steps
+
+
+def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None:
+    about = sheet("grind/Stroke-v0")
+    text = section(page("grind/Stroke-v0"), "Reward")
+    match = re.search(r"A step earns from (\S+) to (\S+)\. ", text)
+    assert match and [float(end) for end in match.groups()] == list(about.reward)
+    corners = [(speed, dress) for speed in (3000.0, 30_000.0) for dress in (False, True)]
+    played = {corner: stroke_costs(*corner, 2) for corner in corners}
+    steps = [step for steps in played.values() for step in steps]
+    for name, span in about.costs.items():
+        values = [step[name] for step in steps]
+        assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
+    # both ends of the time are reached: a bare stroke, and one with loading and a dress
+    assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
+    assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(about.costs["time"].most, rel=1e-9)
+    rewards = [step["reward"] for step in steps]
+    assert about.reward.least <= min(rewards) < 0.4 * about.reward.least
+    assert 1.2 * about.reward.most <= max(rewards) <= about.reward.most
+
+
+def test_the_page_of_a_job_says_that_its_reward_has_no_lower_bound() -> None:
+    text = page("grind/Job-v0")
+    assert "| reward of a step | at most 0 |" in text
+    assert "No lower bound is known: " in section(text, "Reward")
+    assert sheet("grind/Job-v0").reward == (-math.inf, 0.0)
+
+
+def test_an_id_of_whose_reward_nothing_is_known_gets_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = {**load_notes(), "grind/Wen-v0": replace(note_of("grind/Wen-v0"), reward=None)}
+    monkeypatch.setattr(notes, "load_notes", lambda: silent)
+    with pytest.raises(PageError, match=r"^the reward of grind/Wen-v0 has no range: give its notes a reward$"):
+        page("grind/Wen-v0")
+
+
+def test_the_page_of_wen_says_why_its_action_has_one_form() -> None:
+    text = " ".join(section(page("grind/Wen-v0"), "Action space").split())
+    assert "This is the only form of the action: the problem is published with continuous settings" in text
+
+
 def test_the_reward_of_wen_lies_in_the_range_that_its_notes_state() -> None:
     ends = note_of("grind/Wen-v0").reward
     assert ends is not None
@@ -297,11 +355,13 @@ def test_grind_tasks_lists_every_id(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
-    found = json.loads(listed(capsys, "--json")[1])
+    found = json.loads(listed(capsys, "--json")[1], parse_constant=pytest.fail)
     assert [one["id"] for one in found] == EVERY
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
     assert (rush["steps"], rush["observation"], rush["full"]) == (96, 34, 47)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
+    assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
+    assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
     assert json.loads(listed(capsys, "grind/Rush-v0", "--json")[1]) == [rush]
 
 

@@ -14,22 +14,52 @@ SERIAL = pytest.mark.parametrize("env_id", ["grind/Stroke-v0", "grind/Job-v0"])
 
 @SERIAL
 @pytest.mark.parametrize(
-    ("actions", "part"),
+    ("form", "actions", "part"),
     [
-        (np.array([[0.0, 0.0], [np.nan, 0.0]]), "env 1: the action has nan for E"),
-        (np.zeros((2, 3)), "env 0"),
-        (np.zeros((3, 2)), "there are 3 actions"),
-        (0.5, "actions are 0.5"),
-        (None, "actions are None"),
+        ("box", np.array([[0.0, 0.0], [np.nan, 0.0]]), "action 1 has nan for E"),
+        ("box", np.zeros((2, 3)), "shape (2, 3)"),
+        ("box", np.zeros((3, 2)), "shape (3, 2)"),
+        ("box", 0.5, "shape ()"),
+        ("box", None, "shape ()"),
+        ("box", "fast", "numbers"),
+        ("multidiscrete", [[0, 0], [24, 0]], "action 1 has 24 for E"),
+        ("discrete", [0, 0.5], "action 1 has 0.5"),
+        ("discrete", [0, 0, 0], "shape (3,)"),
+        ("dict", {"E": [9000.0, 2999.0], "D": [0, 0]}, "action 1 has 2999 for E"),
+        ("dict", {"E": [9000.0, 9000.0], "D": [0, -1]}, "action 1 has -1 for D"),
+        ("dict", {"E": [9000.0, 9000.0]}, "keys E, D"),
+        ("dict", [[0.0, 0.0]] * 2, "keys E, D"),
     ],
 )
-def test_bad_actions_move_no_env(env_id: str, actions: Any, part: str) -> None:
-    env, twin = native(env_id, 2), native(env_id, 2)
+def test_bad_actions_move_no_env(env_id: str, form: str, actions: Any, part: str) -> None:
+    env, twin = native(env_id, 2, action=form), native(env_id, 2, action=form)
     for each in (env, twin):
         each.reset(seed=1)
     with pytest.raises(ActionError) as caught:
         env.step(actions)
     assert part in str(caught.value) and "\n" not in str(caught.value)
+    good = env.action_space.sample()
+    assert_same(env.step(good), twin.step(good))
+
+
+@SERIAL
+def test_the_action_of_an_env_that_begins_anew_is_ignored(env_id: str) -> None:
+    env = native(env_id, 2)
+    env.reset(seed=0)
+    env.unwrapped._autoreset_envs[1] = True
+    stepped = env.step(np.array([[0.0, 0.0], [7.0, np.nan]], np.float32))
+    assert stepped[1][1] == 0.0 and stepped[1][0] < 0.0
+
+
+@SERIAL
+def test_no_env_moves_before_all_have_begun(env_id: str) -> None:
+    env = native(env_id, 2)
+    for chosen in ([True, False], [False, True]):
+        with pytest.raises(gym.error.ResetNeeded, match="some sub-environments have not begun"):
+            env.step(np.zeros((2, 2), np.float32))
+        assert env.reset(seed=0, options={"reset_mask": np.array(chosen)})[0] in env.observation_space
+    twin = native(env_id, 2)
+    twin.reset(seed=0)
     assert_same(env.step(np.zeros((2, 2), np.float32)), twin.step(np.zeros((2, 2), np.float32)))
 
 

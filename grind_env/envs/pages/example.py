@@ -1,8 +1,8 @@
 """The example of a page, whose outputs are taken from what the page says and checked by doctest."""
 
+import math
 from typing import Any
 
-from grind_env.envs.job_env import JobEnv
 from grind_env.envs.job_outline import COST_TERMS
 from grind_env.envs.pages.sheet import Sheet
 from grind_env.envs.rows import reward_terms
@@ -36,14 +36,12 @@ def example(about: Sheet) -> str:
         ">>> terminated, truncated",
         f"({about.steps == 1}, False)",
     ]
-    if about.reward is not None:
-        lines += [f">>> {about.reward.least:g} <= reward <= {about.reward.most:g}", "True"]
-    if about.task is not None:
-        lines += ['>>> list(info["reward_terms"])', repr(list(reward_terms(about.task)))]
-        lines += ['>>> info["E"], info["D"]', f"({env.codec.low}, 0.0)"]
-    if isinstance(env, JobEnv):
-        lines += ['>>> list(info["reward_terms"])', repr(list(COST_TERMS))]
-        lines += ['>>> info["E"], info["D"]', f"({env.choices.low}, 0.0)"]
+    least = f"{about.reward.least:g} <= " if math.isfinite(about.reward.least) else ""
+    lines += [f">>> {least}reward <= {about.reward.most:g}", "True"]
+    if about.codec is not None:
+        terms = COST_TERMS if about.task is None else reward_terms(about.task)
+        lines += ['>>> list(info["reward_terms"])', repr(list(terms))]
+        lines += ['>>> info["E"], info["D"]', f"({about.codec.low}, 0.0)"]
     lines += [
         f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
         ">>> observations, infos = vector.reset(seed=1)",

@@ -31,7 +31,8 @@ class Note:
         versions: what each version of the id changed, the latest last.
         program: part program among the examples of the package that the id needs to be made; "" for none.
         blocks: steps of an episode where there is no task to say so; 0 where they are not fixed.
-        reward: lowest and highest reward of a step where there is no task to work them out from.
+        reward: lowest and highest reward of a step where there is no task to work them out from; `-inf` if no lower
+            bound is known.
     """
 
     summary: str

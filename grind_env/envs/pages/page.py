@@ -1,9 +1,11 @@
 """One page: description, spaces, reward, episode, arguments, scores, example, versions."""
 
+import math
 from typing import Any
 
 from grind_env.envs.pages.example import example
 from grind_env.envs.pages.markdown import arguments, prose, table
+from grind_env.envs.pages.rewards import Span
 from grind_env.envs.pages.sheet import Sheet, sheet
 from grind_env.envs.pages.tables import (
     RANGE_NOTE,
@@ -63,7 +65,7 @@ def _facts(about: Sheet) -> str:
         ("action space", f"`{about.env.action_space}`"),
         ("observation space", f"`{_box(about.env.observation_space)}`"),
         ("steps", f"{about.steps}" if about.steps else "not fixed"),
-        ("reward of a step", _span(about) or "never above 0"),
+        ("reward of a step", _span(about.reward)),
         ("easy or hard", about.note.hard),
     ]
     return table(("", ""), rows)
@@ -74,8 +76,8 @@ def _box(space: Any) -> str:
     return f"Box({space.shape}, {space.dtype})"
 
 
-def _span(about: Sheet) -> str:
-    return f"{about.reward.least:g} to {about.reward.most:g}" if about.reward else ""
+def _span(reward: Span) -> str:
+    return f"{reward.least:g} to {reward.most:g}" if math.isfinite(reward.least) else f"at most {reward.most:g}"
 
 
 def _description(about: Sheet, words: dict[str, str]) -> str:
@@ -88,8 +90,8 @@ def _description(about: Sheet, words: dict[str, str]) -> str:
 
 def _actions(about: Sheet) -> str:
     tables = [action_table(about)]
-    if about.task is not None:
-        tables.append(form_table(about.task, about.forms))
+    if about.codec is not None:
+        tables.append(form_table(about.codec.task, predress=about.task is not None))
     return "\n\n".join(tables)
 
 
@@ -109,10 +111,11 @@ def _observation(about: Sheet) -> str:
 
 
 def _reward(about: Sheet) -> str:
-    lines = [f"A step earns from {_span(about)}."] if about.reward else ["A step never earns more than 0."]
-    if about.task is not None:
-        lines[0] += f" The reference cost is {about.task.reference_cost:.4g} $ a block. {RANGE_NOTE}"
-        lines.append(reward_table(about, about.task.reference_cost))
+    bounded = math.isfinite(about.reward.least)
+    lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
+    if about.costs:
+        lines[0] += f" The reference cost is {about.reference_cost:.4g} $ a step. {RANGE_NOTE}"
+        lines.append(reward_table(about))
     return "\n\n".join(lines)
 
 
@@ -139,7 +142,8 @@ def _arguments(about: Sheet) -> str:
         for name, default, meaning in arguments(type(about.env))
         if name != "task" or name not in fixed
     ]
-    return table(("argument", "default", "meaning"), rows)
+    listed = table(("argument", "default", "meaning"), rows)
+    return f"{listed}\n\nThe id fixes the argument `task` of its class." if "task" in fixed else listed
 
 
 def _scores(about: Sheet) -> str:

@@ -66,21 +66,28 @@ def stroke_times(task: Task) -> dict[str, Span]:
     return spans
 
 
+def single_stroke_times(task: Task) -> dict[str, Span]:
+    """Seconds of one stroke of each kind without a dress; the longest with the loading before the first on a part.
+
+    The wait for the program before a dress, at most 2 ms, is less than a loading and never comes with one.
+    """
+    strokes = {kind.name: _stroke(task, kind) for kind in task.kinds}
+    return {name: Span(stroke.least, task.setup.load + stroke.most) for name, stroke in strokes.items()}
+
+
 def infeed_times(task: Task) -> dict[str, Span]:
     """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
-    speeds = [1000.0 * speed / 60.0 for speed in task.action.speed_range or task.action.speed_levels or ()]
     machine, executions = task.machine, task.action.executions
     feed = INFEED / 60.0
     spans = {}
     for kind in task.kinds:
         stock, load = stock_span(task, kind), task.setup.load if kind.starts_part else 0.0
-        distance = kind.length + 2.0 * task.setup.overrun
-        strokes = [motion_time(distance, speed, machine.acceleration) + machine.reversal_dwell for speed in speeds]
+        stroke = _stroke(task, kind)
         # of the stroke in which the infeed ends at least half is left, then come one at full depth and the spark-out
         end = 1.5 + kind.sparkout
         # the control waits for a reversal point after every infeed
-        waiting = (end + 1.5 + executions) * max(strokes) + (executions + 1.0) * feed / machine.acceleration
-        least = load + stock.least / feed + end * min(strokes)
+        waiting = (end + 1.5 + executions) * stroke.most + (executions + 1.0) * feed / machine.acceleration
+        least = load + stock.least / feed + end * stroke.least
         spans[kind.name] = Span(least, load + stock.most / feed + waiting)
     return spans
 
@@ -124,7 +131,15 @@ def reward_span(task: Task, costs: Mapping[str, Span]) -> Span:
     return Span(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
 
 
+def _stroke(task: Task, kind: Kind) -> Span:
+    """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
+    machine, distance = task.machine, kind.length + 2.0 * task.setup.overrun
+    speeds = task.action.speed_range or task.action.speed_levels or ()
+    times = [motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in speeds]
+    return Span(min(times) + machine.reversal_dwell, max(times) + machine.reversal_dwell)
+
+
 def _worn(task: Task, kind: Kind) -> float:
-    """Wheel volume that a block wears off at most, mm3."""
+    """Wheel volume that a block, or a stroke that meets all of its stock, wears off at most, mm3."""
     p = task.parameters(kind)
     return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref * p.gm)

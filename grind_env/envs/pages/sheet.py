@@ -8,12 +8,13 @@ from typing import Any
 
 import gymnasium as gym
 
-from grind_env.envs.actions import ACTIONS
+from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.observations import Reading
 from grind_env.envs.pages.notes import Note, PageError, note_of
-from grind_env.envs.pages.rewards import Span, cost_spans, infeed_times, reward_span, stroke_times
+from grind_env.envs.pages.rewards import Span, cost_spans, infeed_times, reward_span, single_stroke_times, stroke_times
 from grind_env.envs.reciprocation_env import ReciprocationEnv
+from grind_env.envs.stroke_env import StrokeEnv
 from grind_env.envs.tasks import Task
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -30,9 +31,11 @@ class Sheet:
         env: an environment of that id, never reset.
         readings: entries of the observation.
         full: entries of the observation with the hidden state; as `readings` where it cannot be asked for.
-        task: its task, if it has one.
-        costs: cost of a step in $ by term, if it has a task.
-        reward: lowest and highest reward of a step, if they can be told.
+        task: its task, if a step is a block of one.
+        codec: its actions; None where they are not E and D.
+        costs: cost of a step in $ by term, if they can be worked out.
+        reference_cost: what a reward of -1 stands for, $; 0 where that is not told.
+        reward: lowest and highest reward of a step, minus infinity where no lower bound is known.
     """
 
     id: str
@@ -41,8 +44,10 @@ class Sheet:
     readings: tuple[Reading, ...]
     full: tuple[Reading, ...]
     task: Task | None
+    codec: ActionCodec | None
     costs: dict[str, Span]
-    reward: Span | None
+    reference_cost: float
+    reward: Span
 
     @property
     def title(self) -> str:
@@ -57,7 +62,7 @@ class Sheet:
     @property
     def forms(self) -> tuple[str, ...]:
         """Forms of the action."""
-        return ACTIONS if "action" in inspect.signature(type(self.env)).parameters else ("box",)
+        return ("box",) if self.codec is None else ACTIONS
 
 
 def page_ids() -> list[str]:
@@ -70,7 +75,7 @@ def sheet(env_id: str) -> Sheet:
     """What is known of an id.
 
     Raises:
-        PageError: if the id is not registered or has no notes.
+        PageError: if the id is not registered or has no notes, or if nothing is known of its reward.
     """
     if env_id not in page_ids():
         close = difflib.get_close_matches(env_id, page_ids(), 1, 0.5)
@@ -85,9 +90,30 @@ def sheet(env_id: str) -> Sheet:
         oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
         full = oracle.observation_info()
     task: Task | None = env.task if isinstance(env, GrindEnv) else None
-    costs, reward = {}, None if note.reward is None else Span(*note.reward)
-    if task is not None:
-        times = infeed_times(task) if isinstance(env, ReciprocationEnv) else stroke_times(task)
-        costs = cost_spans(task, times)
-        reward = reward_span(task, costs)
-    return Sheet(id=env_id, note=note, env=env, readings=readings, full=full, task=task, costs=costs, reward=reward)
+    priced: Task | None = env.task if isinstance(env, GrindEnv | StrokeEnv) else None
+    costs = {} if priced is None else cost_spans(priced, _times(env))
+    return Sheet(
+        id=env_id,
+        note=note,
+        env=env,
+        readings=readings,
+        full=full,
+        task=task,
+        codec=getattr(env, "codec", None),
+        costs=costs,
+        reference_cost=0.0 if priced is None else priced.reference_cost,
+        reward=_noted(env_id, note) if priced is None else reward_span(priced, costs),
+    )
+
+
+def _times(env: GrindEnv | StrokeEnv) -> dict[str, Span]:
+    """Seconds of a step without its dresses, by kind."""
+    if isinstance(env, StrokeEnv):
+        return single_stroke_times(env.task)
+    return infeed_times(env.task) if isinstance(env, ReciprocationEnv) else stroke_times(env.task)
+
+
+def _noted(env_id: str, note: Note) -> Span:
+    if note.reward is None:
+        raise PageError(f"the reward of {env_id} has no range: give its notes a reward")
+    return Span(*note.reward)

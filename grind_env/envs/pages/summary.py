@@ -1,5 +1,6 @@
 """All ids at a glance: rows for the table of `grind tasks` and the index of the pages."""
 
+import math
 from dataclasses import dataclass
 
 from grind_env.envs.pages.markdown import table
@@ -18,7 +19,7 @@ class Summary:
         actions: forms of the action.
         observation: entries of the observation.
         full: the same with `observation="full"`.
-        reward: lowest and highest reward of a step; None where they cannot be told.
+        reward: lowest and highest reward of a step; None for the lowest where no bound is known.
         hard: what makes it easy or hard.
         scripted: score of the best scripted policy that sees measurements; None if it has not been measured.
     """
@@ -29,7 +30,7 @@ class Summary:
     actions: tuple[str, ...]
     observation: int
     full: int
-    reward: tuple[float, float] | None
+    reward: tuple[float | None, float]
     hard: str
     scripted: float | None
 
@@ -56,7 +57,7 @@ def _row(about: Sheet) -> Summary:
         actions=about.forms,
         observation=len(about.readings),
         full=len(about.full),
-        reward=None if about.reward is None else (about.reward.least, about.reward.most),
+        reward=(about.reward.least if math.isfinite(about.reward.least) else None, about.reward.most),
         hard=about.note.hard,
         scripted=_scripted(about.id),
     )

@@ -1,18 +1,15 @@
 """The tables of a page: action, observation, blocks, what is drawn, reward."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from grind_env.envs.actions import ActionCodec
-from grind_env.envs.choice import Choices
-from grind_env.envs.env import GrindEnv
+from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.pages.markdown import table
 from grind_env.envs.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
 from grind_env.envs.pages.sheet import Sheet
 from grind_env.envs.tape import CUT
 from grind_env.envs.tasks import Task
-from grind_env.envs.wen import WenEnv
 from grind_env.process.wen import HIGHEST, LOWEST, Setting
 
 LOTS = {"lot_growth": "wear-flat growth kA", "lot_pressure": "wear-flat pressure pm"}
@@ -38,34 +35,23 @@ def action_table(sheet: Sheet) -> str:
 
 def _components(sheet: Sheet) -> list[tuple[str, str]]:
     """Name of each component of the default action, and what it chooses."""
-    env: Any = sheet.env
-    if isinstance(env, WenEnv):
+    codec = sheet.codec
+    if codec is None:
         ends = zip(Setting._fields, LOWEST, HIGHEST, strict=True)
         return [(name, f"{low:g} to {high:g}, linear") for name, low, high in ends]
-    if not isinstance(env, GrindEnv):
-        choices: Choices = env.choices
-        chosen = (_geometric(choices.low, choices.high), _bins(choices.most), "a dress first if above 0")
-        return list(zip(choices.names, chosen, strict=False))
-    codec = env.codec
-    speed = _geometric(codec.low, codec.high)
+    speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
         levels = ", ".join(f"{level:g}" for level in codec.levels)
         speed = f"{levels} mm/min, {codec.levels.size} bins of equal width"
-    return [("E", speed), ("D", _bins(codec.executions))]
+    most = codec.executions
+    return [("E", speed), ("D", f"0 to {most} dress executions, {most + 1} bins of equal width")]
 
 
-def _geometric(low: float, high: float) -> str:
-    return f"{low:g} to {high:g} mm/min, geometric, rounded to whole mm/min"
-
-
-def _bins(most: int) -> str:
-    return f"0 to {most} dress executions, {most + 1} bins of equal width"
-
-
-def form_table(task: Task, forms: Sequence[str]) -> str:
-    """The action space in each of its forms."""
-    rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in forms]
-    rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
+def form_table(task: Task, *, predress: bool) -> str:
+    """The action space in each of its forms, that with a pre-dress among them if there is one."""
+    rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in ACTIONS]
+    if predress:
+        rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
     return table(("argument", "action space"), rows)
 
 
@@ -181,10 +167,11 @@ def _log_normal(sigma: float) -> str:
     return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
 
 
-def reward_table(sheet: Sheet, reference_cost: float) -> str:
+def reward_table(sheet: Sheet) -> str:
     """A row for each term of the reward, with its lowest and highest value in a step."""
+    unit = sheet.reference_cost
     rows = [
-        (f"`{name}`", MEANINGS[name], f"{-span.most / reference_cost:.2f}", f"{0.0 - span.least / reference_cost:.2f}")
+        (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")
         for name, span in sheet.costs.items()
     ]
     return table(("term", "minus, over the reference cost", "worst", "best"), rows)

@@ -1,0 +1,86 @@
+"""What the constructors of the environments are given: a value of a wrong type is refused before it does harm."""
+
+import math
+import os
+
+import numpy as np
+
+from grind_env.envs.actions import ActionError
+from grind_env.envs.tasks import TaskError
+
+OBSERVATIONS = ("measured", "full")
+
+
+def check_count(num_envs: object) -> int:
+    """The number of sub-environments.
+
+    Raises:
+        TaskError: if it is no whole number, or below 1.
+    """
+    if isinstance(num_envs, bool) or not isinstance(num_envs, int | np.integer) or num_envs < 1:
+        raise TaskError(f"num_envs is {num_envs!r}, but must be a whole number of at least 1")
+    return int(num_envs)
+
+
+def check_flags(**flags: object) -> None:
+    """Check arguments that are either true or false; a text such as "no" would count as true.
+
+    Raises:
+        TaskError: if one is neither.
+    """
+    for name, value in flags.items():
+        if not isinstance(value, bool | np.bool_):
+            raise TaskError(f"{name} is {value!r}, but must be True or False")
+
+
+def refuse_predress(predress: bool, why: str) -> None:
+    """Refuse the third component of an action where there is none.
+
+    Raises:
+        ActionError: if it is asked for; it says `why` there is none.
+    """
+    if predress:
+        raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
+
+
+def check_number(name: str, value: object, low: float, high: float) -> None:
+    """Check a number.
+
+    Raises:
+        TaskError: if it is none, or lies outside `low`..`high`.
+    """
+    number = float(value) if isinstance(value, int | float | np.integer | np.floating) else math.nan
+    if isinstance(value, bool) or not low <= number <= high:
+        raise TaskError(f"{name} is {value!r}, but must be a number from {low:g} to {high:g}")
+
+
+def check_file(name: str, value: object) -> None:
+    """Check the name of a file, which may be left out.
+
+    Raises:
+        TaskError: if it is no name.
+    """
+    if value is not None and not isinstance(value, str | os.PathLike):
+        raise TaskError(f"{name} is {value!r}, but must be the name of a file, or left out")
+
+
+def is_full(observation: object) -> bool:
+    """Whether the hidden state is asked for.
+
+    Raises:
+        TaskError: if `observation` is neither `"measured"` nor `"full"`.
+    """
+    if not isinstance(observation, str) or observation not in OBSERVATIONS:
+        raise TaskError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
+    return observation == "full"
+
+
+def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
+    """Check the render mode.
+
+    Raises:
+        TaskError: if it is none of the known ones.
+    """
+    if render_mode is not None and render_mode not in known:
+        modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
+        raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")

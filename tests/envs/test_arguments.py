@@ -1,0 +1,80 @@
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import load_env_creator
+
+from grind_env.envs.job_env import EXAMPLE, JobEnv, JobVectorEnv
+from grind_env.errors import GrindError
+from tests.envs.harness import accepts, assert_same, every_id, native
+
+WRONG: dict[str, list[Any]] = {
+    "observation": [3, "hidden", ["full"], np.array(["full"])],
+    "show_block": ["x", 1, None],
+    "action": [None, 2, "Box", ["box"]],
+    "predress": ["no", 0, None],
+    "cycle": [83, "G84"],
+    "spread": ["1", None, True, -0.1, 2.1, float("nan")],
+    "render_mode": [3, "svg", ["ansi"]],
+}
+WRONG_VECTOR: dict[str, list[Any]] = {
+    "num_envs": [2.5, "4", None, True, 0, -1, np.float64(2.0)],
+    "autoreset_mode": [7, None, "Sometimes", ["NextStep"]],
+}
+every_environment = pytest.mark.parametrize("env_id", every_id())
+
+
+def refused(make: Any, name: str, value: Any) -> None:
+    with pytest.raises(GrindError) as caught:
+        make(**{name: value})
+    message = str(caught.value)
+    assert message.startswith(f"{name} is {value!r}, but ") and "\n" not in message
+
+
+@every_environment
+def test_an_argument_of_a_wrong_type_is_refused_in_one_sentence(env_id: str) -> None:
+    spec = gym.spec(env_id)
+    single = load_env_creator(spec.entry_point)
+    vector = load_env_creator(spec.vector_entry_point)
+    for name, values in WRONG.items():
+        for value in values if accepts(env_id, name) else ():
+            refused(single, name, value)
+            refused(vector, name, value)
+    for name, values in WRONG_VECTOR.items():
+        for value in values:
+            refused(vector, name, value)
+
+
+@pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0"])
+def test_what_has_no_task_to_leave_the_observation_to_needs_it_said(env_id: str) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(GrindError, match=r"^observation is None, but must be one of measured, full$"):
+            make(env_id, observation=None)
+
+
+@pytest.mark.parametrize("name", ["program", "job"])
+def test_the_name_of_a_file_is_a_text_or_a_path(name: str) -> None:
+    for make in (JobEnv, JobVectorEnv):
+        refused(make, name, 3)
+
+
+def test_a_path_is_as_good_as_its_text() -> None:
+    assert JobEnv(str(EXAMPLE)).job == JobEnv(EXAMPLE, job=EXAMPLE.with_suffix(".toml")).job
+
+
+@every_environment
+def test_the_numbers_of_numpy_are_as_good_as_those_of_python(env_id: str) -> None:
+    vector: Any = load_env_creator(gym.spec(env_id).vector_entry_point)
+    env, twin = vector(num_envs=np.int64(2)), vector(num_envs=2)
+    assert env.num_envs == 2 and type(env.num_envs) is int
+    assert_same(env.reset(seed=0), twin.reset(seed=0))
+    if accepts(env_id, "predress"):
+        vector(predress=np.bool_(False))
+    if accepts(env_id, "spread"):
+        assert vector(spread=np.float64(0.5)).envs[0].spread == 0.5
+
+
+def test_the_task_of_an_id_can_be_overridden_as_its_class_says() -> None:
+    env = gym.make("grind/Slot-v0", task="rush").unwrapped
+    assert env.task.name == "rush" and native("grind/Slot-v0", 2, task="rush").unwrapped.task.name == "rush"
