@@ -26,6 +26,9 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 
 RUNS = ROOT / "runs"
+"""What is kept."""
+RESULTS = ROOT / "agents" / "results"
+"""The checked-in results."""
 CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4

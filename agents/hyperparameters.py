@@ -11,6 +11,7 @@ import optuna
 from optuna.samplers import TPESampler
 from optuna.trial import TrialState
 
+from agents.budgets import TRIAL_STEPS, TRIALS
 from agents.cells import RUNS
 from agents.evaluate import episode_seeds, evaluate
 from agents.learning.checkpoint import CheckpointError
@@ -28,9 +29,6 @@ else:
 
 EPISODES = 64
 """Validation episodes that judge a training."""
-TRIALS = 12
-STEPS = 300_000
-"""Environment steps of the training of a trial."""
 RANDOM_TRIALS = 4
 """Trials before the sampler learns from them."""
 
@@ -61,7 +59,7 @@ class Search:
     """How long and where to search; `storage` is the URL of a database, by default an SQLite file below `runs`."""
 
     trials: int = TRIALS
-    steps: int = STEPS
+    steps: int = TRIAL_STEPS
     seed: int = 0
     storage: str | None = None
     configs: Path = CONFIGS
@@ -85,11 +83,14 @@ def tune_learner(
         report: called with the number of trials done and the cost of the last one, infinite if it failed.
 
     Raises:
-        ConfigError: if there is no such kind, or every trial failed.
+        ConfigError: if there is no such kind, the file of the settings is damaged, or every trial failed.
         CheckpointError: if a checkpoint is damaged or cannot be written, which is no fault of the settings.
     """
     if kind not in DEFAULTS:
         raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
+    path = search.configs / f"{task.name}.toml"
+    # what is found goes there: better to learn now than after hours of training that it cannot
+    _tables(path)
     default = shortened(DEFAULTS[kind], search.steps)
     url = sqlite_url(search.runs / task.name / "tune.db") if search.storage is None else search.storage
     # trials of other code, or of another length, are of another study
@@ -122,7 +123,7 @@ def tune_learner(
         raise ConfigError(f"all {done} trainings of {kind} on {task.name} failed ({reason}): mend it, and add --fresh")
     best = study.best_trial
     settings = default if DEFAULT in best.user_attrs else proposed(optuna.trial.FixedTrial(best.params), default)
-    write_settings(search.configs / f"{task.name}.toml", kind, settings, DEFAULTS[kind])
+    write_settings(path, kind, settings, DEFAULTS[kind])
     return settings, study.best_value
 
 
@@ -168,10 +169,7 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
     Raises:
         ConfigError: if the file is damaged.
     """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path} is damaged ({error}): mend or delete it") from None
+    tables = _tables(path)
     changes: dict[str, Any] = {} if settings.hidden == default.hidden else {"hidden": list(settings.hidden)}
     old, names = tables.get(kind, {}), tuned_names(default)
     before = {name: value for name, value in old.items() if name not in ("hidden", "hyper")}
@@ -185,3 +183,11 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
         if "hyper" in table:
             lines += [f"[{name}.hyper]", *(f"{key} = {value!r}" for key, value in table["hyper"].items())]
     write_whole(path, "\n".join(lines) + "\n")
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    """What a file of settings says; nothing if it is not there."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is damaged ({error}): mend or delete it") from None

@@ -4,16 +4,16 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from agents.cells import RESULTS
 from agents.evaluate import split_of
 from agents.learning.saved import SUFFIX, load_policy
 from agents.policy import Policy, reveal
-from agents.provenance import ROOT
 from agents.tuned import CONFIGS
 from agents.video import policy_of
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.tasks import Task
 
-SHIPPED = ROOT / "agents" / "results" / "policies"
+SHIPPED = RESULTS / "policies"
 """Folder of the policies that come with the repository, one a task."""
 FALLBACK = "adaptive_rule"
 """Plays where none comes with it."""

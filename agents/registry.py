@@ -95,6 +95,8 @@ def _tuned_policy(name: str, task: Task, folder: Path) -> Any:
             )
         elif each.init and each.type in (float, int):
             _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
+    if isinstance(policy, Fixed) and not (isinstance(policy.every, int) and policy.every >= 1):
+        raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
     return policy
 
 

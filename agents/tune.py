@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
 from agents.coefficients import RULES, entry_names, from_vector, rounded
 from agents.evaluate import episode_seeds, roll_out, start_episodes
@@ -21,12 +22,6 @@ from agents.studies import KeptCosts, open_study, sqlite_url
 from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
-
-EPISODES = 48
-EVALUATIONS = 700
-"""Evaluations of one CMA-ES run."""
-STARTS = 4
-"""CMA-ES runs of a rule."""
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
@@ -50,7 +45,7 @@ class Tuner:
         self,
         task: Task,
         storage: str,
-        episodes: int = EPISODES,
+        episodes: int = TUNING_EPISODES,
         fresh: bool = False,
         advance: Advance = lambda: None,
     ) -> None:
@@ -147,9 +142,9 @@ def tune(
     task_name: str,
     names: list[str] | None = None,
     *,
-    evaluations: int = EVALUATIONS,
-    starts: int = STARTS,
-    episodes: int = EPISODES,
+    evaluations: int = TUNING_EVALUATIONS,
+    starts: int = TUNING_STARTS,
+    episodes: int = TUNING_EPISODES,
     storage: str | None = None,
     folder: Path = CONFIGS,
     runs: Path = RUNS,
@@ -167,16 +162,16 @@ def tune(
             SQLite file `<task>/tune.db` below `runs`.
         folder: of the files.
         runs: folder of the trials.
-        fresh: tune again what the file has.
+        fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
 
     Raises:
-        ConfigError: if a policy has nothing to tune.
+        ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
     """
     task = load_task(task_name)
     for name in names or ():
         if name not in tunable(task):
             raise ConfigError(f"{name!r} cannot be tuned for {task_name}: choose from {', '.join(tunable(task))}")
-    tuned = read_tuned(task_name, folder)
+    tuned = _readable(task_name, folder, fresh)
     url = sqlite_url(runs / task_name / "tune.db") if storage is None else storage
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
@@ -189,7 +184,17 @@ def tune(
             tuned[name] = tune_policy(name, tuner, evaluations, starts)
             progress.update(bar, total=progress.tasks[bar].completed)
             # another process may have tuned other policies meanwhile
-            tuned = read_tuned(task_name, folder) | {name: tuned[name]}
+            tuned = _readable(task_name, folder, fresh) | {name: tuned[name]}
             tuned = {each: tuned[each] for each in tunable(task) if each in tuned}
             write_tuned(task_name, tuned, folder)
     return tuned
+
+
+def _readable(task_name: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
+    """The tuned policies of a task; none if the file is damaged and to be written anew."""
+    try:
+        return read_tuned(task_name, folder)
+    except ConfigError:
+        if fresh:
+            return {}
+        raise

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from agents.budgets import PICTURES
 from agents.evaluate import start_episodes
 from agents.learning.saved import SUFFIX, load_policy
 from agents.policy import Policy, reveal, speed_bounds
@@ -49,7 +50,7 @@ class Film:
         GrindError: for no picture a block, or more a second than a GIF can show.
     """
 
-    frames: int = 3
+    frames: int = PICTURES
     """Pictures a block, the last of them at rest."""
     fps: float = 10.0
     hold: float = 3.0

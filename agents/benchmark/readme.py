@@ -126,16 +126,21 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1)
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:
-    """The text of a page with the section between its markers.
+    """The text of a page with the section between its markers."""
+    return between(text, BEGIN, END, section(results))
+
+
+def between(text: str, begin: str, end: str, results: str) -> str:
+    """The text of a page with other results between two lines.
 
     Raises:
-        ConfigError: if the page has no such markers.
+        ConfigError: if the page has no such lines.
     """
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ConfigError(f"the page has no lines {BEGIN!r} and {END!r} between which the results go: put them in")
-    return f"{before}{BEGIN}\n\n{section(results)}\n\n{END}{after}"
+    before, first, rest = text.partition(begin)
+    _, last, after = rest.partition(end)
+    if not (first and last):
+        raise ConfigError(f"the page has no lines {begin!r} and {end!r} between which the results go: put them in")
+    return f"{before}{begin}\n\n{results}\n\n{end}{after}"
 
 
 def write_readme(results: Sequence[Result], path: Path = README) -> None:

@@ -173,12 +173,14 @@ def read_results(folder: Path) -> list[Result]:
     """The results in a folder; none if it holds none.
 
     Raises:
-        ConfigError: if the file is damaged.
+        ConfigError: if the file is damaged, or lacks a column.
     """
     path = folder / PARQUET
     if not path.exists():
         return []
     try:
+        if missing := set(SCHEMA.names) - set(parquet.read_schema(path).names):
+            raise ValueError(f"it has no column {min(missing)!r}")
         rows: list[dict[str, Any]] = parquet.read_table(path, schema=SCHEMA).to_pylist()
         return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:

@@ -7,19 +7,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.benchmark.figures import write_figures
-from agents.benchmark.judge import judged
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_tasks, planned
-from agents.benchmark.pool import measure_all
-from agents.benchmark.readme import write_readme
-from agents.benchmark.results import merged, read_results, result_of, write_results
-from agents.benchmark.summary import WIDTH, rich_table
-from agents.cells import RUNS
-from agents.provenance import ROOT
+from agents.cells import RESULTS, RUNS
 from agents.tuned import CONFIGS, ConfigError
 
-RESULTS = ROOT / "agents" / "results"
-"""The checked-in results."""
 INTERRUPTED = 130
 
 
@@ -42,7 +33,9 @@ def benchmark(
     test_episodes: Annotated[int, typer.Option(min=0, help="Episodes of test contexts; 0 for none.")] = TEST_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[
+        Path, typer.Option(help="Folder of the tuned parameters of the scripted policies; not of the agents' settings.")
+    ] = CONFIGS,
     results: Annotated[Path | None, typer.Option(help="Folder of the tables; by default that of what is kept.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
     report: Annotated[
@@ -54,6 +47,11 @@ def benchmark(
     Killed at any moment, the same command goes on where it was. Results that are in the folder already stay there, but
     for those of other episodes of the same task, which cannot be compared.
     """
+    from agents.benchmark.judge import judged
+    from agents.benchmark.pool import measure_all
+    from agents.benchmark.results import merged, read_results, result_of, write_results
+    from agents.benchmark.summary import WIDTH, rich_table
+
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     if report:
         rebuild(results or RESULTS, console)
@@ -83,6 +81,10 @@ def benchmark(
 
 def rebuild(folder: Path, console: Console) -> None:
     """Write the figures below a folder of results, and the README if they are the checked-in ones."""
+    from agents.benchmark.figures import write_figures
+    from agents.benchmark.readme import write_readme
+    from agents.benchmark.results import read_results
+
     table = read_results(folder)
     if not table:
         raise ConfigError(f"there are no results in {folder}: run the benchmark with --results {folder} first")

@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.datasets import PLACE, dataset_id, datasets_folder, make_dataset
 from agents.evaluate import SPLITS, episode_seeds
-from agents.play import chosen_policy
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
 
@@ -25,10 +23,13 @@ def dataset(
     trust: Annotated[
         bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
     ] = False,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Put it in place of a dataset of the same id.")] = False,
 ) -> None:
     """Record a policy as a Minari dataset, for offline reinforcement learning."""
+    from agents.datasets import PLACE, dataset_id, datasets_folder, make_dataset
+    from agents.play import chosen_policy
+
     job = load_task(task)
     acts = chosen_policy(policy, job, trust=trust, configs=configs)
     path = make_dataset(acts, job, episode_seeds(split, episodes), fresh=fresh)

@@ -7,22 +7,17 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from agents.benchmark.trained import from_file
-from agents.cells import RUNS
-from agents.dress_figure import dress_figure
-from agents.dress_study import EPISODES, count, csv_text, dress_study
+from agents.budgets import STUDY_EPISODES
+from agents.cells import RESULTS, RUNS
 from agents.evaluate import episode_seeds
-from agents.learning.saved import SUFFIX
-from agents.play import SHIPPED
 from agents.policy import Policy
-from agents.provenance import ROOT
 from agents.registry import make_policy, policy_names
 from agents.tuned import write_whole
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.record import write_atomically
 
-RESULTS = ROOT / "agents" / "results" / "dress_study"
+FOLDER = RESULTS / "dress_study"
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 """Policies that do not decide when to dress."""
 
@@ -34,11 +29,14 @@ def register(app: typer.Typer) -> None:
 
 def study(
     task: Annotated[str | None, typer.Option(help="Name of a task; all by default.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = STUDY_EPISODES,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = RESULTS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = FOLDER,
 ) -> None:
     """Cost against dress interval, dress lead and depth, and what decides when to dress."""
+    from agents.dress_figure import dress_figure
+    from agents.dress_study import count, csv_text, dress_study
+
     tasks = [load_task(name) for name in (task_names() if task is None else [task])]
     deciders = {each.name: deciding(each) for each in tasks}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -50,6 +48,11 @@ def study(
             write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
             write_picture(results / f"{each.name}.png", dress_figure(found, each.title))
     print(f"tables and pictures: {results}")
+    if results.resolve() == FOLDER:
+        from agents.dress_table import write_readme
+
+        write_readme(results)
+        print("written to README.md")
 
 
 def write_picture(path: Path, picture: bytes) -> None:
@@ -59,6 +62,10 @@ def write_picture(path: Path, picture: bytes) -> None:
 
 def deciding(task: Task) -> list[Policy]:
     """The policies of a task that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    from agents.benchmark.trained import from_file
+    from agents.learning.saved import SUFFIX
+    from agents.play import SHIPPED
+
     scripted = [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]
     shipped = SHIPPED / f"{task.name}{SUFFIX}"
     return [*scripted, *([from_file(shipped, task, "learned")] if shipped.exists() else [])]

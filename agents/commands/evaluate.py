@@ -8,7 +8,6 @@ import typer
 
 from agents.evaluate import SPLITS, episode_seeds
 from agents.evaluate import evaluate as run_policy
-from agents.learning.saved import SUFFIX, load_policy
 from agents.registry import make_policy
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
@@ -24,10 +23,12 @@ def evaluate(
     task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 64,
     split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "evaluation",
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Run one policy and print what a good part costs."""
+    from agents.learning.saved import SUFFIX, load_policy
+
     job = load_task(task)
     decides = load_policy(Path(policy)) if policy.endswith(SUFFIX) else make_policy(policy, job, configs)
     result = run_policy(decides, job, episode_seeds(split, episodes))

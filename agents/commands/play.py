@@ -6,10 +6,7 @@ from typing import Annotated
 import typer
 
 from agents.evaluate import SPLITS
-from agents.play import chosen_policy
-from agents.play import play as play_episode
 from agents.tuned import CONFIGS
-from agents.video import Film, record
 from grind_env.envs.tasks import load_task
 
 
@@ -32,13 +29,17 @@ def play(
     trust: Annotated[
         bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
     ] = False,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
 ) -> None:
     """Show an episode, what it cost, and the part program that the policy wrote."""
+    from agents.play import chosen_policy
+    from agents.play import play as play_episode
+    from agents.video import record
+
     job = load_task(task)
     plays = chosen_policy(policy, job, trust=trust, configs=configs)
     if output is not None:
-        record([plays], job, seed, output, Film())
+        record([plays], job, seed, output)
         print(f"{output}: {output.stat().st_size / 1e6:.1f} MB")
     shown = None if output is not None else "human" if window else "ansi"
     played = play_episode(plays, job, seed, shown)

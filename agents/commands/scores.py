@@ -1,31 +1,19 @@
 """`python -m agents scores`."""
 
 import sys
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from agents.cells import RUNS
-from agents.reference.compare import compare as compare_published
-from agents.reference.compare import comparison_table
-from agents.reference.reciprocation_scores import score_reciprocation
-from agents.reference.scores import EPISODES, RESULTS, score, score_wen, scored_tasks
-from agents.reference.stroke_scores import score_stroke
-from agents.reference.table import WIDTH
-from agents.reference.wide_plates_scores import score_wide_plates
+from agents.budgets import SCORE_EPISODES
+from agents.cells import RESULTS, RUNS
 from agents.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
 
-OTHERS: Mapping[str, Callable[[Path], None]] = {
-    "wen": score_wen,
-    "reciprocation": score_reciprocation,
-    "stroke": score_stroke,
-    "wide_plates": score_wide_plates,
-}
-"""Environments that are no tasks of G82 blocks, and what measures their scores."""
+OTHERS = ("wen", "reciprocation", "stroke", "wide_plates")
+"""Environments that are no tasks of G82 blocks."""
 
 
 def register(app: typer.Typer) -> None:
@@ -35,14 +23,19 @@ def register(app: typer.Typer) -> None:
 
 def scores(
     task: Annotated[str | None, typer.Option(help=f"Name of the task, or {', '.join(OTHERS)}; all by default.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes of a task of G82 blocks.")] = EPISODES,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes of a task of G82 blocks.")] = SCORE_EPISODES,
     compare: Annotated[bool, typer.Option("--compare", help="Only set the tables beside the published costs.")] = False,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
     results: Annotated[Path, typer.Option(help="Folder of the tables.")] = RESULTS,
     data: Annotated[Path, typer.Option(help="File of the reference scores.")] = SCORES,
 ) -> None:
     """Measure the reference scores: tune what is missing, run every policy, write the tables."""
+    from agents.reference.compare import compare as compare_published
+    from agents.reference.compare import comparison_table
+    from agents.reference.scores import score, scored_tasks
+    from agents.reference.table import WIDTH
+
     names = [*OTHERS, *scored_tasks()] if task is None else [task]
     if compare:
         known = [name for name in names if name not in OTHERS]
@@ -50,6 +43,22 @@ def scores(
         return
     for name in names:
         if name in OTHERS:
-            OTHERS[name](data)
+            score_other(name, data)
         else:
             score(name, episodes=episodes, results=results, runs=runs, configs=configs, data=data)
+
+
+def score_other(name: str, data: Path) -> None:
+    """Measure the reference scores of one of `OTHERS`."""
+    from agents.reference.reciprocation_scores import score_reciprocation
+    from agents.reference.scores import score_wen
+    from agents.reference.stroke_scores import score_stroke
+    from agents.reference.wide_plates_scores import score_wide_plates
+
+    measures = {
+        "wen": score_wen,
+        "reciprocation": score_reciprocation,
+        "stroke": score_stroke,
+        "wide_plates": score_wide_plates,
+    }
+    measures[name](data)

@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents import hyperparameters, tune
+from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
-from agents.hyperparameters import Search, tune_learner
 from agents.learning.settings import LAST_SEED
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
@@ -25,17 +24,19 @@ def tuning(
     policies: Annotated[
         str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
     ] = None,
-    evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = tune.EVALUATIONS,
-    starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = tune.STARTS,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each split.")] = tune.EPISODES,
+    evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = TUNING_EVALUATIONS,
+    starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = TUNING_STARTS,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each split.")] = TUNING_EPISODES,
     kind: Annotated[str | None, typer.Option(help="Tune the settings of this kind of learned agent instead.")] = None,
-    trials: Annotated[int, typer.Option(min=1, help="Trainings of a learned agent.")] = hyperparameters.TRIALS,
-    steps: Annotated[int, typer.Option(min=1, help="Environment steps of each of them.")] = hyperparameters.STEPS,
+    trials: Annotated[int, typer.Option(min=1, help="Trainings of a learned agent.")] = TRIALS,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps of each of them.")] = TRIAL_STEPS,
     seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Training seed of all of them.")] = 0,
     storage: Annotated[
         str | None, typer.Option(help="URL of the database of the trials; by default runs/<task>/tune.db.")
     ] = None,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    configs: Annotated[
+        Path, typer.Option(help="Folder of the tuned parameters; in its `learning` those of agents.")
+    ] = CONFIGS,
     runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents.")] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
 ) -> None:
@@ -44,8 +45,10 @@ def tuning(
     Every trial is kept in an Optuna study: if the command is killed, the same command goes on.
     """
     if kind is None:
+        from agents.tune import tune
+
         names = None if policies is None else [name.strip() for name in policies.split(",")]
-        tuned = tune.tune(
+        tuned = tune(
             task,
             names,
             evaluations=evaluations,
@@ -59,6 +62,9 @@ def tuning(
         for name, entry in tuned.items():
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
         return
+    # torch takes seconds to load
+    from agents.hyperparameters import Search, tune_learner
+
     search = Search(
         trials=trials,
         steps=steps,

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from agents.budgets import PICTURES
 from agents.evaluate import SPLITS
 from agents.tuned import CONFIGS
-from agents.video import Film, policy_of, record
 from grind_env.envs.tasks import load_task
 
 
@@ -22,10 +22,12 @@ def video(
     output: Annotated[Path, typer.Option(help="The .gif file to write.")],
     task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
-    pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = Film().frames,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters.")] = CONFIGS,
+    pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
 ) -> None:
     """Film two policies, side by side, on the same episode."""
+    from agents.video import Film, policy_of, record
+
     job = load_task(task)
     policies = [policy_of(name, job, configs) for name in (left, right)]
     size = record(policies, job, seed, output, Film(frames=pictures))

@@ -9,10 +9,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.cells import RUNS, kept_evaluation
+from agents.budgets import SCORE_EPISODES
+from agents.cells import RESULTS, RUNS, kept_evaluation
 from agents.evaluate import Evaluation, episode_seeds
 from agents.policy import Policy
-from agents.provenance import ROOT, provenance
+from agents.provenance import provenance
 from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.registry import REFERENCE, make_policy, policy_names
@@ -22,10 +23,8 @@ from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
-EPISODES = 256
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
-RESULTS = ROOT / "agents" / "results"
 
 WEN = "wen"
 """A problem of one step, without a task file."""
@@ -37,7 +36,7 @@ RATIO = ("slot",)
 def score(
     name: str,
     *,
-    episodes: int = EPISODES,
+    episodes: int = SCORE_EPISODES,
     results: Path = RESULTS,
     runs: Path = RUNS,
     configs: Path = CONFIGS,

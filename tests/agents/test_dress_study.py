@@ -1,11 +1,13 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from agents import dress_study as studies
 from agents.dress_figure import dress_figure
 from agents.dress_study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
-from agents.evaluate import evaluate
+from agents.evaluate import episode_seeds, evaluate
+from agents.policy import speed_bounds
 from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.tasks import load_task
 
@@ -30,20 +32,35 @@ def test_the_best_plan_is_the_cheapest_of_all():
     assert float(evaluate(plan, ORACLE, [0]).cost[0]) == least
 
 
+def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
+    task, seeds = load_task("power_limited"), episode_seeds("training", 2)
+    monkeypatch.setattr(studies, "TRAINING", len(seeds))
+    plan = best_plan(task, (1, 2))
+    low, high = speed_bounds(task)
+    grid = [Fixed(0.001 * E, 1, every) for E in np.geomspace(low, high, 30) for every in (1, 2)]
+    near = [Fixed(plan.E * factor, 1, plan.every) for factor in (0.98, 1.0, 1.02)]
+    least, *costs = (float(evaluate(each, task, seeds).cost.mean()) for each in (plan, *near, *grid))
+    assert least <= min(costs[:3])
+    # a grid as fine as this may find a hollow that the search passed by
+    assert least <= 1.01 * min(costs)
+
+
 def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
     deciders = [handbook(ORACLE)]
     steps = []
     found = dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
     assert len(found) == len(steps) == count(ORACLE, deciders)
-    assert {each.question for each in found} == {"interval", "dresser", "decision"}
+    assert {each.question for each in found} == {"interval", "plan", "dresser", "decision"}
     own = [each for each in found if (each.lead, each.depth) == (ORACLE.dress.lead, ORACLE.dress.depth)]
     # the dresser as it is, with the best of all intervals: one of the answers to the first question
     dresser = next(each for each in own if each.question == "dresser")
-    assert dresser.cost == min(each.cost for each in own if each.question == "interval")
+    (plan,) = (each for each in own if each.question == "plan")
+    assert dresser.cost == plan.cost == min(each.cost for each in own if each.question == "interval")
     assert dress_figure(found, "Oracle").startswith(b"\x89PNG")
     assert len(csv_text(found, range(2)).splitlines()) == len(found) + 1
 
-    monkeypatch.setattr(studies, "best_plan", None)
+    monkeypatch.setattr(studies, "plan_cost", None)
+    monkeypatch.setattr(studies, "evaluate", None)
     assert dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
 
 

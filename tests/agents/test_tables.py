@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 from rich.console import Console
 
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
@@ -11,9 +12,9 @@ from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
 from agents.benchmark.readme import BEGIN, END, README, replaced, section
-from agents.benchmark.results import read_results, result_of
+from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, rich_table, summaries
-from agents.commands.benchmark import RESULTS
+from agents.cells import RESULTS
 from agents.evaluate import Evaluation
 from agents.reference.table import table_rows
 from agents.scripted.rules import Fixed
@@ -174,6 +175,15 @@ def test_checked_in_episodes_belong_to_no_training():
         first, last = map(int, each.seeds.split(".."))
         assert 2_000_000 <= first <= last < 2_500_000
         assert last - first + 1 == each.episodes == len(each.cost)
+
+
+@pytest.mark.parametrize("column", ["score", "cost"])
+def test_a_table_without_a_column_is_damaged(column, tmp_path):
+    write_results(table_of("rush", []), tmp_path)
+    path = tmp_path / "benchmark.parquet"
+    parquet.write_table(parquet.read_table(path).drop_columns(column), path)
+    with pytest.raises(ConfigError, match=f"benchmark.parquet is damaged .it has no column '{column}'.: delete it"):
+        read_results(tmp_path)
 
 
 def test_a_table_of_reference_scores_is_anchored_at_the_better_fixed_plan():

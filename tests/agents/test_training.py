@@ -10,6 +10,7 @@ import typer
 from safetensors import safe_open
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from agents.budgets import TUNING_EPISODES as TUNED_ON
 from agents.commands.train import register
 from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
 from agents.learning import batches
@@ -20,7 +21,6 @@ from agents.learning.settings import DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
 from agents.registry import FIXED_PLANS, make_policy
-from agents.tune import EPISODES as TUNED_ON
 from agents.tuned import ConfigError
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError

@@ -275,14 +275,35 @@ def test_what_a_settings_file_says_of_other_kinds_stays(tmp_path):
     ppo, sac = (settings_for(kind, PLATES, tmp_path) for kind in ("ppo", "sac"))
     assert (ppo.steps, ppo.hidden, ppo.hyper["gamma"]) == (5, default.hidden, 0.9)
     assert (sac.envs, sac.hyper["gamma"]) == (3, 0.5)
-    path.write_text("[ppo", encoding="utf-8")
-    with pytest.raises(ConfigError, match="is damaged"):
-        write_settings(path, "ppo", default, default)
+
+
+@pytest.mark.parametrize("text", [b"[ppo", b"# 5 \xb5m"])
+def test_a_damaged_settings_file_is_an_error_before_any_training(text, tmp_path, monkeypatch):
+    tried, path = [], tmp_path / "power_limited.toml"
+    path.write_bytes(text)
+    monkeypatch.setattr(hyperparameters, "validation_cost", stand_in(tried))
+    with pytest.raises(ConfigError, match=r"power_limited\.toml is damaged .*: mend or delete it"):
+        tune_learner(PLATES, "ppo", Search(trials=2, steps=10, configs=tmp_path, runs=tmp_path, fresh=True))
+    assert tried == []
+    assert path.read_bytes() == text
 
 
 def test_a_kind_that_is_not_there_cannot_be_tuned(tmp_path):
     with pytest.raises(ConfigError, match="no kind of agent 'nonsense'"):
         tune_learner(PLATES, "nonsense", Search(configs=tmp_path, runs=tmp_path))
+
+
+@pytest.mark.parametrize("text", [b"[constant", b"[constant]\nnonsense = 1\n", b"# 5 \xb5m"])
+def test_a_damaged_file_is_replaced_on_request_only(text, tmp_path):
+    path = tmp_path / "oracle6.toml"
+    path.write_bytes(text)
+    places = {"folder": tmp_path, "runs": tmp_path, "episodes": 1}
+    with pytest.raises(ConfigError, match=r"oracle6\.toml is damaged .*: tune again with --fresh"):
+        tune.tune("oracle6", ["constant"], **places)
+    assert path.read_bytes() == text
+    tuned = tune.tune("oracle6", ["constant", "interval"], fresh=True, **places)
+    assert read_tuned("oracle6", tmp_path) == tuned
+    assert list(tuned) == ["constant", "interval"]
 
 
 def test_the_command(tmp_path, monkeypatch):

@@ -69,6 +69,17 @@ def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, matc
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("every", [0, -2, 1.5])
+def test_an_interval_that_is_no_number_of_blocks_is_an_error(every, tmp_path):
+    tuned = read_tuned("oracle6")["interval"]
+    parameters = {**tuned.parameters, "every": every}
+    write_tuned("oracle6", {"interval": dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
+    with pytest.raises(
+        ConfigError, match=r"oracle6\.toml: \[interval\.parameters\] has no every that fits: give a whole number"
+    ):
+        make_policy("interval", load_task("oracle6"), tmp_path)
+
+
 def test_parameters_that_are_no_table_are_an_error(tmp_path):
     write_tuned("oracle6", {"constant": TUNED}, tmp_path)
     path = tmp_path / "oracle6.toml"

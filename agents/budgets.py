@@ -1,0 +1,24 @@
+"""How much work the commands do by default.
+
+It stands alone, so that the command line can show these numbers without loading the libraries that do the work.
+"""
+
+TUNING_EPISODES = 48
+"""Episodes of each split that a scripted policy is tuned on."""
+TUNING_EVALUATIONS = 700
+"""Evaluations of one CMA-ES run."""
+TUNING_STARTS = 4
+"""CMA-ES runs of a rule."""
+
+TRIALS = 12
+"""Trainings that tune the settings of a kind of learned agent."""
+TRIAL_STEPS = 300_000
+"""Environment steps of the training of a trial."""
+
+SCORE_EPISODES = 256
+"""Evaluation episodes of the reference scores."""
+STUDY_EPISODES = 256
+"""Evaluation episodes of the dress study."""
+
+PICTURES = 3
+"""Pictures of each block of an animation."""

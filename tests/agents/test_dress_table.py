@@ -1,0 +1,105 @@
+import re
+from dataclasses import replace
+
+import pytest
+
+from agents.benchmark.readme import README
+from agents.commands.dress_study import FOLDER
+from agents.dress_study import Finding, csv_text
+from agents.dress_table import BEGIN, END, HEADINGS, Study, line, read_study, replaced, write_readme
+from agents.tuned import ConfigError
+
+PLAN = Finding(
+    task="rush",
+    question="plan",
+    policy="interval",
+    sees="measurements",
+    every=4,
+    lead=0.1,
+    depth=0.02,
+    overlap=2.8,
+    E=9.0,
+    D=0.25,
+    cost=6.0,
+    cost_low=5.5,
+    cost_high=6.5,
+    scrap=0.01,
+)
+
+
+def decider(policy, cost):
+    return replace(PLAN, question="decision", policy=policy, every=0, cost=cost)
+
+
+FOUND = [
+    replace(PLAN, question="interval", every=2, cost=5.9),
+    PLAN,
+    replace(PLAN, question="dresser", lead=0.14, depth=0.01, overlap=1.4, cost=3.0, every=8),
+    decider("power_threshold", 5.0),
+    decider("size_threshold", 4.4),
+    decider("roughness_gauge", 7.0),
+    decider("burn_line", 4.6),
+    decider("hindsight", 4.0),
+]
+
+
+def test_a_line_by_hand():
+    cells = dict(zip(HEADINGS, line(Study([*FOUND, decider("learned", 4.2)], 64)), strict=True))
+    assert cells == {
+        "task": "rush",
+        "episodes": "64",
+        "best N": "4",
+        "fixed plan, $": "6.00 (+50 %)",
+        "best threshold, $": "size_threshold 4.40 (+10 %)",
+        "learned, $": "4.20 (+5 %)",
+        "hindsight, $": "4.00",
+        "best lead, mm": "0.14",
+        "depth, mm": "0.01",
+        "overlap": "1.4",
+        "N": "8",
+        "fixed plan with it, $": "3.00 (-25 %)",
+    }
+    assert dict(zip(HEADINGS, line(Study(FOUND, 64)), strict=True))["learned, $"] == "–"
+
+
+def test_a_table_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "rush.csv"
+    path.write_text(csv_text(FOUND, range(2_000_000, 2_000_064)), encoding="utf-8")
+    assert read_study(path) == Study(FOUND, 64)
+
+
+@pytest.mark.parametrize("text", ["", "task\nrush\n", "task,every\nrush,often\n"])
+def test_a_damaged_table_is_an_error(text, tmp_path):
+    path = tmp_path / "rush.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"rush\.csv is damaged .*: run `python -m agents dress-study --task rush`"):
+        read_study(path)
+
+
+def test_a_table_without_an_answer_is_an_error(tmp_path):
+    path = tmp_path / "rush.csv"
+    path.write_text(csv_text([each for each in FOUND if each.question != "plan"], range(2)), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"rush\.csv is damaged .it does not answer 'plan'.: run"):
+        read_study(path)
+
+
+def test_the_table_is_put_into_the_page(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n", encoding="utf-8")
+    for task in ("b", "a"):
+        found = [replace(each, task=task) for each in FOUND]
+        (tmp_path / f"{task}.csv").write_text(csv_text(found, range(2)), encoding="utf-8")
+    write_readme(tmp_path, page)
+    first, *table, last = page.read_text(encoding="utf-8").replace("\n\n", "\n").splitlines()[1:-1]
+    assert (first, last) == (BEGIN, END)
+    assert [row.split(" | ")[0] for row in table] == ["| task", "| ---", "| a", "| b"]
+
+
+def test_the_readme_says_what_the_checked_in_studies_say():
+    text = README.read_text(encoding="utf-8")
+    studies = [read_study(path) for path in sorted(FOLDER.glob("*.csv"))]
+    assert len(studies) == 8
+    assert replaced(text, studies) == text
+    told = set(re.findall(r"\d+\.\d\d\b", text.partition(END)[2].partition("\n## ")[0]))
+    assert told
+    assert told <= {f"{each.cost:.2f}" for study in studies for each in study.found}

@@ -1,0 +1,100 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import minari
+import pytest
+import typer.main
+from PIL import Image
+
+from agents import __main__, dress_study
+from agents.tuned import read_tuned
+
+HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
+ELSEWHERE = ("evaluate", "benchmark", "scores")
+"""Commands that `test_benchmark` and `test_scores` run through the same `main`."""
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Runs a command line to its end and gives what it printed."""
+
+    def command(*arguments: object) -> str:
+        monkeypatch.setattr(sys, "argv", ["agents", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            __main__.main()
+        printed = capsys.readouterr()
+        assert not stopped.value.code, printed.err
+        return printed.out
+
+    return command
+
+
+def tune(run, folder):
+    places = ("--configs", folder, "--runs", folder)
+    run("tune", "--task", "oracle6", "--policies", "constant", "--episodes", 1, *places)
+    assert list(read_tuned("oracle6", folder)) == ["constant"]
+    said = run("tune", "--task", "oracle6", "--kind", "dqn", "--trials", 1, "--steps", 400, *places)
+    assert "an episode in validation with" in said
+    assert (folder / "learning" / "oracle6.toml").exists()
+
+
+def train(run, folder):
+    said = run("train", "--task", "oracle6", "--kind", "ppo", "--steps", 400, "--runs", folder)
+    (agent,) = (folder / "oracle6").glob("ppo-0-*.safetensors")
+    assert str(agent) in said
+    assert "$ per good part" in run("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", agent)
+
+
+def study(run, folder):
+    places = ("--runs", folder, "--results", folder / "results")
+    said = run("dress-study", "--task", "oracle6", "--episodes", 2, *places)
+    assert str(folder / "results") in said
+    questions = [line.split(",")[1] for line in (folder / "results/oracle6.csv").read_text("utf-8").splitlines()]
+    assert set(questions) == {"question", "interval", "plan", "dresser", "decision"}
+    with Image.open(folder / "results/oracle6.png") as picture:
+        assert picture.format == "PNG"
+
+
+def play(run, folder):
+    assert "G82 " in run("play", "oracle6", "--policy", "handbook", "--no-window")
+
+
+def video(run, folder):
+    path = folder / "two.gif"
+    policies = ("--left", "handbook", "--right", "E9D1")
+    run("video", *policies, "--task", "oracle6", "--pictures", 1, "--output", path)
+    with Image.open(path) as film:
+        assert film.n_frames == 7
+
+
+def dataset(run, folder):
+    run("dataset", "--task", "oracle6", "--policy", "handbook", "--episodes", 2)
+    assert list(minari.list_local_datasets()) == ["grind/oracle6/handbook-v0"]
+
+
+SMOKE = {"tune": tune, "train": train, "dress-study": study, "play": play, "video": video, "dataset": dataset}
+
+
+@pytest.mark.parametrize("command", SMOKE)
+def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    monkeypatch.setattr(dress_study, "TRAINING", 2)
+    SMOKE[command](run, tmp_path)
+
+
+def test_every_command_is_run_somewhere():
+    assert set(typer.main.get_command(__main__.app).commands) == {*SMOKE, *ELSEWHERE}
+
+
+def test_help_does_not_wait_for_the_libraries_that_do_the_work():
+    program = (
+        "import sys; from agents.__main__ import app\n"
+        f"for command in {[[], *([name] for name in (*SMOKE, *ELSEWHERE))]}:\n"
+        "    app([*command, '--help'], prog_name='agents', standalone_mode=False)\n"
+        f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"
+    )
+    root = Path(__file__).parents[2]
+    ended = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
+    assert ended.stdout.count("Usage: agents") == 1 + len(SMOKE) + len(ELSEWHERE)
+    assert ended.stdout.splitlines()[-1] == "loaded: []"
