@@ -1,7 +1,7 @@
-"""The results section of the README, written from the checked-in results."""
+"""The results section of the README, and the page of all results, from the checked-in ones."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from agents.benchmark.aggregate import Runs, aggregates, all_runs, scored_tasks
@@ -15,6 +15,12 @@ from agents.tuned import ConfigError, write_whole
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
+PAGE = "agents/results/README.md"
+SCORE = (
+    "Score on each task (a number with x: cost over that of the best fixed plan, where the planner costs nearly the"
+    " same, so that a score would be noise):"
+)
+COST = "Cost, $ per good part:"
 PICTURES = {
     "cost": "Cost per good part on each task",
     "iqm": "Interquartile mean, median, mean and optimality gap of the score",
@@ -22,52 +28,62 @@ PICTURES = {
     "improvement": f"Probability that a run scores above {OVER}",
 }
 
+Cell = Callable[[str, Summary], str]
+"""What a table says of a policy on a task."""
+
 
 def section(results: Sequence[Result]) -> str:
-    """The text between the markers."""
+    """The text between the markers of the README: the flagship task, and the score on every task."""
     tasks = tasks_of(results)
-    lines = [*flagship(results), ""] if FLAGSHIP in tasks else []
-    lines += [*by_task(results, tasks), ""]
-    runs = all_runs(results)
+    lines = [*on_task(results, FLAGSHIP), ""] if FLAGSHIP in tasks else []
+    lines += [*by_task(results, tasks, SCORE, score), ""]
+    if all_runs(results):
+        lines += [*pictures(["iqm"], "agents/results/figures")]
+    return "\n".join([*lines, f"Costs, aggregates, and the commands that made them: [{PAGE}]({PAGE})."])
+
+
+def page(results: Sequence[Result]) -> str:
+    """The page of all results."""
+    tasks, runs = tasks_of(results), all_runs(results)
+    lines = ["# Results of the benchmark", "", "Written by `python -m agents benchmark --report`.", ""]
+    for task in tasks:
+        lines += [*on_task(results, task), ""]
+    lines += [*by_task(results, tasks, SCORE, score), "", *by_task(results, tasks, COST, cost), ""]
     if runs:
         lines += [*over_tasks(results, runs), ""]
-    for name in figure_names(runs):
-        lines += [f"![{PICTURES[name]}](agents/results/figures/{name}.png)", ""]
-    return "\n".join([*lines, *made_by(results)])
+    return "\n".join([*lines, *pictures(figure_names(runs), "figures"), *made_by(results), ""])
 
 
-def flagship(results: Sequence[Result]) -> list[str]:
-    """Every policy on the flagship task."""
-    found = [line.cells(is_ratio(FLAGSHIP)) for line in summaries(results, FLAGSHIP)]
-    return [f"`{FLAGSHIP}`:", "", *table(HEADINGS, found, left=2)]
+def pictures(names: Iterable[str], folder: str) -> list[str]:
+    """Lines that show figures of a folder."""
+    return [line for name in names for line in (f"![{PICTURES[name]}]({folder}/{name}.png)", "")]
 
 
-def by_task(results: Sequence[Result], tasks: Sequence[str]) -> list[str]:
-    """Score and cost of every policy on every task."""
+def on_task(results: Sequence[Result], task: str) -> list[str]:
+    """Every policy on a task."""
+    found = [line.cells(is_ratio(task)) for line in summaries(results, task)]
+    return [f"`{task}`:", "", *table(HEADINGS, found, left=2)]
+
+
+def by_task(results: Sequence[Result], tasks: Sequence[str], title: str, cell: Cell) -> list[str]:
+    """A number of every policy on every task."""
     lines = {task: {line.policy: line for line in summaries(results, task)} for task in tasks}
     policies = dict.fromkeys(name for task in tasks for name in lines[task])
     ordered = sorted(policies, key=lambda name: standing(name, lines))
+    rows = (
+        [name, *(cell(task, lines[task][name]) if name in lines[task] else NONE for task in tasks)] for name in ordered
+    )
+    return [title, "", *table(("policy", *tasks), rows)]
 
-    def score(task: str, policy: str) -> str:
-        line = lines[task].get(policy)
-        if line is None:
-            return NONE
-        return brief(line.ratio, True) if is_ratio(task) else brief(line.score, False)
 
-    def cost(task: str, policy: str) -> str:
-        line = lines[task].get(policy)
-        return NONE if line is None else f"{line.cost.value:.3f}"
+def score(task: str, line: Summary) -> str:
+    """The score of a policy on a task, or its cost over that of the best fixed plan."""
+    return brief(line.ratio, True) if is_ratio(task) else brief(line.score, False)
 
-    return [
-        "Score on each task (a number with x: cost over that of the best fixed plan, where the planner costs nearly the"
-        " same, so that a score would be noise):",
-        "",
-        *table(("policy", *tasks), ([p, *(score(t, p) for t in tasks)] for p in ordered)),
-        "",
-        "Cost, $ per good part:",
-        "",
-        *table(("policy", *tasks), ([p, *(cost(t, p) for t in tasks)] for p in ordered)),
-    ]
+
+def cost(task: str, line: Summary) -> str:
+    """$ per good part."""
+    return f"{line.cost.value:.3f}"
 
 
 def over_tasks(results: Sequence[Result], runs: dict[str, Runs]) -> list[str]:
@@ -144,5 +160,6 @@ def between(text: str, begin: str, end: str, results: str) -> str:
 
 
 def write_readme(results: Sequence[Result], path: Path = README) -> None:
-    """Put the section into a page."""
+    """Put the section into a page, and write that of all results beside the checked-in ones."""
     write_whole(path, replaced(path.read_text(encoding="utf-8"), results))
+    write_whole(ROOT / PAGE, page(results))

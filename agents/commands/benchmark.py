@@ -82,7 +82,7 @@ def benchmark(
 def rebuild(folder: Path, console: Console) -> None:
     """Write the figures below a folder of results, and the README if they are the checked-in ones."""
     from agents.benchmark.figures import write_figures
-    from agents.benchmark.readme import write_readme
+    from agents.benchmark.readme import PAGE, write_readme
     from agents.benchmark.results import read_results
 
     table = read_results(folder)
@@ -92,7 +92,7 @@ def rebuild(folder: Path, console: Console) -> None:
         console.print(f"written to {path}", highlight=False)
     if folder.resolve() == RESULTS:
         write_readme(table)
-        console.print("written to README.md", highlight=False)
+        console.print(f"written to README.md and {PAGE}", highlight=False)
 
 
 def listed(names: str | None) -> list[str] | None:

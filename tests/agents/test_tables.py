@@ -11,11 +11,12 @@ from agents.benchmark.aggregate import aggregates, all_runs, improvements, profi
 from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
-from agents.benchmark.readme import BEGIN, END, README, replaced, section
+from agents.benchmark.readme import BEGIN, END, PAGE, README, page, replaced
 from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, rich_table, summaries
 from agents.cells import RESULTS
 from agents.evaluate import Evaluation
+from agents.provenance import ROOT
 from agents.reference.table import table_rows
 from agents.scripted.rules import Fixed
 from agents.statistics import bootstrap, cost_per_good_part, normalised_score
@@ -90,7 +91,7 @@ def test_where_the_anchors_cost_nearly_the_same_the_ratio_is_reported():
     (text,) = [line.cells(ratio=True)[7] for line in summaries(rows, "slot") if line.policy == "ppo"]
     assert text == "1.200x (1.200 to 1.200)"
     assert list(scored_tasks([*rows, *table_of("rush", [])])) == ["rush"]
-    assert "1.200x ± 0.000" in section(rows)
+    assert "1.200x ± 0.000" in page(rows)
 
 
 def test_aggregates_are_over_tasks_and_runs():
@@ -135,12 +136,12 @@ def test_a_missing_run_has_no_interval():
 
 def test_the_section_of_a_page():
     rows = judged([*table_of("power_limited", [3.0, 3.5]), *table_of("slot", [5.0])])
-    page = replaced(f"above\n{BEGIN}\nold\n{END}\nbelow\n", rows)
-    assert page.startswith(f"above\n{BEGIN}\n\n")
-    assert page.endswith(f"\n\n{END}\nbelow\n")
-    assert "old" not in page
-    assert replaced(page, rows) == page
-    (line,) = re.findall(r"^\| ppo \| measurements \| 2 \|.*$", page, re.MULTILINE)
+    written = replaced(f"above\n{BEGIN}\nold\n{END}\nbelow\n", rows)
+    assert written.startswith(f"above\n{BEGIN}\n\n")
+    assert written.endswith(f"\n\n{END}\nbelow\n")
+    assert "old" not in written
+    assert replaced(written, rows) == written
+    (line,) = re.findall(r"^\| ppo \| measurements \| 2 \|.*$", written, re.MULTILINE)
     score = by_policy(rows, "power_limited")["ppo"].score
     assert f"{score.value:.1f} ({score.low:.1f} to {score.high:.1f})" in line
     with pytest.raises(ConfigError, match="no lines"):
@@ -149,7 +150,7 @@ def test_the_section_of_a_page():
 
 def test_the_page_names_the_command_that_makes_such_results():
     rows = [*table_of("rush", [3.0, 4.0]), *table_of("blades", [3.0, 4.0]), *table_of("slot", [])]
-    text = section(judged(rows))
+    text = page(judged(rows))
     tail = "--episodes 40 --test-episodes 0 --results agents/results"
     assert f"python -m agents benchmark --tasks blades,rush --kinds ppo --seeds 2 {tail}\n" in text
     assert f"python -m agents benchmark --tasks slot --kinds '' --seeds 0 {tail}\n" in text
@@ -160,6 +161,7 @@ def test_the_readme_says_what_the_checked_in_results_say():
     assert results
     text = README.read_text(encoding="utf-8")
     assert replaced(text, results) == text
+    assert (ROOT / PAGE).read_text(encoding="utf-8") == page(results)
 
 
 def test_the_checked_in_results_are_judged_as_the_code_judges():
