@@ -4,6 +4,7 @@ It sees the measured observation and a memory of the episode, for a single obser
 the wheel:
 
 * `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`envs.belief`);
+* `means`: these, and running means of all that was measured;
 * `stack`: the last observations as they are;
 * `estimates`: the estimates alone.
 
@@ -17,6 +18,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from agents.learning.means import RunningMeans
 from agents.policy import Decision
 from agents.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 from agents.scripted.rules import REFERENCE_AREA
@@ -26,7 +28,7 @@ from grind_env.envs.memory import BeliefMemory, StackMemory
 from grind_env.envs.observations import bounds, readings
 from grind_env.envs.tasks import Task
 
-Memory = Literal["belief", "stack", "estimates"]
+Memory = Literal["belief", "means", "stack", "estimates"]
 """What a learner remembers."""
 Actions = Literal["grid", "index", "box"]
 """How it acts: E and D as two whole numbers, both as one, or two numbers between -1 and 1."""
@@ -67,7 +69,8 @@ class LearnerView:
         self.codec = ActionCodec(task, FORMS[actions])
         self.action_space = self.codec.space
         self.estimator = SharpnessEstimator(task) if memory != "stack" else None
-        self.belief = BeliefMemory(task, entries, MEMBERS) if memory == "belief" else None
+        self.belief = BeliefMemory(task, entries, MEMBERS) if memory in ("belief", "means") else None
+        self.means = RunningMeans(len(entries)) if memory == "means" else None
         measured = spaces.Box(*bounds(entries), dtype=np.float32)
         self.stack = StackMemory(measured, NO_ACTION, STACKED) if memory == "stack" else None
         self.wear_flat_scale = belief_entries()[0].scale
@@ -77,13 +80,13 @@ class LearnerView:
 
     def begin(self, n: int) -> None:
         """N episodes begin."""
-        for memory in (self.estimator, self.belief, self.stack):
+        for memory in (self.estimator, self.belief, self.means, self.stack):
             if memory is not None:
                 memory.begin(n)
 
     def restart(self, mask: Flags) -> None:
         """The episodes in `mask`, shape (N,), begin anew with their next observation."""
-        for memory in (self.estimator, self.belief, self.stack):
+        for memory in (self.estimator, self.belief, self.means, self.stack):
             if memory is not None:
                 memory.restart(mask)
 
@@ -108,6 +111,8 @@ class LearnerView:
             belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
             area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
             parts += [belief, np.log(area / REFERENCE_AREA)]
+        if self.means is not None:
+            parts.append(self.means.take(observation, chosen))
         return np.concatenate(parts, axis=1, dtype=np.float32)
 
     def _estimates(self, observation: NDArray[np.float32], chosen: Flags) -> Features:

@@ -64,7 +64,7 @@ def test_the_adapter_refuses_other_autoreset_modes():
         SB3VecEnv(GrindVectorEnv(2))
 
 
-@pytest.mark.parametrize("memory", ["belief", "stack", "estimates"])
+@pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])
 def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
     env = LearnerVecEnv(TASK, 3, memory)
     env.seed(11)
