@@ -52,8 +52,6 @@ class Shop(NamedTuple):
     """Of lateness, $/h."""
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
-    spent_diameter: float
-    """Down to which a wheel can be used, mm."""
     new_diameter: float
     change_price: float
     change_seconds: float
@@ -168,7 +166,6 @@ def shop_row(task: Task) -> Shop:
         reference_cost=task.reference_cost,
         late_price=task.due.late if task.due else 0.0,
         least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
-        spent_diameter=task.wheel.minimum_diameter,
         new_diameter=task.wheel.diameter,
         change_price=task.wheel_change.price if task.wheel_change else 0.0,
         change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,

@@ -7,7 +7,6 @@ import numpy as np
 from grind_env.envs.observations import GAUGE_EVERY, POWER_NOISE, POWER_NOISE_FLOOR, ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
-from grind_env.envs.worn_away import renew_lost_wheel
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.batch import longest_first
@@ -141,9 +140,7 @@ def settle(
     for i in active:
         row = read_row(tape[i], block[i])
         kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
-        p = read_parameters(parameters, i)
-        lost = renew_lost_wheel(i, shop, p, kind.width, cycles[i, TARGET], wheels, parts, results)
-        wheel, part = read_wheel(wheels, i), read_part(parts, i)
+        wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
         result, old = read_result(results, i), read_memory(memory, i)
         ends = kind.ends_part > 0.0
 
@@ -153,7 +150,6 @@ def settle(
         alive = (1.0 if kind.starts_part > 0.0 else old.survival) * survival(
             rise, result.peak_power, part.Rs, size_error, limits
         )
-        alive = 0.0 if lost else alive
         lead = dress_lead(wheel, shop.dress_feed, p)
         change = 1.0 if wheel.ds < shop.least_diameter else 0.0
         if change > 0.0:

@@ -250,7 +250,7 @@ class GrindingRun:
         ends = event.start[axis], event.end[axis]
         edge = event.middle[cross_axis(axis)]
         wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
-        if not 0.0 < wheel.A <= part.p.Amax:
+        if not 0.0 < wheel.A < part.p.Amax:
             raise GrindingError(
                 f"{self.programs.name}:{event.cycle.line}: a stroke {done.stroke.ae:.3g} mm deep at "
                 f"E{event.feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and E3000 to E30000"
@@ -264,7 +264,7 @@ class GrindingRun:
         self._begin_cutting(event.begin)
         before = first_wheel(self.job, None, self.part.p) if self.wheel is None else self.wheel
         wheel, done = self.part.infeed(before, event)
-        if not 0.0 < wheel.A <= self.part.p.Amax:
+        if not 0.0 < wheel.A < self.part.p.Amax:
             raise GrindingError(
                 f"{self.programs.name}:{event.line}: an infeed {done.stroke.ae:.3g} mm deep at F{event.feed:g} mm/min "
                 "destroys the wheel; take smaller steps or a higher F"

@@ -15,6 +15,10 @@ from grind_env.kernel import exp, inlined, log, logistic, power, softplus
 SMALLEST_CUT = 1e-7
 """mm; ratios with the depth of cut in the denominator hold it above this (0.1 nm: nothing is cut there)."""
 
+LEAST_DIAMETER = 20.0
+"""mm; about the spindle's nose: a wheel this small has nothing left to lose (project decision). What it would lose
+still counts as wear, in the size of the part and in money, so that nothing is gained by wearing a wheel away."""
+
 INITIAL_ROUGHNESS = 1.6
 """um; Ra of the surface that a part brings to the machine."""
 
@@ -184,6 +188,15 @@ def wear_flat_growth(sliding: float, T: float, A: float, kA: float, ka: float, A
 
 
 @inlined
+def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: float) -> float:
+    """Wear-flat area after a stroke: what has grown, less what a share `renewal` of fresh grains (area Af) takes away.
+
+    A stroke that would wear more than `Amax` flat leaves all of that flat: a whole stroke is one step of the growth.
+    """
+    return min(max(A + growth - (A - Af) * renewal, 0.0), Amax)
+
+
+@inlined
 def waviness(alw: float, dV: float, Kn: float, ke: float, Vchi: float, ks: float, kr: float, alw0: float) -> float:
     """Waviness amplitude after removing dV more, um: regenerative growth above the stiffness ratio ks [C]."""
     rate = min(max((Kn / ke - ks) / (kr - ks), -0.2), 3.0)
@@ -296,6 +309,12 @@ def thermal_bow(alpha_th: float, dTz: float, Lw: float, h: float) -> float:
 def traverse_taper(ae: float, Lw: float, width: float, G: float, ds: float, bs: float) -> float:
     """Taper that wheel wear leaves over one full traverse of a part of that width, mm."""
     return ae * Lw * width / (G * math.pi * ds * bs)
+
+
+@inlined
+def worn_diameter(ds: float, radial: float) -> float:
+    """Wheel diameter after a loss of radius, mm; none gets below `LEAST_DIAMETER`."""
+    return max(ds - 2.0 * radial, min(ds, LEAST_DIAMETER))
 
 
 # --- dressing ------------------------------------------------------------------------------------------------

@@ -71,8 +71,8 @@ def grind_stroke(
     Ra = eq.surface_roughness(Rs, Rg, ae)
 
     after = WheelState(
-        wheel.ds - 2.0 * dw,
-        wheel.A + growth - (wheel.A - p.Af) * renewal,
+        eq.worn_diameter(wheel.ds, dw),
+        eq.worn_flat_area(wheel.A, growth, renewal, p.Af, p.Amax),
         wheel.lam + p.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
         wheel.V + dV,
         wheel.Rd,
@@ -107,7 +107,7 @@ def dress_wheel(
     Ad = eq.dressed_flat_area(Ud, p.Ad0, p.kU)
     removed = eq.dressed_volume(passes, depth, wheel.ds, p.bs)
     after = WheelState(
-        wheel.ds - 2.0 * passes * depth,
+        eq.worn_diameter(wheel.ds, passes * depth),
         Ad + keep * (wheel.A - Ad),
         keep * wheel.lam,
         keep * wheel.V,

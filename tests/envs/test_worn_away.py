@@ -4,7 +4,12 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from grind_env.control import read
 from grind_env.envs.contexts import FACTORS
+from grind_env.envs.program import conditions, job
+from grind_env.machine.grind import grind
+from grind_env.process.equations import LEAST_DIAMETER
+from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, native
 
 NAMES = ("kA", "pm", "fc", "Gref", "hf")
@@ -16,6 +21,10 @@ CORNERS = [
 ]
 
 
+WORN = {"material": "inconel_718", "Gref": 0.2, "fc": 0.2}
+"""With the highest E and D less than an episode wears the wheel away in these."""
+
+
 @pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0"])
 @pytest.mark.parametrize("action", [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
 def test_no_corner_of_the_factors_leaves_the_numbers(env_id: str, action: tuple[float, float]) -> None:
@@ -24,22 +33,54 @@ def test_no_corner_of_the_factors_leaves_the_numbers(env_id: str, action: tuple[
     space = env.observation_space
     observations, _ = env.reset(seed=0, options={"context": corners})
     actions = np.tile(np.array(action, np.float32), (len(corners), 1))
-    for _ in range(12):
+    over = np.zeros(len(corners), bool)
+    while not over.all():
         assert space.contains(observations)
-        observations, rewards, *_ = env.step(actions)
+        observations, rewards, over, *_ = env.step(actions)
         assert np.isfinite(rewards).all() and (rewards < 0.0).all()
 
 
-def test_a_wheel_that_is_worn_away_costs_a_wheel_and_the_part() -> None:
+@pytest.mark.parametrize("env_id", ["grind/Stroke-v0", "grind/WidePlates-v0"])
+@pytest.mark.parametrize("more", [{}, {"stock": 3.0}])
+def test_a_wheel_may_wear_away_in_a_program_of_the_control(env_id: str, more: dict[str, float]) -> None:
+    env = gym.make(env_id, show_block=False).unwrapped
+    env.reset(seed=0, options={"context": WORN | more})
+    terminated = False
+    while not terminated:
+        observation, reward, terminated, *_ = env.step(np.ones(2, np.float32))
+        assert np.isfinite(reward) and env.observation_space.contains(observation)
+    least = env.episode.wheel.ds if env_id == "grind/Stroke-v0" else env.record().strokes["ds"].min()
+    assert least == LEAST_DIAMETER
+
+
+def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
     env = gym.make("grind/Slot-v0").unwrapped
-    env.reset(seed=0, options={"context": {"material": "inconel_718", "stock": 3.0, "Gref": 0.2, "fc": 0.2}})
-    _, reward, _, _, info = env.step(np.array([1.0, 1.0], np.float32))
-    kind, wheel, rates = env.task.kinds[0], env.task.wheel, env.task.rates
-    volume = np.pi / 4.0 * (wheel.diameter**2 - wheel.minimum_diameter**2) * kind.width
-    costs = {name: -value * env.task.reference_cost for name, value in info["reward_terms"].items()}
-    assert costs["wheel"] == pytest.approx(rates.wheel * volume)
-    assert costs["scrap"] == pytest.approx(kind.scrap)
-    assert reward == pytest.approx(sum(info["reward_terms"].values()))
-    assert (info["cost"], info["good_parts"]) == (1.0, 0.0)
-    # the next block has a new wheel
-    assert env.episodes.wheels[0, 0] == wheel.diameter
+    env.reset(seed=0, options={"context": WORN})
+    for _ in range(3):
+        env.step(np.ones(2, np.float32))
+    wheel = WheelState(*env.episodes.wheels[0])
+    assert wheel.ds == LEAST_DIAMETER
+    first = conditions(env.task, env.episodes.tape[0])[:3]
+    record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
+    assert record.strokes["ds"][-1] == LEAST_DIAMETER
+    assert record.strokes["worn"].sum() > volume(300.0, LEAST_DIAMETER, env.task.kinds[0].width)
+
+
+def test_wearing_a_wheel_away_does_not_pay() -> None:
+    rewards = []
+    for E in (12_000.0, 15_000.0, 18_000.0, 20_000.0, 25_000.0, 30_000.0):
+        env = gym.make("grind/Slot-v0", action="dict").unwrapped
+        env.reset(seed=0, options={"context": WORN})
+        _, reward, _, _, info = env.step({"E": np.array([E], np.float32), "D": 3})
+        paid = -info["reward_terms"]["wheel"] * env.task.reference_cost
+        # nobody gets a wheel for less than it is worth
+        lost = volume(300.0, env.episodes.wheels[0, 0], env.task.kinds[0].width)
+        assert paid >= 0.99 * env.task.rates.wheel * lost
+        rewards.append(reward)
+    assert env.episodes.wheels[0, 0] == LEAST_DIAMETER
+    assert np.diff(rewards).max() < 0.0
+
+
+def volume(before: float, after: float, width: float) -> float:
+    """Of the ring between two diameters, mm3."""
+    return float(np.pi / 4.0 * (before**2 - after**2) * width)
