@@ -55,12 +55,16 @@ def check_number(name: str, value: object, low: float, high: float) -> None:
 
 
 def check_file(name: str, value: object) -> None:
-    """Check the name of a file, which may be left out.
+    """Check the name of a file, which may be left out; Gymnasium writes it into the spec, which takes texts only.
 
     Raises:
-        TaskError: if it is no name.
+        TaskError: if it is no text, or one that no file can have as its name.
     """
-    if value is not None and not isinstance(value, str | os.PathLike):
+    if value is None:
+        return
+    if isinstance(value, os.PathLike):
+        raise TaskError(f"{name} is {value!r}, but must be the name of a file as a text: write str({name})")
+    if not isinstance(value, str) or not _can_name_a_file(value):
         raise TaskError(f"{name} is {value!r}, but must be the name of a file, or left out")
 
 
@@ -84,3 +88,10 @@ def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
     if render_mode is not None and render_mode not in known:
         modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
         raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
+
+
+def _can_name_a_file(name: str) -> bool:
+    try:
+        return b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:
+        return False

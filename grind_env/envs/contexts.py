@@ -129,7 +129,7 @@ def read_options(task: Task, options: Mapping[str, Any] | None, before: Given) -
         ContextError: if an option, a factor, a split or one of their values is not legal.
     """
     given = before
-    for name, value in (options or {}).items():
+    for name, value in option_items(options):
         if name == "context":
             fixed, kinds = _context(task, value)
             given = replace(given, fixed=fixed, kinds=kinds)
@@ -147,7 +147,7 @@ def read_all_options(task: Task, options: Mapping[str, Any] | None, before: Sequ
         ContextError: likewise, or if a list has another length.
     """
     given = list(before)
-    for name, value in (options or {}).items():
+    for name, value in option_items(options):
         if not isinstance(value, list | tuple):
             once: dict[Given, Given] = {}
             for i, each in enumerate(given):
@@ -161,14 +161,27 @@ def read_all_options(task: Task, options: Mapping[str, Any] | None, before: Sequ
     return given
 
 
+def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
+    """The options of a reset, each with its value.
+
+    Raises:
+        ContextError: if they are no dict.
+    """
+    if options is None:
+        return []
+    if not isinstance(options, Mapping):
+        raise ContextError(f"options is {options!r}, but must be a dict of reset options, or None")
+    return list(options.items())
+
+
 def refuse_options(options: Mapping[str, Any] | None, env: str) -> None:
     """Check the options of a reset of an environment that has none.
 
     Raises:
         ContextError: if there are any.
     """
-    if options:
-        raise ContextError(f"there is no reset option {next(iter(options))!r}: {env} has none, leave it out")
+    for name, _ in option_items(options):
+        raise ContextError(f"there is no reset option {name!r}: {env} has none, leave it out")
 
 
 def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
@@ -190,7 +203,7 @@ def _split(name: Any) -> tuple[int, ...]:
 def _context(task: Task, context: Any) -> tuple[Fixed, tuple[int, ...] | None]:
     if context is None:
         return FREE, None
-    if context == "nominal":
+    if isinstance(context, str) and context == "nominal":
         context = nominal_context(task)
     if not isinstance(context, Mapping):
         raise ContextError(f"context is {context!r}, but must be a dict of factors, 'nominal' or None")
@@ -215,7 +228,7 @@ def _sequence(task: Task, names: Any) -> tuple[int, ...]:
 
 
 def _material(name: Any) -> float:
-    if name not in materials():
+    if not isinstance(name, str) or name not in materials():
         raise ContextError(f"material is {name!r}, but must be one of {', '.join(materials())}")
     return float(materials().index(name))
 

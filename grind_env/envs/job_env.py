@@ -1,5 +1,7 @@
 """The user's own job: every cycle block of a part program is a step."""
 
+from collections.abc import Callable, Mapping
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +19,12 @@ from grind_env.envs.job_outline import COST_TERMS, Choice, Outline, costs, hando
 from grind_env.envs.job_readings import Gauges, coming, hidden, job_task, readings, scaled
 from grind_env.envs.job_tape import FACTORS, JobTape, draw
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.envs.program_episode import ProgramEpisode, step_all
 from grind_env.envs.program_text import with_words_chosen
 from grind_env.envs.program_view import block_of_run, program_view
 from grind_env.envs.serial_vector import SerialVectorEnv
 from grind_env.envs.showing import RENDER_MODES, Showing
+from grind_env.envs.vector_env import VECTOR_RENDER_MODES
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import GroundBlock, View
@@ -105,7 +108,8 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.job = load_job(path.with_suffix(".toml") if job is None else job)
         task = job_task(self.job, spread)
         self.codec = ActionCodec(task, action)
-        extremes = [Choice(self.codec.low, self.codec.executions), Choice(self.codec.high, 0)]
+        speeds, most = (self.codec.low, self.codec.high), self.codec.executions
+        extremes = [Choice(speeds[0], most), Choice(speeds[1], 0), Choice(speeds[1], most)]
         self.outline: Outline = outline(self.programs, self.job, extremes)
         self.spread = spread
         self.show_block, self.render_mode = show_block, render_mode
@@ -154,8 +158,9 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         refuse_options(options, "Job")
         super().reset(seed=seed)
         plan = self.outline
-        self.tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread)
-        self.episode = ProgramEpisode(self.programs, self.job, self.tape.conditions)
+        tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread)
+        self.episode = ProgramEpisode(self.programs, self.job, tape.conditions)
+        self.tape = tape
         self.gauges = Gauges()
         self.ground, self.text = [], ""
         self.follow()
@@ -167,6 +172,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset and after the last block.
             ActionError: the action is not in the action space.
+            GrindError: the control or the machine refuses the block; nothing has then been ground.
         """
         episode, tape = self._begun()
         if episode.block is None:
@@ -175,7 +181,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         number = len(episode.chosen)
         block = self.outline.blocks[number]
         choice = Choice(E, int(D) if block.takes_dresses else 0)
-        run = episode.step(block.words(choice))
+        run = step_all([episode], {0: block.words(choice)})[0]
         terminated = episode.block is None
         self.gauges.note(run, choice, self.job, tape.noise[number])
         terms = costs(run, self.job) | {"handover": handover(episode.run, run.plan, self.job) if terminated else 0.0}
@@ -198,6 +204,21 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         if self.show_block:
             info["block"] = self.text
         return self._observation(), -cost / self.reference_cost, terminated, False, info
+
+    def keep(self) -> Callable[[], None]:
+        """What takes back all that happens from now on to the episode and the generator."""
+        random, state = self.np_random, self.np_random.bit_generator.state
+        tape, episode, gauges, ground, text = self.tape, self.episode, copy(self.gauges), self.ground, self.text
+        blocks = len(ground)
+
+        def take_back() -> None:
+            random.bit_generator.state = state
+            if episode is not None and len(episode.chosen) > blocks:
+                episode.rewind(blocks)
+            del ground[blocks:]
+            self.tape, self.episode, self.gauges, self.ground, self.text = tape, episode, gauges, ground, text
+
+        return take_back
 
     def view(self) -> View:
         """The machine after the last block.
@@ -227,7 +248,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         return scaled(values, self.entries)
 
 
-class JobVectorEnv(SerialVectorEnv):
+class JobVectorEnv(SerialVectorEnv[JobEnv]):
     """N times `JobEnv`, one after the other (gymnasium's `SyncVectorEnv`): the control is no compiled code.
 
     Args:
@@ -240,7 +261,7 @@ class JobVectorEnv(SerialVectorEnv):
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: False, as for `JobEnv`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: as for `GrindEnv`.
+        render_mode: as for `GrindVectorEnv`.
     """
 
     def __init__(
@@ -256,5 +277,24 @@ class JobVectorEnv(SerialVectorEnv):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
+        refuse_render(render_mode, VECTOR_RENDER_MODES)
         env = JobEnv(program, job, observation, spread, show_block, action, predress, render_mode)
         super().__init__(env, env.codec, num_envs, autoreset_mode)
+
+    def give(self, options: Mapping[str, Any], mask: NDArray[np.bool_]) -> None:
+        """Refuse what is asked of the episodes to come.
+
+        Raises:
+            ContextError: if there are options: a job has none.
+        """
+        refuse_options(options, "Job")
+
+    def keep(self) -> Callable[[], None]:
+        """What takes back a step that fails halfway."""
+        each = [super(JobVectorEnv, self).keep(), *(env.keep() for env in self.singles)]
+
+        def take_back() -> None:
+            for one in each:
+                one()
+
+        return take_back

@@ -142,5 +142,6 @@ def _outlines(runs: Sequence[BlockRun]) -> Iterator[BlockOutline]:
     for run in runs:
         starts = run.part != part
         surface = 0.0 if starts else reached
-        part, reached = run.part, max([surface, *run.strokes["Z"]])
+        # grooves of another part may lie on the way to this block, or from it
+        part, reached = run.part, max([surface, *run.strokes["Z"][run.strokes["part"] == run.part]])
         yield BlockOutline(run.plan, run.inch, reached - surface, starts, part - 1)

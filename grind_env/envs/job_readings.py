@@ -136,6 +136,7 @@ class Gauges(PartGauges):
         """Read the gauges after a block; `noise` is a row of `JobTape.noise`."""
         z = dict(zip(GAUGES, noise.tolist(), strict=True))
         power, plunges = run.strokes["power"], np.flatnonzero(_full(run))
+        table = run.strokes["groove"] == 0
         since = int(run.dresses["after"][-1]) if run.dresses.size else 0
         window = int(POWER_WINDOW)
         last = plunges[-window:]
@@ -143,9 +144,10 @@ class Gauges(PartGauges):
         self.mean_power = _measured(power[last[last >= since]], z["mean_power"])
         self.peak_power = _measured(power[power == power.max(initial=0.0)][:1], z["peak_power"])
         self.speed, self.executions = choice.speed, choice.executions
-        self.pick = float(run.increments.max(initial=0.0))
+        self.pick = float(run.increments[table].max(initial=0.0))
         part, wheel = job.part, job.setup.wheel
-        deeper = np.maximum(run.increments[since:], 0.0).sum() * part.length
+        ground = table | job.setup.grooving_wheel
+        deeper = np.maximum(run.increments[since:][ground[since:]], 0.0).sum() * part.length
         per_width = part.width / min(part.width, wheel.width)
         self.volume = float(deeper * per_width) + (0.0 if run.dresses.size else self.volume)
         self.blocks_since_dress = 0 if run.dresses.size else self.blocks_since_dress + 1
@@ -189,12 +191,12 @@ def hidden(wheel: WheelState, factors: dict[str, float]) -> dict[str, float]:
 
 
 def _full(run: BlockRun) -> NDArray[np.bool_]:
-    """Which strokes are full plunges."""
-    plan = run.plan
+    """Which strokes are full plunges of the table; infeeds of grooves are none."""
+    plan, table = run.plan, run.strokes["groove"] == 0
     least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
     if plan.code == "G81":
-        least = FULL * run.increments.max(initial=0.0)
-    return np.asarray((run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
+        least = FULL * run.increments[table].max(initial=0.0)
+    return np.asarray(table & (run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
 
 
 def _measured(power: NDArray[np.float64], z: float) -> float:

@@ -25,14 +25,14 @@ Words = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRun:
-    """What happens from a cycle block to the next one, or to the end of the program.
+    """What happens from a cycle block to the next one, or to the end of the program; the first from its start.
 
     Attributes:
         plan: parameters of the cycle.
         inch: whether G70 is in force in its block.
         part: number of its part, from 1.
         wheel: as the cycle finds it.
-        strokes: dtype `STROKE_ROW`.
+        strokes: dtype `STROKE_ROW`, with the infeeds of grooves.
         increments: by how much each stroke goes deeper than the one before it on its part, mm.
         dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
         finished: parts that were taken off the machine, dtype `PART_ROW`.
@@ -101,6 +101,8 @@ class ProgramEpisode:
         """
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
+        if not self.chosen:  # what the way to the first block has made belongs to its step, as its time does
+            strokes, dresses, parts = 0, 0, 0
         assert self.block is not None
         self.chosen.append((self.block, dict(words)))
         self._execution.choose(**words)

@@ -1,9 +1,9 @@
 """Vector environments of single ones that run one after the other."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import gymnasium as gym
 import numpy as np
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count
-from grind_env.envs.vector_env import autoreset, reset_mask, seed_list
+from grind_env.envs.vector_env import VECTOR_RENDER_MODES, autoreset, beside_mask, reset_mask, seed_list
+from grind_env.errors import GrindError
 
-Single = gym.Env[NDArray[np.float32], Any]
+Single = TypeVar("Single", bound=gym.Env[NDArray[np.float32], Any])
 
 
-class SerialVectorEnv(SyncVectorEnv):
+class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
     """Copies of one environment in gymnasium's `SyncVectorEnv`: a step takes as long as all of theirs together.
 
     Args:
@@ -37,8 +38,9 @@ class SerialVectorEnv(SyncVectorEnv):
         num_envs: int,
         autoreset_mode: AutoresetMode | str,
     ) -> None:
-        envs = [env, *(copy.deepcopy(env) for _ in range(check_count(num_envs) - 1))]
-        super().__init__([partial(_itself, each) for each in envs], autoreset_mode=autoreset(autoreset_mode))
+        self.singles = [env, *(copy.deepcopy(env) for _ in range(check_count(num_envs) - 1))]
+        super().__init__([partial(_itself, each) for each in self.singles], autoreset_mode=autoreset(autoreset_mode))
+        self.metadata["render_modes"] = [*VECTOR_RENDER_MODES]
         self.codec = codec
         self.begun = np.zeros(num_envs, bool)
         # gymnasium has none for an env that the first reset leaves out
@@ -47,15 +49,41 @@ class SerialVectorEnv(SyncVectorEnv):
     def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> Any:
         """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
 
+        Args:
+            seed: of the generators, which else go on.
+            options: beside the mask those of the single environment; a list has one entry for each sub-environment.
+
         Raises:
-            GrindError: if the seeds or the options do not fit the sub-environments.
+            GrindError: if the seeds or the options do not fit the sub-environments; none has then begun anew.
         """
         seeds = seed_list(seed, self.num_envs)
         mask = reset_mask(options, self.num_envs)
-        # a copy: gymnasium takes the mask out of the dict, which wrappers look into afterwards
-        begin = super().reset(seed=seeds, options=None if options is None else dict(options))
+        self.give(beside_mask(options), mask)
+        # a dict of its own: gymnasium takes the mask out of it, and wrappers look into that of the user afterwards
+        begin = super().reset(seed=seeds, options={"reset_mask": mask})
         self.begun |= mask
         return begin
+
+    def give(self, options: Mapping[str, Any], mask: NDArray[np.bool_]) -> None:
+        """Give the episodes that start what the options of a reset say.
+
+        Args:
+            options: without the mask.
+            mask: which start, shape (num_envs,).
+
+        Raises:
+            GrindError: if an option is not legal; nothing has then been given.
+        """
+        raise NotImplementedError
+
+    def keep(self) -> Callable[[], None]:
+        """What takes back a step that fails halfway."""
+        before = list(self._env_obs)
+
+        def take_back() -> None:
+            self._env_obs = before
+
+        return take_back
 
     def step(self, actions: Any) -> Any:
         """Step every sub-environment, or none if one cannot be stepped.
@@ -63,6 +91,7 @@ class SerialVectorEnv(SyncVectorEnv):
         Raises:
             gymnasium.error.ResetNeeded: a sub-environment has not begun; without autoreset, its episode is over.
             ActionError: the actions are not one for each sub-environment, or one is not in the action space.
+            GrindError: the control or the machine refuses a block; nothing has then been ground.
         """
         if not self.begun.all():
             raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
@@ -74,7 +103,12 @@ class SerialVectorEnv(SyncVectorEnv):
             # the action of an episode that is over is ignored, and it begins anew
             values = np.where(self._autoreset_envs[:, None], self.codec.neutral, values)
         self.codec.choose(values)
-        return super().step(actions)
+        take_back = self.keep()
+        try:
+            return super().step(actions)
+        except GrindError:
+            take_back()
+            raise
 
 
 def _itself(env: Single) -> Single:

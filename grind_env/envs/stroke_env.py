@@ -1,6 +1,7 @@
 """`grind/Stroke-v0`: every stroke of the table is a step."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from grind_env.control import read
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, is_full, refuse_predress, refuse_render
-from grind_env.envs.contexts import Given, read_options
+from grind_env.envs.contexts import FACTORS, Given, read_all_options, read_options
 from grind_env.envs.gauges import scaled
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_view import block_of_stroke, stroke_view
@@ -22,7 +23,8 @@ from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.stroke_episode import COST_TERMS, StrokeEpisode
 from grind_env.envs.stroke_readings import StrokeGauges, stroke_readings
-from grind_env.envs.tasks import read_task
+from grind_env.envs.tasks import Task, read_task
+from grind_env.envs.vector_env import VECTOR_RENDER_MODES
 from grind_env.machine.part import PartRun
 from grind_env.process.state import WheelState
 from grind_env.render.view import GroundBlock, View
@@ -126,10 +128,8 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.given = given
         drawn = self.simulation.start([self.np_random], [given])
         self.episode = StrokeEpisode(self.task, drawn.tape[0], WheelState(*drawn.wheels[0].tolist()))
-        kind = self.task.kinds[0]
-        most = sum(int(row.stock / kind.pick) + kind.sparkout + 2 for row in self.episode.tape)
         noise = self.task.spread.measurement if math.isnan(given.fixed.noise) else given.fixed.noise
-        self.noise = noise * self.np_random.standard_normal(most)
+        self.noise = noise * self.np_random.standard_normal(most_strokes(self.task))
         self.gauges, self.made = StrokeGauges(), 0
         self.ground, self.part, self.text = [], self.episode.part, ""
         self.follow()
@@ -188,7 +188,7 @@ class StrokeEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         return scaled(self.gauges.values(self._begun()), self.entries)
 
 
-class StrokeVectorEnv(SerialVectorEnv):
+class StrokeVectorEnv(SerialVectorEnv[StrokeEnv]):
     """N times `StrokeEnv`, one after the other (gymnasium's `SyncVectorEnv`), not a native vector environment.
 
     Args:
@@ -198,7 +198,7 @@ class StrokeVectorEnv(SerialVectorEnv):
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: False, as for `StrokeEnv`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: as for `GrindEnv`.
+        render_mode: as for `GrindVectorEnv`.
     """
 
     def __init__(
@@ -211,5 +211,25 @@ class StrokeVectorEnv(SerialVectorEnv):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
+        refuse_render(render_mode, VECTOR_RENDER_MODES)
         env = StrokeEnv(observation, show_block, action, predress, render_mode)
         super().__init__(env, env.codec, num_envs, autoreset_mode)
+
+    def give(self, options: Mapping[str, Any], mask: NDArray[np.bool_]) -> None:
+        """Give the episodes that start their contexts and splits, see `grind_env.envs.contexts`.
+
+        Raises:
+            ContextError: if an option is not legal.
+        """
+        given = read_all_options(self.singles[0].task, options, [env.given for env in self.singles])
+        for i in np.flatnonzero(mask).tolist():
+            self.singles[i].given = given[i]
+
+
+def most_strokes(task: Task) -> int:
+    """Strokes of an episode whose parts all have the greatest stock that a context can fix.
+
+    The count of random numbers depends on the task only, never on what they turn out to be or on what is given.
+    """
+    kind = task.kinds[0]
+    return task.blocks * (int(FACTORS["stock"].high * kind.stock / kind.pick) + kind.sparkout + 2)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
-from grind_env.envs.contexts import Given, read_all_options
+from grind_env.envs.contexts import Given, option_items, read_all_options
 from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
@@ -110,8 +110,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
-        others = {name: value for name, value in (options or {}).items() if name != "reset_mask"}
-        given = read_all_options(self.task, others, self.given)
+        given = read_all_options(self.task, beside_mask(options), self.given)
         fresh = {
             i: seeding.np_random(seed_i)[0]
             for i, seed_i in enumerate(seed_list(seed, self.num_envs))
@@ -251,26 +250,37 @@ def seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[in
     """A seed for each sub-environment; None to go on with its generator.
 
     Raises:
-        GrindError: if `seed` is neither an int, nor `num_envs` of them, nor None.
+        GrindError: if `seed` is neither an int, nor `num_envs` of them, nor None, or if one is below 0.
     """
     if seed is None:
         return [None] * num_envs
-    if isinstance(seed, int | np.integer):
+    if isinstance(seed, int | np.integer) and seed >= 0:
         return [int(seed) + i for i in range(num_envs)]
     if isinstance(seed, list | tuple | np.ndarray) and len(seed) == num_envs:
         numbers = [each if each is None else int(each) for each in seed if isinstance(each, int | np.integer | None)]
-        if len(numbers) == num_envs:
+        if len(numbers) == num_envs and all(each is None or each >= 0 for each in numbers):
             return numbers
-    raise GrindError(f"seed is {seed!r}, but must be one int, or a list of {num_envs}, one for each env")
+    raise GrindError(
+        f"seed is {seed!r}, but must be one int of at least 0, or a list of {num_envs}, one for each env"
+    )
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> Array:
     """The sub-environments to reset, bool of shape (num_envs,).
 
     Raises:
-        GrindError: if the mask has another shape or dtype, or selects nothing.
+        GrindError: if the mask has another shape or dtype, or selects nothing, or if the options are no dict.
     """
-    mask = np.ones(num_envs, bool) if options is None else options.get("reset_mask", np.ones(num_envs, bool))
+    mask = dict(option_items(options)).get("reset_mask", np.ones(num_envs, bool))
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,) or not mask.any():
         raise GrindError(f"reset_mask must be a bool array of shape ({num_envs},) with at least one True")
     return mask
+
+
+def beside_mask(options: dict[str, Any] | None) -> dict[str, Any]:
+    """The options of a reset but for the mask.
+
+    Raises:
+        ContextError: if they are no dict.
+    """
+    return {name: value for name, value in option_items(options) if name != "reset_mask"}
