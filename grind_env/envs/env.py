@@ -64,6 +64,10 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
     material other than that of a task of one material has to be found out like a lot or a wheel.
 
+    In a task of two blocks a part, `machine.grind` runs `part_program()` to other times and survivals of a part than
+    the steps add up to: it counts the way of the wheel from the rough to the finish block, up to 3 s, and judges the
+    part by the limits of its last block, while a task judges every block by its own.
+
     Args:
         task: name of the task, for example `"power_limited"`. Every id fixes its own: give another one to this class,
             not to `gym.make`, which would make that task under the name, and for the scores, of the id.

@@ -24,7 +24,7 @@ from grind_env.envs.program_text import with_words_chosen
 from grind_env.envs.program_view import block_of_run, program_view
 from grind_env.envs.serial_vector import SerialVectorEnv
 from grind_env.envs.showing import RENDER_MODES, Showing
-from grind_env.envs.vector_env import VECTOR_RENDER_MODES
+from grind_env.envs.vector_common import VECTOR_RENDER_MODES
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import GroundBlock, View
@@ -291,7 +291,7 @@ class JobVectorEnv(SerialVectorEnv[JobEnv]):
 
     def keep(self) -> Callable[[], None]:
         """What takes back a step that fails halfway."""
-        each = [super(JobVectorEnv, self).keep(), *(env.keep() for env in self.singles)]
+        each = [super().keep(), *(env.keep() for env in self.singles)]
 
         def take_back() -> None:
             for one in each:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count
-from grind_env.envs.vector_env import VECTOR_RENDER_MODES, autoreset, beside_mask, reset_mask, seed_list
+from grind_env.envs.vector_common import VECTOR_RENDER_MODES, autoreset, beside_mask, reset_mask, seed_list
 from grind_env.errors import GrindError
 
 Single = TypeVar("Single", bound=gym.Env[NDArray[np.float32], Any])

@@ -24,7 +24,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.stroke_episode import COST_TERMS, StrokeEpisode
 from grind_env.envs.stroke_readings import StrokeGauges, stroke_readings
 from grind_env.envs.tasks import Task, read_task
-from grind_env.envs.vector_env import VECTOR_RENDER_MODES
+from grind_env.envs.vector_common import VECTOR_RENDER_MODES
 from grind_env.machine.part import PartRun
 from grind_env.process.state import WheelState
 from grind_env.render.view import GroundBlock, View

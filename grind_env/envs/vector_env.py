@@ -13,20 +13,25 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
-from grind_env.envs.contexts import Given, option_items, read_all_options
+from grind_env.envs.contexts import Given, read_all_options
 from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import CycleBlock, coming_block
-from grind_env.envs.tasks import TaskError
+from grind_env.envs.vector_common import (
+    VECTOR_RENDER_MODES,
+    autoreset,
+    beside_mask,
+    drawn_all,
+    masked,
+    reset_mask,
+    seed_list,
+    vector_metadata,
+)
 from grind_env.envs.view import History
-from grind_env.errors import GrindError
-from grind_env.render import ansi, frames
 
 Array = NDArray[Any]
-
-VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 
 
 class GrindVectorEnv(VectorEnv[Array, Any, Array]):
@@ -66,11 +71,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
-        self.metadata = {
-            "render_modes": [*VECTOR_RENDER_MODES],
-            "render_fps": frames.FPS,
-            "autoreset_mode": self.autoreset_mode,
-        }
+        self.metadata = vector_metadata(self.autoreset_mode)
         self.show_block = show_block
         self.task = self.form.load(task)
         check_cycle(self.form, self.task, cycle)
@@ -183,13 +184,9 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset.
             RenderError: if what draws it is not installed.
         """
-        if self.history is None:
-            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array' or 'ansi'")
-            return None
-        if not self.begun.all():
-            raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
-        draw = ansi.panel if self.render_mode == "ansi" else frames.render
-        return tuple(draw(view) for view in self.history.views(self.episodes))
+        return drawn_all(
+            self.render_mode, self.begun, () if self.history is None else self.history.views(self.episodes)
+        )
 
     def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, CycleBlock]:
         return {
@@ -218,69 +215,3 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             "_final_info": over.copy(),
         }
         return {**moved, **masked(info, ~over)} if not over.all() else moved
-
-
-def masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
-    """The vector info of the sub-environments in `mask` alone."""
-    chosen: dict[str, Any] = {}
-    for name, value in info.items():
-        if name.startswith("_"):
-            chosen[name] = value & mask
-        elif isinstance(value, dict):
-            chosen[name] = masked(value, mask)
-        else:
-            chosen[name] = np.where(mask, value, np.zeros((), value.dtype) if value.dtype != object else None)
-    return chosen
-
-
-def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """The autoreset mode of that name.
-
-    Raises:
-        TaskError: if there is none.
-    """
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        legal = ", ".join(repr(each.value) for each in AutoresetMode)
-        raise TaskError(f"autoreset_mode is {mode!r}, but must be one of {legal}") from None
-
-
-def seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
-    """A seed for each sub-environment; None to go on with its generator.
-
-    Raises:
-        GrindError: if `seed` is neither an int, nor `num_envs` of them, nor None, or if one is below 0.
-    """
-    if seed is None:
-        return [None] * num_envs
-    if isinstance(seed, int | np.integer) and seed >= 0:
-        return [int(seed) + i for i in range(num_envs)]
-    if isinstance(seed, list | tuple | np.ndarray) and len(seed) == num_envs:
-        numbers = [each if each is None else int(each) for each in seed if isinstance(each, int | np.integer | None)]
-        if len(numbers) == num_envs and all(each is None or each >= 0 for each in numbers):
-            return numbers
-    raise GrindError(
-        f"seed is {seed!r}, but must be one int of at least 0, or a list of {num_envs}, one for each env"
-    )
-
-
-def reset_mask(options: dict[str, Any] | None, num_envs: int) -> Array:
-    """The sub-environments to reset, bool of shape (num_envs,).
-
-    Raises:
-        GrindError: if the mask has another shape or dtype, or selects nothing, or if the options are no dict.
-    """
-    mask = dict(option_items(options)).get("reset_mask", np.ones(num_envs, bool))
-    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,) or not mask.any():
-        raise GrindError(f"reset_mask must be a bool array of shape ({num_envs},) with at least one True")
-    return mask
-
-
-def beside_mask(options: dict[str, Any] | None) -> dict[str, Any]:
-    """The options of a reset but for the mask.
-
-    Raises:
-        ContextError: if they are no dict.
-    """
-    return {name: value for name, value in option_items(options) if name != "reset_mask"}

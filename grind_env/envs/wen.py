@@ -5,18 +5,27 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.arguments import check_count, refuse_render
 from grind_env.envs.contexts import refuse_options
 from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
-from grind_env.envs.vector_env import autoreset, masked, reset_mask, seed_list
+from grind_env.envs.vector_common import (
+    VECTOR_RENDER_MODES,
+    autoreset,
+    beside_mask,
+    drawn_all,
+    masked,
+    reset_mask,
+    seed_list,
+    vector_metadata,
+)
+from grind_env.envs.wen_actions import action_array, action_space, check_arguments
 from grind_env.envs.wen_cases import draw_case, observation_info, observation_space, observed
 from grind_env.envs.wen_info import report, with_masks
 from grind_env.envs.wen_view import sheet_of
@@ -28,42 +37,6 @@ Array = NDArray[Any]
 LOW, HIGH = np.array(LOWEST), np.array(HIGHEST)
 CASE_ROWS = np.array(list(CASES.values()))
 OBJECTIVE, VIOLATION = Verdict._fields.index("objective"), Verdict._fields.index("violation")
-
-
-def action_space() -> spaces.Box[np.float32]:
-    """One number from -1 to 1 for each part of a setting."""
-    return spaces.Box(-1.0, 1.0, (len(Setting._fields),), np.float32)
-
-
-def refuse_form(action: object) -> None:
-    """Check the form of the action.
-
-    Raises:
-        ActionError: if it is not `"box"`.
-    """
-    if action != "box":
-        raise ActionError(
-            f"action is {action!r}, but must be 'box' in grind/Wen-v0: its settings are continuous, and none is E or D"
-        )
-
-
-def action_array(actions: ArrayLike, count: int) -> Array:
-    """Actions as numbers, shape (count, fields of `Setting`).
-
-    Raises:
-        ActionError: if they are not numbers or have another shape.
-    """
-    names = ", ".join(Setting._fields)
-    try:
-        values = np.asarray(actions, np.float64)
-    except (TypeError, ValueError):
-        raise ActionError(f"actions are {actions!r}, but must be an array of numbers, {names} of each env") from None
-    if values.shape != (count, len(Setting._fields)):
-        raise ActionError(
-            f"actions have shape {values.shape}, but must have shape ({count}, {len(Setting._fields)}): "
-            f"{names} of each env"
-        )
-    return values
 
 
 def decode(values: Array) -> Array:
@@ -135,10 +108,18 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     Args:
         render_mode: `"rgb_array"`, `"human"` or `"ansi"`, for the setting and its verdict; as for `GrindEnv`.
         action: form of the action: `"box"`, the only one.
+        observation: `"measured"` or `"full"`: the case is all that there is to observe.
+        show_block: False; there is no block.
     """
 
-    def __init__(self, render_mode: str | None = None, action: str = "box") -> None:
-        refuse_form(action)
+    def __init__(
+        self,
+        render_mode: str | None = None,
+        action: str = "box",
+        observation: str = "measured",
+        show_block: bool = False,
+    ) -> None:
+        check_arguments(action, observation, show_block)
         refuse_render(render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.action_space, self.observation_space = action_space(), observation_space()
@@ -186,7 +167,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         settings = decode(action_array([action], 1))
         verdicts = judged(settings, np.array([self.case]))
         info = report(settings, verdicts)
-        self.over, self.chosen = True, (Setting(*settings[0].tolist()), Verdict(*verdicts[0].tolist()))
+        self.over, self.chosen = True, _named(settings[0], verdicts[0])
         self.follow()
         terms = {name: float(column[0]) for name, column in info.pop("reward_terms").items()}
         numbers = {name: float(column[0]) for name, column in info.items()}
@@ -201,8 +182,10 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
     Args:
         num_envs: number of sub-environments.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
-        render_mode: none.
+        render_mode: as for `GrindVectorEnv`.
         action: form of the action: `"box"`, the only one.
+        observation: as for `WenEnv`.
+        show_block: False.
     """
 
     def __init__(
@@ -211,20 +194,21 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         action: str = "box",
+        observation: str = "measured",
+        show_block: bool = False,
     ) -> None:
         self.num_envs = num_envs = check_count(num_envs)
-        refuse_form(action)
-        refuse_render(render_mode)
-        self.render_mode = render_mode
-        self.autoreset_mode = autoreset(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        check_arguments(action, observation, show_block)
+        refuse_render(render_mode, VECTOR_RENDER_MODES)
+        self.render_mode, self.autoreset_mode = render_mode, autoreset(autoreset_mode)
+        self.metadata = vector_metadata(self.autoreset_mode)
         self.single_action_space, self.single_observation_space = action_space(), observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.rngs: list[np.random.Generator] = [seeding.np_random(None)[0] for _ in range(num_envs)]
         self.cases = np.zeros(num_envs, np.int64)
-        self.begun = np.zeros(num_envs, bool)
-        self.due = np.zeros(num_envs, bool)
+        self.begun, self.due = np.zeros(num_envs, bool), np.zeros(num_envs, bool)
+        self.chosen: list[tuple[Setting, Verdict] | None] = [None] * num_envs
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name and meaning of every entry of the observation."""
@@ -239,7 +223,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
             GrindError: if the seeds or the mask do not fit the sub-environments, or if there is another option.
         """
         mask = reset_mask(options, self.num_envs)
-        refuse_options({name: value for name, value in (options or {}).items() if name != "reset_mask"}, "Wen")
+        refuse_options(beside_mask(options), "Wen")
         fresh = {
             i: seeding.np_random(each)[0]
             for i, each in enumerate(seed_list(seed, self.num_envs))
@@ -274,6 +258,8 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         terms = columns["reward_terms"]
         rewards = np.where(stepping, terms["objective"] + terms["violation"], 0.0)
         info = masked(with_masks(columns, stepping), stepping) if stepping.any() else {}
+        if self.render_mode is not None:
+            self.chosen = [_named(*each) for each in zip(settings, verdicts, strict=True)]
         self._restart(self.due)
         observations = observed(self.cases)
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
@@ -291,6 +277,24 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         self.due = stepping.copy()
         return observations, rewards, stepping, np.zeros(self.num_envs, bool), info
 
+    def render(self) -> tuple[Any, ...] | None:
+        """The setting of each sub-environment and what it gives, as `WenEnv.render` shows it.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+            RenderError: if what draws it is not installed.
+        """
+        names = list(CASES)
+        sheets = (
+            sheet_of(names[case], *(chosen or (None, None)))
+            for case, chosen in zip(self.cases.tolist(), self.chosen, strict=True)
+        )
+        return drawn_all(self.render_mode, self.begun, sheets)
+
     def _restart(self, mask: Array) -> None:
         for i in np.flatnonzero(mask).tolist():
-            self.cases[i] = draw_case(self.rngs[i])
+            self.cases[i], self.chosen[i] = draw_case(self.rngs[i]), None
+
+
+def _named(setting: Array, verdict: Array) -> tuple[Setting, Verdict]:
+    return Setting(*setting.tolist()), Verdict(*verdict.tolist())

@@ -21,6 +21,7 @@ WRONG: dict[str, list[Any]] = {
 WRONG_VECTOR: dict[str, list[Any]] = {
     "num_envs": [2.5, "4", None, True, 0, -1, np.float64(2.0)],
     "autoreset_mode": [7, None, "Sometimes", ["NextStep"]],
+    "render_mode": ["human"],
 }
 every_environment = pytest.mark.parametrize("env_id", every_id())
 
@@ -54,13 +55,33 @@ def test_what_has_no_task_to_leave_the_observation_to_needs_it_said(env_id: str)
 
 
 @pytest.mark.parametrize("name", ["program", "job"])
-def test_the_name_of_a_file_is_a_text_or_a_path(name: str) -> None:
+@pytest.mark.parametrize("value", [3, "a\0b", "\ud800"])
+def test_the_name_of_a_file_is_a_text_that_can_be_one(name: str, value: Any) -> None:
     for make in (JobEnv, JobVectorEnv):
-        refused(make, name, 3)
+        refused(make, name, value)
 
 
-def test_a_path_is_as_good_as_its_text() -> None:
-    assert JobEnv(str(EXAMPLE)).job == JobEnv(EXAMPLE, job=EXAMPLE.with_suffix(".toml")).job
+@pytest.mark.parametrize("name", ["program", "job"])
+def test_a_path_which_no_spec_can_hold_is_refused_and_its_text_is_not(name: str) -> None:
+    path = EXAMPLE if name == "program" else EXAMPLE.with_suffix(".toml")
+    for make in (JobEnv, JobVectorEnv):
+        refused(make, name, path)
+    for make in (gym.make, gym.make_vec):
+        assert str(path) in make("grind/Job-v0", **{name: str(path)}).spec.to_json()
+
+
+@every_environment
+@pytest.mark.parametrize("observation", ["measured", "full"])
+def test_every_id_takes_what_a_loop_over_all_ids_gives(env_id: str, observation: str) -> None:
+    given = {"observation": observation, "show_block": False, "action": "box"}
+    for env in (gym.make(env_id, **given), native(env_id, 2, **given)):
+        assert env.reset(seed=0)[0] in env.observation_space
+
+
+def test_the_published_problem_has_no_block_to_show() -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(GrindError, match=r"^show_block is True, but grind/Wen-v0 runs no block"):
+            make("grind/Wen-v0", show_block=True)
 
 
 @every_environment

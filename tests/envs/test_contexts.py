@@ -21,7 +21,7 @@ from grind_env.envs.episode import CUT, TapeRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
-from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, native, start, sync
+from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
 """Of the standard normal distribution."""
@@ -268,3 +268,30 @@ def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
             assert first[told].tolist() == ([] if not flags else flags if material else [0.0, 1.0])
             powers.append(env.step(np.zeros(2, np.float32))[0][names.index("peak_power")])
         assert powers[0] != powers[1]
+
+
+@pytest.mark.parametrize("env_id", every_id())
+@pytest.mark.parametrize("options", [[1], "x", 3, []], ids=repr)
+def test_options_that_are_no_dict_are_refused_in_one_sentence(env_id: str, options: Any) -> None:
+    for env in (gym.make(env_id).unwrapped, native(env_id, 2).unwrapped):
+        with pytest.raises(ContextError) as caught:
+            env.reset(options=options)
+        assert str(caught.value) == f"options is {options!r}, but must be a dict of reset options, or None"
+
+
+@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/WidePlates-v0", "grind/Stroke-v0"])
+@pytest.mark.parametrize(
+    ("context", "start"),
+    [
+        (np.array([1, 2]), "context is array([1, 2]), but must be a dict"),
+        ({"material": np.array(["a", "b"])}, "material is array(['a', 'b']"),
+        ({"material": ["inconel_718"]}, "material is ['inconel_718'], but must be one of"),
+        ({"kA": np.array([1.0, 2.0])}, "kA is array([1., 2.]), but must be a number"),
+        ({"sequence": np.array(["plate"])}, "sequence is array(["),
+    ],
+)
+def test_an_array_where_a_name_or_a_number_belongs_is_refused(env_id: str, context: Any, start: str) -> None:
+    for env in (gym.make(env_id), native(env_id, 2)):
+        with pytest.raises(ContextError) as caught:
+            env.reset(options={"context": context})
+        assert str(caught.value).startswith(start) and "\n" not in str(caught.value)

@@ -23,6 +23,7 @@ from grind_env.envs import job_env
 from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.job_env import JobEnv, JobVectorEnv
+from grind_env.envs.job_outline import outline
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
@@ -127,6 +128,35 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
     assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
     scrap = record.parts.size - record.parts["survival"].sum()
     assert sum(info["cost"] for info in infos) == pytest.approx(scrap, rel=1e-9, abs=1e-12)
+
+
+def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp_path: Path) -> None:
+    groove = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
+    env = JobEnv(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"))
+    infos = play(env, 0)
+    record = env.record()
+    assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
+    assert infos[0]["cost"] == pytest.approx(1.0) and infos[0]["good_parts"] == 0.0
+    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    cost = sum(info["block_cost"] for info in infos)
+    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
+    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
+    assert [block.depth for block in env.outline.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
+    # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
+    grooved, plain = (
+        JobEnv(written(tmp_path, text, name=name), spread=0.0)
+        for name, text in (
+            ("grooved.nc", (tmp_path / "part.nc").read_text()),
+            ("plain.nc", f"G71 G94 G90 G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"),
+        )
+    )
+    views = []
+    for each in (grooved, plain):
+        each.reset(seed=0)
+        views.append(seen(each, each.step(np.zeros(2, np.float32))[0]))
+    for name in ("mean_power", "first_power", "peak_power", "last_pick", "volume", "dresses"):
+        assert views[0][name] == pytest.approx(views[1][name], rel=1e-6), name
 
 
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83"])
@@ -379,6 +409,19 @@ def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
     tmp_path: Path, program: str, job: str, part: str
 ) -> None:
     assert part in refusal(GrindError, JobEnv, written(tmp_path, program, job))
+
+
+def test_a_program_is_tried_with_the_extremes_of_both_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[job_env.Choice] = []
+
+    def noted(programs: Any, job: Any, trials: Any) -> Any:
+        tried.extend(trials)
+        return outline(programs, job, trials)
+
+    monkeypatch.setattr(job_env, "outline", noted)
+    env = JobEnv()
+    assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
+    assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
 
 
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:

@@ -6,7 +6,9 @@ import pytest
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
+from grind_env.envs.job_env import EXAMPLE
 from grind_env.errors import GrindError
+from grind_env.machine.run import GrindingError
 from tests.envs.harness import assert_same, native
 
 SERIAL = pytest.mark.parametrize("env_id", ["grind/Stroke-v0", "grind/Job-v0"])
@@ -100,6 +102,127 @@ def test_what_has_no_contexts_says_so(env_id: str) -> None:
         env.reset(seed=0, options={})
         with pytest.raises(ContextError, match="no reset option 'context'"):
             env.reset(options={"context": {"kA": 2.0}})
+
+
+def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
+    options = {"split": ["train", "test"], "context": [{"stock": 0.5}, None]}
+    vector = native("grind/Stroke-v0", 2)
+    singles = [gym.make("grind/Stroke-v0") for _ in range(2)]
+    begun = vector.reset(seed=3, options=options)[0]
+    for _ in range(2):  # both hold
+        for i, env in enumerate(singles):
+            own = {name: values[i] for name, values in options.items()}
+            assert_same(env.reset(seed=3 + i, options=own)[0], begun[i])
+        tapes = [env.unwrapped.episode.tape for env in singles]
+        assert_same(tapes, [env.episode.tape for env in vector.unwrapped.envs])
+        begun = vector.reset(seed=3)[0]
+    vector.reset(options={"split": [None, None], "reset_mask": np.array([False, True])})
+    assert [len(env.given.ranges) for env in vector.unwrapped.envs] == [6, 0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"split": ["train", "nowhere"]},
+        {"split": ["train"]},
+        {"split": "test", "context": [None, {"ka": 1.0}]},
+        {"context": [{}, {}, {}]},
+    ],
+)
+def test_a_list_that_does_not_fit_moves_no_env(options: dict[str, Any]) -> None:
+    env, twin = native("grind/Stroke-v0", 2, "Disabled"), native("grind/Stroke-v0", 2, "Disabled")
+    for each in (env, twin):
+        each.reset(seed=1)
+    for mask in (True, False):
+        with pytest.raises(ContextError):
+            env.reset(seed=5, options=options | {"reset_mask": np.array([True, mask])})
+    assert_same(env.step(np.zeros((2, 2), np.float32)), twin.step(np.zeros((2, 2), np.float32)))
+    assert_same(env.reset(), twin.reset())
+
+
+@SERIAL
+def test_a_seed_below_0_moves_no_env(env_id: str) -> None:
+    env, twin = native(env_id, 2), native(env_id, 2)
+    for each in (env, twin):
+        each.reset(seed=1)
+    with pytest.raises(GrindError, match="seed is"):
+        env.reset(seed=[1, -1])
+    assert_same(env.reset(), twin.reset())
+
+
+@SERIAL
+def test_an_option_that_is_refused_ends_no_wait_for_a_reset(env_id: str) -> None:
+    env = native(env_id, 2, "Disabled")
+    env.reset(seed=0)
+    env.unwrapped._autoreset_envs[1] = True
+    with pytest.raises(ContextError):
+        env.reset(options={"weather": "fine"})
+    with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):
+        env.step(np.zeros((2, 2), np.float32))
+
+
+DESTROYS = np.array([-1.0, 1.0], np.float32)
+SPARES = np.array([1.0, -1.0], np.float32)
+
+
+@pytest.fixture(scope="module")
+def hard_job(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The plate with picks of 2 mm in its finish block: at a low E the lot of seed 2 destroys the wheel there."""
+    path = tmp_path_factory.mktemp("hard") / "part.nc"
+    path.write_text(EXAMPLE.read_text().replace("Y-.2 J-.005", "Y-50. J-2."))
+    path.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
+    return {"program": str(path), "spread": 2.0}
+
+
+def test_a_step_that_fails_leaves_a_job_where_it_was(hard_job: dict[str, Any]) -> None:
+    env, twin = (gym.make("grind/Job-v0", **hard_job) for _ in range(2))
+    for each in (env, twin):
+        each.reset(seed=2)
+        each.step(SPARES)
+    for _ in range(2):
+        with pytest.raises(GrindingError, match="destroys the wheel"):
+            env.step(DESTROYS)
+        assert env.unwrapped.part_program() == twin.unwrapped.part_program()
+    assert_same(env.step(SPARES), twin.step(SPARES))
+    assert_same(env.unwrapped.record().strokes, twin.unwrapped.record().strokes)
+    assert_same(env.reset(), twin.reset())
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
+def test_no_job_moves_if_one_cannot(hard_job: dict[str, Any], mode: str) -> None:
+    env, twin = (native("grind/Job-v0", 3, mode, **hard_job) for _ in range(2))
+    good = np.array([SPARES] * 3)
+    # the one that fails is in the middle; in every mode another one ends, or has ended and begins anew
+    before = 1 if mode == "NextStep" else 0
+    for each in (env, twin):
+        each.reset(seed=[0, 2, 1])
+        each.step(good)
+        if before:
+            each.reset(seed=[0, 2, 1], options={"reset_mask": np.array([False, True, True])})
+            each.step(good)
+    bad = good.copy()
+    bad[1] = DESTROYS
+    for _ in range(2):
+        with pytest.raises(GrindingError, match="destroys the wheel"):
+            env.step(bad)
+    assert [sub.part_program() for sub in env.unwrapped.envs] == [sub.part_program() for sub in twin.unwrapped.envs]
+    if mode == "Disabled":  # what the mask leaves out is observed as it was before
+        mask = {"reset_mask": np.array([False, False, True])}
+        assert_same(env.reset(options=dict(mask)), twin.reset(options=dict(mask)))
+    for _ in range(1 if mode == "Disabled" else 3):
+        assert_same(env.step(good), twin.step(good))
+
+
+def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
+    tapes = []
+    for context in (None, {"stock": 0.5}, {"stock": 3.0, "noise": 0.0}):
+        env = gym.make("grind/Stroke-v0").unwrapped
+        env.reset(seed=0, options={"context": context})
+        assert len(env.noise) >= env.episode.all_strokes
+        env.reset(options={"context": None})
+        tapes.append((env.episode.tape, env.noise, env.np_random.random()))
+    assert_same(tapes[0], tapes[1])
+    assert_same(tapes[0], tapes[2])
 
 
 def test_a_stroke_takes_a_context_and_a_split() -> None:

@@ -18,7 +18,8 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
-from grind_env.envs.wen import HIGH, LOW, WenEnv, WenVectorEnv, action_array, decode, encode, judged
+from grind_env.envs.wen import HIGH, LOW, WenEnv, WenVectorEnv, decode, encode, judged
+from grind_env.envs.wen_actions import action_array
 from grind_env.errors import GrindError
 from grind_env.process.wen import CASES, REFERENCES, Setting, Verdict, score
 from tests.envs.harness import Array, assert_same
