@@ -1,4 +1,4 @@
-"""How much work the commands do by default.
+"""How much work tuning and scoring do by default.
 
 It stands alone, so that the command line can show these numbers without loading the libraries that do the work.
 """

@@ -26,7 +26,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 
 RUNS = ROOT / "runs"
-"""What is kept."""
+"""Folder of what is kept."""
 RESULTS = ROOT / "agents" / "results"
 """The checked-in results."""
 CHUNK = 64

@@ -1,6 +1,7 @@
 """`python -m agents scores`."""
 
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -12,8 +13,13 @@ from agents.cells import RESULTS, RUNS
 from agents.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
 
-OTHERS = ("wen", "reciprocation", "stroke", "wide_plates")
-"""Environments that are no tasks of G82 blocks."""
+OTHERS = {
+    "wen": ("agents.reference.scores", "score_wen"),
+    "reciprocation": ("agents.reference.reciprocation_scores", "score_reciprocation"),
+    "stroke": ("agents.reference.stroke_scores", "score_stroke"),
+    "wide_plates": ("agents.reference.wide_plates_scores", "score_wide_plates"),
+}
+"""Environments that are no tasks of G82 blocks, and the module and function that measure each."""
 
 
 def register(app: typer.Typer) -> None:
@@ -50,15 +56,5 @@ def scores(
 
 def score_other(name: str, data: Path) -> None:
     """Measure the reference scores of one of `OTHERS`."""
-    from agents.reference.reciprocation_scores import score_reciprocation
-    from agents.reference.scores import score_wen
-    from agents.reference.stroke_scores import score_stroke
-    from agents.reference.wide_plates_scores import score_wide_plates
-
-    measures = {
-        "wen": score_wen,
-        "reciprocation": score_reciprocation,
-        "stroke": score_stroke,
-        "wide_plates": score_wide_plates,
-    }
-    measures[name](data)
+    module, function = OTHERS[name]
+    getattr(import_module(module), function)(data)

@@ -63,7 +63,7 @@ class ActionCodec:
     """
 
     def __init__(self, task: Task, action: str = "box", *, predress: bool = False) -> None:
-        if action not in ACTIONS:
+        if not isinstance(action, str) or action not in ACTIONS:
             raise ActionError(f"action is {action!r}, but must be one of {', '.join(ACTIONS)}")
         speeds = task.action.speed_levels or task.action.speed_range or ()
         self.low, self.high = 1000.0 * min(speeds), 1000.0 * max(speeds)

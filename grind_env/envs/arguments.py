@@ -85,7 +85,7 @@ def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
     Raises:
         TaskError: if it is none of the known ones.
     """
-    if render_mode is not None and render_mode not in known:
+    if render_mode is not None and not (isinstance(render_mode, str) and render_mode in known):
         modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
         raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
 

@@ -77,7 +77,7 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
         raise NotImplementedError
 
     def keep(self) -> Callable[[], None]:
-        """What takes back a step that fails halfway."""
+        """What takes back a step that fails halfway; one of envs whose steps can fail must take these back, too."""
         before = list(self._env_obs)
 
         def take_back() -> None:

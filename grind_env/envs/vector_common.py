@@ -1,7 +1,7 @@
 """What all vector environments share: seeds, masks, autoreset modes, pictures and the masks of the info."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import gymnasium as gym
 import numpy as np
@@ -80,13 +80,17 @@ def seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[in
     """
     if seed is None:
         return [None] * num_envs
-    if isinstance(seed, int | np.integer) and seed >= 0:
+    if _is_seed(seed):
         return [int(seed) + i for i in range(num_envs)]
     if isinstance(seed, list | tuple | np.ndarray) and len(seed) == num_envs:
-        numbers = [each if each is None else int(each) for each in seed if isinstance(each, int | np.integer | None)]
-        if len(numbers) == num_envs and all(each is None or each >= 0 for each in numbers):
+        numbers = [each if each is None else int(each) for each in seed if each is None or _is_seed(each)]
+        if len(numbers) == num_envs:
             return numbers
     raise GrindError(f"seed is {seed!r}, but must be one int of at least 0, or a list of {num_envs}, one for each env")
+
+
+def _is_seed(value: object) -> TypeGuard[int]:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= 0)
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> Array:

@@ -110,6 +110,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         action: form of the action: `"box"`, the only one.
         observation: `"measured"` or `"full"`: the case is all that there is to observe.
         show_block: False; there is no block.
+        predress: False; nothing is dressed.
     """
 
     def __init__(
@@ -118,8 +119,9 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         action: str = "box",
         observation: str = "measured",
         show_block: bool = False,
+        predress: bool = False,
     ) -> None:
-        check_arguments(action, observation, show_block)
+        check_arguments(action, observation, show_block, predress)
         refuse_render(render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.action_space, self.observation_space = action_space(), observation_space()
@@ -186,6 +188,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         action: form of the action: `"box"`, the only one.
         observation: as for `WenEnv`.
         show_block: False.
+        predress: False.
     """
 
     def __init__(
@@ -196,9 +199,10 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         action: str = "box",
         observation: str = "measured",
         show_block: bool = False,
+        predress: bool = False,
     ) -> None:
         self.num_envs = num_envs = check_count(num_envs)
-        check_arguments(action, observation, show_block)
+        check_arguments(action, observation, show_block, predress)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode, self.autoreset_mode = render_mode, autoreset(autoreset_mode)
         self.metadata = vector_metadata(self.autoreset_mode)

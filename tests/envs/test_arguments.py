@@ -12,11 +12,11 @@ from tests.envs.harness import accepts, assert_same, every_id, native
 WRONG: dict[str, list[Any]] = {
     "observation": [3, "hidden", ["full"], np.array(["full"])],
     "show_block": ["x", 1, None],
-    "action": [None, 2, "Box", ["box"]],
+    "action": [None, 2, "Box", ["box"], np.array(["box"]), np.array(["box", "box"])],
     "predress": ["no", 0, None],
     "cycle": [83, "G84"],
     "spread": ["1", None, True, -0.1, 2.1, float("nan")],
-    "render_mode": [3, "svg", ["ansi"]],
+    "render_mode": [3, "svg", ["ansi"], np.array(["ansi", "ansi"])],
 }
 WRONG_VECTOR: dict[str, list[Any]] = {
     "num_envs": [2.5, "4", None, True, 0, -1, np.float64(2.0)],
@@ -73,7 +73,7 @@ def test_a_path_which_no_spec_can_hold_is_refused_and_its_text_is_not(name: str)
 @every_environment
 @pytest.mark.parametrize("observation", ["measured", "full"])
 def test_every_id_takes_what_a_loop_over_all_ids_gives(env_id: str, observation: str) -> None:
-    given = {"observation": observation, "show_block": False, "action": "box"}
+    given = {"observation": observation, "show_block": False, "action": "box", "predress": False}
     for env in (gym.make(env_id, **given), native(env_id, 2, **given)):
         assert env.reset(seed=0)[0] in env.observation_space
 

@@ -167,5 +167,5 @@ def test_a_bad_reset_mask_is_refused(mask: Any) -> None:
 def test_bad_seeds_are_refused() -> None:
     env = native("grind/Oracle6-v0", 2)
     assert "list of 2" in refusal(GrindError, env.reset, seed=[1, 2, 3])
-    for seed in (-1, [1, -1], 0.5, "one", [1, "two"]):
+    for seed in (-1, [1, -1], 0.5, "one", [1, "two"], True, [True, False]):
         refusal((GrindError, gym.error.Error), env.reset, seed=seed)
