@@ -45,7 +45,13 @@ def section(results: Sequence[Result]) -> str:
 def page(results: Sequence[Result]) -> str:
     """The page of all results."""
     tasks, runs = tasks_of(results), all_runs(results)
-    lines = ["# Results of the benchmark", "", "Written by `python -m agents benchmark --report`.", ""]
+    lines = [
+        "# Results of the benchmark",
+        "",
+        "Written by `python -m agents benchmark --report`. The files `<task>.csv` beside it are the reference scores of the"
+        " environments, made by `python -m agents scores`.",
+        "",
+    ]
     for task in tasks:
         lines += [*on_task(results, task), ""]
     lines += [*by_task(results, tasks, SCORE, score), "", *by_task(results, tasks, COST, cost), ""]
