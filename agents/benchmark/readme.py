@@ -48,8 +48,8 @@ def page(results: Sequence[Result]) -> str:
     lines = [
         "# Results of the benchmark",
         "",
-        "Written by `python -m agents benchmark --report`. The files `<task>.csv` beside it are the reference scores of the"
-        " environments, made by `python -m agents scores`.",
+        "Written by `python -m agents benchmark --report`. The files `<task>.csv` beside it are the reference scores of"
+        " the environments, made by `python -m agents scores`.",
         "",
     ]
     for task in tasks:
