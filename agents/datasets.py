@@ -25,7 +25,7 @@ from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.scores import measured
+from grind_env.scores import find_reference
 
 PLACE = "MINARI_DATASETS_PATH"
 """Environment variable that names the folder in which Minari keeps datasets."""
@@ -157,7 +157,7 @@ def _write(name: str, policy: Policy, task: Task, seeds: range, data: Recorded) 
         for i in range(n)
     ]
     spec, made_with = environment_spec(task), provenance(seeds)
-    known = measured(environment_id(task.name))
+    known = find_reference(environment_id(task.name))
     scale: dict[str, Any] = {} if known is None else {"ref_min_score": known.zero, "ref_max_score": known.hundred}
     with warnings.catch_warnings():
         # it misses an address to write to

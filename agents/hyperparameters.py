@@ -1,7 +1,6 @@
 """Tunes the settings of a kind of learned agent for a task: short trainings, judged on the validation episodes."""
 
 import math
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,11 +20,7 @@ from agents.learning.train import fingerprint, train
 from agents.studies import open_study, sqlite_url
 from agents.tuned import ConfigError, write_whole
 from grind_env.envs.tasks import Task
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 EPISODES = 64
 """Validation episodes that judge a training."""

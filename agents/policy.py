@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due, Task
 
 Sees = Literal["measurements", "state", "future"]

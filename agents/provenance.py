@@ -1,24 +1,12 @@
 """What results were made with."""
 
-import hashlib
 import platform
 import shutil
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import grind_env
-
 ROOT = Path(__file__).parents[1]
-
-
-def code_hash() -> str:
-    """Hash of all code and data that results follow from."""
-    digest = hashlib.sha256()
-    for package in (Path(grind_env.__file__).parent, Path(__file__).parent):
-        for path in sorted([*package.rglob("*.py"), *package.rglob("*.toml")]):
-            digest.update(f"{path.relative_to(package.parent)}\0".encode() + path.read_bytes() + b"\0")
-    return digest.hexdigest()
 
 
 def provenance(seeds: range) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 if sys.version_info >= (3, 11):
     import tomllib

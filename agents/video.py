@@ -24,7 +24,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import coming_part, view_of
 from grind_env.errors import GrindError
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 from grind_env.render.frames import TALL, render
 from grind_env.render.view import Motion, View
 
@@ -107,7 +107,7 @@ def watch(policy: Policy, task: Task, seed: int, frames: int) -> Iterator[View]:
 
 
 def _titled(view: View, policy: Policy) -> View:
-    return replace(view, job=replace(view.job, title=policy.name.replace("_", " ")))
+    return replace(view, extent=replace(view.extent, title=policy.name.replace("_", " ")))
 
 
 def _in_motion(view: View, block: CycleBlock, k: int, frames: int) -> View:

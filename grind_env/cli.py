@@ -4,16 +4,16 @@ import io
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from grind_env.errors import GrindError
 
 if TYPE_CHECKING:
-    from grind_env.control import Control, Report
+    from grind_env.control import Control
 
-SCRAP = 1
+GROUND_SCRAP = 1
 BAD_INPUT = 2
 HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
@@ -28,7 +28,18 @@ app = typer.Typer(
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
 Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
-Acceleration = Annotated[float, typer.Option(help="Acceleration of every axis, mm/s2.")]
+Acceleration = Annotated[
+    float | None,
+    typer.Option(help="Acceleration of every axis, mm/s2; if not given, that of the machine of --job, or 1000."),
+]
+MachineJob = Annotated[
+    Path | None,
+    typer.Option(
+        "--job",
+        help="Job file; the control is then that of its machine, whose reversal dwell, rapid feed and acceleration "
+        "make the times those of `grind run`. Without it there is no reversal dwell.",
+    ),
+]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
 Radius = Annotated[
     list[str] | None,
@@ -49,24 +60,28 @@ def commands() -> None:
 def check(
     program: ProgramFile,
     strokes: Strokes = 10,
-    acceleration: Acceleration = 1000.0,
+    acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
+    job: MachineJob = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
     """Read every block of a program, execute it, and report errors or a summary."""
     from grind_env import control
+    from grind_env.control.check import report_record, summary
 
     try:
-        settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, radius, groove_retract)
         report = control.check(control.read_file(program), settings)
+        if not report.blocks and not report.errors:
+            raise control.ControlError("file", f"{program} has no blocks; name a part program")
     except control.ControlError as error:
         report = control.Report(errors=[error])
     if as_json:
-        print(json.dumps(_check_record(report, program.name)))
+        print(json.dumps(report_record(report, program.name)))
     elif not report.errors:
-        print(_summary(report))
+        print(summary(report))
     for found in report.errors:
         print(f"grind: {found}", file=sys.stderr)
     if report.errors:
@@ -77,16 +92,17 @@ def check(
 def trace(
     program: ProgramFile,
     strokes: Strokes = 10,
-    acceleration: Acceleration = 1000.0,
+    acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
+    job: MachineJob = None,
 ) -> None:
     """Print the motions of a program, one JSON object a line."""
     from grind_env import control
 
     try:
-        settings = _control(strokes, acceleration, block_delete, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, radius, groove_retract)
         for event in control.execute(control.read_file(program), settings):
             record = control.record(event)
             if record is not None:
@@ -103,16 +119,35 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
+    block_delete: BlockDelete = False,
 ) -> None:
     """Grind with a program: time, size, roughness, power, temperature and cost of every part.
 
-    Exit status 1 tells that a part is more likely scrap than good.
+    The program grinds one part, and one more after each M00, at which the operator loads the next part and touches the
+    wheel off on it. At M01 the operator gauges the part: the wear of the wheel so far is compensated. The wheel is
+    dressed by D and by the .1 form of a cycle; M98 with the number of the dress program dresses nothing. The time is
+    that of the control, with the loading of each part and the set-up of each dress as the job has them. The strokes
+    are those of the cycles and those of a table that goes on between them.
+
+    The limits that a part is beyond are named below the table. Exit status 1 means that a part is more likely scrap
+    than good.
+
+    Columns of --record, a row per stroke or groove infeed: part; line (of the cycle block); number (in the cycle);
+    groove; time, seconds (begin and duration, s); E (mm/min); Z (programmed depth, mm); b, Lw (engaged width, ground
+    length, mm); ae (depth of cut, mm); Q (specific removal rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn
+    (forces, N/mm); power (above idle, W); u_s (specific energy, J/mm3); lc (contact length, mm); fg (force per grain,
+    N); T (temperature rise, K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear,
+    mm, mm3); Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V
+    (volume ground since the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
+    from dataclasses import replace
+
     from rich.console import Console
 
     from grind_env import control
     from grind_env.machine.grind import grind
     from grind_env.machine.job_file import load_job
+    from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
     programs = control.read_file(program)
@@ -121,19 +156,19 @@ def run(
         if not job.is_file():
             raise GrindError(f"there is no job {job} beside the program; name one with --job")
     settings = load_job(job)
-    result = grind(programs, settings)
+    result = grind(programs, settings, control=replace(settings.control, block_delete=block_delete))
     if record is not None:
         result.write(record)
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot)
+        plot_record(result, plot, settings.limits)
     if as_json:
-        print(json.dumps(as_data(result, program.name)))
+        print(json.dumps(as_data(result, settings, program.name)))
     else:
         print_record(result, settings, program.name, Console())
-    if result.parts["survival"].min() < 0.5:
-        raise typer.Exit(SCRAP)
+    if result.parts["survival"].min() < SCRAP_BELOW:
+        raise typer.Exit(GROUND_SCRAP)
 
 
 @app.command(epilog="Example: grind facts --mark decided --page 16-4")
@@ -146,7 +181,7 @@ def facts(
     from dataclasses import asdict
 
     from rich.console import Console
-    from rich.table import Column, Table
+    from rich.padding import Padding
 
     from grind_env.control.facts import MARKS, load_facts
 
@@ -160,11 +195,14 @@ def facts(
     if as_json:
         print(json.dumps([asdict(fact) for fact in chosen]))
         return
-    table = Table("id", "page", "mark", "fact", Column("test", overflow="fold"))
+    console = Console(markup=False, highlight=False)
     for fact in chosen:
-        tests = "\n".join(test.removeprefix("tests/").removeprefix("control/") for test in fact.tests)
-        table.add_row(fact.id, fact.page, fact.mark, fact.text, tests or f"outside: {fact.outside}")
-    Console(markup=False, highlight=False).print(table)
+        console.print("  ".join(filter(None, (fact.id, fact.page and f"page {fact.page}", fact.mark))), style="bold")
+        console.print(Padding(fact.text, (0, 0, 0, 4)))
+        if fact.outside:
+            console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4)))
+        for test in fact.tests:  # to be copied: never broken
+            console.print(f"    {test}", soft_wrap=True)
 
 
 @app.command(epilog="Example: grind tasks grind/Rush-v0")
@@ -205,9 +243,16 @@ def tasks(
 
 
 def _control(
-    strokes: int, acceleration: float, block_delete: bool, radius: list[str] | None, groove_retract: float | None
+    job: Path | None,
+    strokes: int,
+    acceleration: float | None,
+    block_delete: bool,
+    radius: list[str] | None,
+    groove_retract: float | None,
 ) -> "Control":
     """The settings that the options of `check` and `trace` ask for."""
+    from dataclasses import replace
+
     from grind_env.control import Control, ControlError
 
     every, radii = 0.0, {}
@@ -223,54 +268,20 @@ def _control(
         except ValueError:
             message = f"--radius {option} is no radius; write R or T=R, such as 2.5 or 1=2.5"
             raise ControlError("setting", message) from None
-    return Control(
+    machine = Control()
+    if job is not None:
+        from grind_env.machine.job_file import load_job
+
+        machine = load_job(job).control
+    return replace(
+        machine,
         strokes=strokes,
-        acceleration=acceleration,
+        acceleration=machine.acceleration if acceleration is None else acceleration,
         block_delete=block_delete,
         radius=every,
         radii=radii,
         groove_retract=groove_retract,
     )
-
-
-def _check_record(report: "Report", file: str) -> dict[str, Any]:
-    from grind_env.control import error_record
-
-    return {
-        "programs": report.programs,
-        "blocks": report.blocks,
-        "motions": report.motions,
-        "seconds": round(report.seconds, 9),
-        "cycles": [
-            {
-                "code": cycle.plan.code + (".1" if cycle.plan.pre_dress else ""),
-                "block": cycle.plan.block,
-                "line": cycle.plan.line,
-                "strokes": cycle.strokes,
-                "dresses": cycle.dresses,
-            }
-            for cycle in report.cycles
-        ],
-        "messages": report.messages,
-        "errors": [error_record(error, file) for error in report.errors],
-    }
-
-
-def _summary(report: "Report") -> str:
-    lines = [
-        f"{_count(report.programs, 'program')}, {_count(report.blocks, 'block')}, "
-        f"{_count(report.motions, 'motion')}, {report.seconds:.2f} s"
-    ]
-    lines += [
-        f"line {cycle.plan.line}: {cycle.plan.code}{'.1' if cycle.plan.pre_dress else ''}, "
-        f"{_count(cycle.strokes, 'stroke')}, {_count(cycle.dresses, 'dress', 'dresses')}"
-        for cycle in report.cycles
-    ]
-    return "\n".join(lines + report.messages)
-
-
-def _count(number: int, singular: str, plural: str = "") -> str:
-    return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -5,18 +5,13 @@ episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`
 """
 
 import functools
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from grind_env.errors import GrindError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
@@ -86,7 +81,7 @@ def reference(environment_id: str) -> Reference:
     return known[environment_id]
 
 
-def measured(environment_id: str) -> Reference | None:
+def find_reference(environment_id: str) -> Reference | None:
     """The reference scores of an environment; None if it has none."""
     return _references().get(environment_id)
 
@@ -115,7 +110,7 @@ def read_references(path: Path) -> dict[str, Reference]:
 
 
 def write_text(references: Mapping[str, Reference]) -> str:
-    """The text of such a file."""
+    """The text of a file of reference scores."""
     lines = [
         "# Reference scores, written by `python -m agents scores`; see grind_env/scores.py.",
         "# Returns are of one episode: mean and standard error.",

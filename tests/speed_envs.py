@@ -12,7 +12,8 @@ from rich.table import Table
 import grind_env
 from grind_env.envs import step
 from grind_env.machine.batch import longest_first
-from grind_env.machine.block import run_blocks
+from grind_env.machine.cycle import CycleResult
+from grind_env.machine.lanes import run_blocks
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those with a compiled step; the others run the control."""
@@ -62,10 +63,11 @@ def vector_episode(
     episodes, simulation = env.episodes, env.simulation
     cycles = np.empty((n, step.CYCLE_FIELDS))
     parameters = np.empty((n, simulation.base.shape[1]))
-    results = np.zeros((n, len(step.CycleResult._fields)))
+    results = np.zeros((n, len(CycleResult._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
     strokes, nothing = np.empty((n, 0, step.STROKE_FIELDS)), np.zeros(n)
     materials = len(simulation.kinds) // len(env.task.kinds)
+    tables = step.Tables(simulation.kinds, simulation.base, simulation.shop, materials)
 
     def kernel() -> None:
         longest_first(cycles, everyone, order)
@@ -77,22 +79,8 @@ def vector_episode(
         env.reset(seed=0)
         for k, action in enumerate(actions):
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
-            step.prepare(
-                simulation.kinds,
-                simulation.base,
-                simulation.shop,
-                episodes.tape,
-                episodes.block,
-                episodes.wheels,
-                episodes.parts,
-                episodes.memory,
-                *env.codec.decode(action),
-                nothing,
-                materials,
-                everyone,
-                cycles,
-                parameters,
-            )
+            choices = step.Choices(*env.codec.decode(action), nothing)
+            step.prepare(tables, episodes.arrays(), choices, everyone, cycles, parameters)
             cores[k] = min(cores[k], seconds(clock, kernel))
             episodes.wheels[:], episodes.parts[:] = wheels, parts
             steps[k] = min(steps[k], seconds(clock, env.step, action))

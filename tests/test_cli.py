@@ -58,6 +58,7 @@ def test_trace_prints_one_object_a_motion(grind) -> None:
         "feed": 100.0,
         "seconds": pytest.approx(5 * 3.14159265 / (100 / 60) + (100 / 60) / 2000),
         "block": 7,
+        "line": 7,
         "source": "dress",
     }
     assert records[6] == {
@@ -66,6 +67,7 @@ def test_trace_prints_one_object_a_motion(grind) -> None:
         "feed": 12000.0,
         "seconds": 1.4,
         "block": 20,
+        "line": 3,
         "source": "cycle",
     }
     assert "feed" not in records[0] and "feed" not in records[3]
@@ -138,6 +140,27 @@ def test_check_as_json(grind) -> None:
     assert status == 0
     assert report["cycles"] == [{"code": "G82.1", "block": 20, "line": 3, "strokes": 4, "dresses": 1}]
     assert (report["programs"], report["blocks"], report["errors"]) == (2, 8, [])
+
+
+@pytest.mark.parametrize("text", ["", "%\n", "O7 (NOTHING)\n%\n"])
+def test_check_refuses_a_file_without_blocks(grind, text: str) -> None:
+    status, out, err = grind("check", text)
+    assert (status, out) == (2, "")
+    assert "part.nc has no blocks; name a part program" in err
+    status, out, _ = grind("check", text, "--json")
+    assert (status, json.loads(out)["errors"][0]["error"]) == (2, "file")
+
+
+def test_check_counts_the_strokes_between_cycles(grind) -> None:
+    text = "G71 G19 G94 G00 X-30.\nG82 X230. I-30. Y-.01 J-.01 F60. E12000.\nG04 P5.\nG82 Y-.02 J-.01\nM30"
+    _, out, _ = grind("check", text)
+    between = [line for line in out.splitlines() if "between cycles" in line]
+    cycles = [int(line.split(", ")[1].split()[0]) for line in out.splitlines() if line.startswith("line ")]
+    _, out, _ = grind("trace", text)
+    strokes = [json.loads(line) for line in out.splitlines()]
+    made = sum(record.get("feed") == 12000.0 for record in strokes)
+    assert made == sum(cycles) + (int(between[0].split()[0]) if between else 0)
+    assert len(between) == 1
 
 
 def test_check_reads_blocks_that_are_never_executed(grind) -> None:

@@ -15,7 +15,7 @@ from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, Summary, summaries, tasks_of
 from agents.registry import FIXED_PLANS, REFERENCE
 from agents.statistics import Interval
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 WIDTH = 9.0
 """Inches; at `DPI` a little wider than a page of a repository shows."""

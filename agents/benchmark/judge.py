@@ -11,7 +11,7 @@ from agents.benchmark.results import Result
 from agents.registry import FIXED_PLANS, REFERENCE
 from agents.statistics import Array, Interval, percentile_interval, resampled_means, resampled_runs, score_of_means
 from grind_env.envs.names import environment_id
-from grind_env.scores import measured
+from grind_env.scores import find_reference
 
 CLIP = -100.0
 """Lower scores count as this one in aggregates (scenarios, section 2)."""
@@ -93,7 +93,7 @@ def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interva
 
 def is_ratio(task: str) -> bool:
     """Whether both anchors cost nearly the same, so that a score between them would be noise (scenarios, section 5)."""
-    known = measured(environment_id(task))
+    known = find_reference(environment_id(task))
     return known is not None and known.ratio
 
 

@@ -17,7 +17,7 @@ from agents.evaluate import Evaluation, episode_seeds
 from agents.provenance import provenance
 from agents.statistics import Array
 from agents.tuned import ConfigError, write_whole
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 Episodes = NDArray[np.float32]
 

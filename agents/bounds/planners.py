@@ -22,10 +22,10 @@ from agents.policy import (
 )
 from agents.scripted.estimator import Estimate, thrift
 from agents.scripted.rules import SharpnessRule
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.process.state import WheelState
 

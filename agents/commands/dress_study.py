@@ -15,7 +15,7 @@ from agents.registry import make_policy, policy_names
 from agents.tuned import write_whole
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import Task, load_task
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 FOLDER = RESULTS / "dress_study"
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")

@@ -8,6 +8,7 @@ import typer
 from agents.evaluate import SPLITS
 from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
+from grind_env.files import write_atomically
 
 
 def register(app: typer.Typer) -> None:
@@ -23,6 +24,9 @@ def play(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
     output: Annotated[Path | None, typer.Option(help="Write the episode to this .gif file instead.")] = None,
+    program: Annotated[
+        Path | None, typer.Option(help="Write the part program to this .nc file instead of showing both.")
+    ] = None,
     window: Annotated[
         bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
     ] = True,
@@ -41,9 +45,12 @@ def play(
     if output is not None:
         record([plays], job, seed, output)
         print(f"{output}: {output.stat().st_size / 1e6:.1f} MB")
-    shown = None if output is not None else "human" if window else "ansi"
+    shown = None if output is not None or program is not None else "human" if window else "ansi"
     played = play_episode(plays, job, seed, shown)
-    print(played.program)
+    if program is None:
+        print(played.program)
+    else:
+        write_atomically(program, lambda path: path.write_text(played.program, encoding="utf-8"))
     print(
         f"{plays.name}, seed {seed}: {played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished},"
         f" {played.cost / played.good:.3f} $ each; {played.dresses} dress executions,"

@@ -10,7 +10,7 @@ from agents.cells import RUNS
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED
 from grind_env.envs.tasks import load_task
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 INTERRUPTED = 130
 """Exit status, as the shell's own for a command that was interrupted."""

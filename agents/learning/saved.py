@@ -25,7 +25,7 @@ from agents.learning.view import Actions, LearnerView, Memory
 from agents.provenance import commit, installed
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import Task, load_task
-from grind_env.machine.record import write_atomically
+from grind_env.files import write_atomically
 
 SUFFIX = ".safetensors"
 ENTRY = "grind_policy"

@@ -17,6 +17,12 @@ from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 
 
+def gathered(options: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The reset options of N environments as the native one takes them: of each option a list of N values."""
+    names = sorted({name for each in options for name in each})
+    return {name: [each.get(name) for each in options] for name in names}
+
+
 class SB3VecEnv(VecEnv):
     """`GrindVectorEnv` for Stable-Baselines3.
 
@@ -37,9 +43,9 @@ class SB3VecEnv(VecEnv):
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> VecEnvObs:
-        """Start an episode in every environment, with the seeds of the last `seed()` call."""
+        """Start an episode in every environment, with the last `seed()` and `set_options()`."""
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
-        observations, _ = self.env.reset(seed=seeds)
+        observations, _ = self.env.reset(seed=seeds, options=gathered(self._options))
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()

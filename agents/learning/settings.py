@@ -1,6 +1,5 @@
 """The kinds of learned agents and their settings: defaults here, what was tuned for a task in `configs/learning/`."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -10,11 +9,7 @@ from agents.learning.view import Actions, Memory
 from agents.tuned import CONFIGS as SCRIPTED
 from agents.tuned import ConfigError
 from grind_env.envs.tasks import Task
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 CONFIGS = SCRIPTED / "learning"
 

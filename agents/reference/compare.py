@@ -1,7 +1,6 @@
 """Sets the measured reference costs beside the published ones (scenarios, section 5)."""
 
 import csv
-import sys
 from collections.abc import Iterable
 from math import hypot, sqrt
 from pathlib import Path
@@ -12,11 +11,7 @@ from rich.table import Table
 
 from agents.statistics import COVERAGE
 from agents.tuned import ConfigError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 PUBLISHED = Path(__file__).with_name("published.toml")
 MOST_ERRORS = 2.0

@@ -17,8 +17,8 @@ from agents.scripted.rules import Fixed, PowerThreshold, Random, handbook
 from agents.search import evolve, grid_search, refine
 from agents.tuned import arguments, write_whole
 from grind_env.envs.names import environment_id
-from grind_env.envs.reciprocation import TASK
-from grind_env.envs.reciprocation_env import ReciprocationSimulation
+from grind_env.envs.reciprocation.env import ReciprocationSimulation
+from grind_env.envs.reciprocation.program import TASK
 from grind_env.envs.tasks import Task, read_task
 from grind_env.scores import FILE, Reference, read_references, write_text
 

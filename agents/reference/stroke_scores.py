@@ -22,7 +22,7 @@ from agents.statistics import Array
 from agents.tuned import write_whole
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import physical
-from grind_env.envs.stroke_env import StrokeEnv
+from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
 TASK = "stroke"

@@ -4,19 +4,21 @@ import numpy as np
 
 from agents.search import Found, evolve
 from agents.statistics import Array
-from grind_env.envs.wen import HIGH, LOW, OBJECTIVE, VIOLATION, judged
-from grind_env.process.wen import CASES
+from grind_env.envs.wen.actions import decode
+from grind_env.envs.wen.judging import OBJECTIVE, VIOLATION, judged
+from grind_env.process.wen import CASES, Setting
 from grind_env.scores import Mean, Reference
 
 DRAWS = 50_000
 EVALUATIONS = 4000
 STARTS = 3
+NUMBERS = len(Setting._fields)
+"""Numbers of an action."""
 
 
 def losses(actions: Array, case: int) -> Array:
     """Objective and violation, shape (N,), of actions of shape (N, 4) from -1 to 1, for a case given by its number."""
-    settings = LOW + 0.5 * (actions + 1.0) * (HIGH - LOW)
-    verdicts = judged(settings, np.full(len(settings), case))
+    verdicts = judged(decode(actions), np.full(len(actions), case))
     return np.asarray(verdicts[:, OBJECTIVE] + verdicts[:, VIOLATION])
 
 
@@ -29,7 +31,7 @@ def optimum(case: int) -> Found:
         return float(losses(inside[None], case)[0] + np.abs(point - inside).sum())
 
     runs = [
-        evolve(loss, np.random.default_rng(seed).uniform(-1.0, 1.0, len(LOW)), EVALUATIONS, seed, 0.5)
+        evolve(loss, np.random.default_rng(seed).uniform(-1.0, 1.0, NUMBERS), EVALUATIONS, seed, 0.5)
         for seed in range(STARTS)
     ]
     best = min(runs, key=lambda run: run.cost)
@@ -38,11 +40,11 @@ def optimum(case: int) -> Found:
 
 def wen_reference() -> Reference:
     """Means over the cases, which are equally likely."""
-    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (DRAWS, len(LOW)))
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (DRAWS, NUMBERS))
     drawn = np.array([losses(actions, case) for case in range(len(CASES))])
     random = -float(drawn.mean())
     best = -float(np.mean([optimum(case).cost for case in range(len(CASES))]))
-    centre = -float(np.mean([losses(np.zeros((1, len(LOW))), case)[0] for case in range(len(CASES))]))
+    centre = -float(np.mean([losses(np.zeros((1, NUMBERS)), case)[0] for case in range(len(CASES))]))
     error = float(drawn.mean(axis=0).std(ddof=1)) / DRAWS**0.5
     returns = {"random": Mean(random, error), "centre": Mean(centre, 0.0), "optimum": Mean(best, 0.0)}
     returns = {name: Mean(round(mean.value, 5), round(mean.error, 5)) for name, mean in returns.items()}

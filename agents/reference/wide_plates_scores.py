@@ -14,11 +14,11 @@ from agents.scripted.rules import Fixed, PowerThreshold, Random, handbook
 from agents.scripted.size_threshold import SizeThreshold
 from agents.search import grid_search
 from agents.tuned import write_whole
-from grind_env.envs.cross_simulation import CrossSimulation
 from grind_env.envs.names import environment_id
 from grind_env.envs.rows import Outcome
 from grind_env.envs.tasks import Task, read_task
-from grind_env.envs.wide_plates_env import TASK
+from grind_env.envs.wide_plates.env import TASK
+from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.scores import FILE, Reference, read_references, write_text
 
 EPISODES = 24

@@ -1,14 +1,16 @@
 """Reads every block of a program and executes it, to report what is wrong or what it does."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from grind_env.control.control import Control
 from grind_env.control.decode import recognise
 from grind_env.control.errors import ControlError
 from grind_env.control.execution import execute
 from grind_env.control.expressions import evaluated
-from grind_env.control.motions import CycleEnd, Message, Motion
+from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
 from grind_env.control.reader import Programs, read_block
+from grind_env.control.trace import error_record
 
 
 @dataclass(slots=True)
@@ -21,6 +23,7 @@ class Report:
         motions: number of motions made.
         seconds: time of the execution, s.
         cycles: every cycle executed, with its strokes and dresses.
+        between: strokes that the table makes after a G82 or G83, until the next cycle or G80.
         messages: what the control told the operator.
         errors: the first error of reading and the first of execution, once if they are the same.
     """
@@ -30,12 +33,13 @@ class Report:
     motions: int = 0
     seconds: float = 0.0
     cycles: list[CycleEnd] = field(default_factory=list)
+    between: int = 0
     messages: list[str] = field(default_factory=list)
     errors: list[ControlError] = field(default_factory=list)
 
 
 def check(programs: Programs, control: Control | None = None) -> Report:
-    """Execute the main program and read every block, those included that are not reached."""
+    """Execute the main program and read every block, including those that are not reached."""
     report = Report()
     executed = _execution_error(programs, control, report)
     for program in programs:
@@ -64,6 +68,8 @@ def _execution_error(programs: Programs, control: Control | None, report: Report
             if isinstance(event, Motion):
                 report.motions += 1
                 report.seconds = max(report.seconds, event.finish)
+                if isinstance(event, Stroke) and event.number is None and event.cycle.code != "G81":
+                    report.between += 1
             elif isinstance(event, CycleEnd):
                 report.cycles.append(event)
             elif isinstance(event, Message):
@@ -71,3 +77,46 @@ def _execution_error(programs: Programs, control: Control | None, report: Report
     except ControlError as error:
         return error
     return None
+
+
+def report_record(report: Report, file: str) -> dict[str, Any]:
+    """A report on a file in JSON types."""
+    return {
+        "programs": report.programs,
+        "blocks": report.blocks,
+        "motions": report.motions,
+        "seconds": round(report.seconds, 9),
+        "cycles": [
+            {
+                "code": cycle.plan.code + (".1" if cycle.plan.pre_dress else ""),
+                "block": cycle.plan.block,
+                "line": cycle.plan.line,
+                "strokes": cycle.strokes,
+                "dresses": cycle.dresses,
+            }
+            for cycle in report.cycles
+        ],
+        "strokes_between": report.between,
+        "messages": report.messages,
+        "errors": [error_record(error, file) for error in report.errors],
+    }
+
+
+def summary(report: Report) -> str:
+    """A report without errors as text: a line for the whole, and one for each cycle."""
+    lines = [
+        f"{_count(report.programs, 'program')}, {_count(report.blocks, 'block')}, "
+        f"{_count(report.motions, 'motion')}, {report.seconds:.2f} s"
+    ]
+    lines += [
+        f"line {cycle.plan.line}: {cycle.plan.code}{'.1' if cycle.plan.pre_dress else ''}, "
+        f"{_count(cycle.strokes, 'stroke')}, {_count(cycle.dresses, 'dress', 'dresses')}"
+        for cycle in report.cycles
+    ]
+    if report.between:
+        lines.append(f"{_count(report.between, 'stroke')} between cycles, for the table goes on")
+    return "\n".join(lines + report.messages)
+
+
+def _count(number: int, singular: str, plural: str = "") -> str:
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"

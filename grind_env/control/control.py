@@ -158,7 +158,7 @@ class Control:
         self.panel.held = False
 
     def single_block(self, on: bool = True) -> None:
-        """Stop after every block, every leg of a dress and every groove; pulling the next event goes on."""
+        """Stop after every block, every leg of a dress and every groove; to go on, take the next event."""
         self.panel.single_block = on
 
     def interrupt(self, program: int, kind: int = 2) -> None:

@@ -153,6 +153,8 @@ def recognise(block: Block, form: NumberFormat) -> None:
 
 def _refused(block: Block, word: Word, code: str) -> ControlError:
     hint = "G70 is inch and G71 metric" if code in ("G20", "G21") else ""
+    if code.startswith("G8"):
+        hint = "grinding cycles are G81, G82 and G83"
     if code in LATER:
         message = f"{code} is a code of the control that this simulator does not have; {hint or 'leave it out'}"
         return block.error("not-supported", message, word)

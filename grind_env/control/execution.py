@@ -19,7 +19,7 @@ class Execution(Iterator[Event]):
         self._events = self._interpreter.run()
 
     def __next__(self) -> Event:
-        """Execute on to the end of the next event.
+        """Execute up to the end of the next event.
 
         Raises:
             ControlError: execution has reached a faulty block.

@@ -1,15 +1,11 @@
 """Where every rule of the control comes from: statements of the manuals, decisions, and the tests that hold them."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 FILE = Path(__file__).with_name("facts.toml")
 

@@ -127,6 +127,8 @@ class Interpreter:
             end = yield from self._subprogram(command)
         else:
             yield from self._act(command)
+            if self.timeline.owed and self.timeline.reciprocation is not None:
+                yield from self.timeline.reach_reversal()
             if self.timeline.held:
                 yield from self._serve(0)
         for number in command.m:

@@ -92,7 +92,7 @@ class CyclePlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """A motion or dwell. `begin` and `seconds` are s; `inch` tells the units in force for output."""
+    """A motion or dwell. `begin` and `seconds` are s; `inch` says whether inches are in force for output."""
 
     start: Position
     end: Position

@@ -102,7 +102,7 @@ def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
 
 
 def spindle(block: Block, word: Word, feet: bool, form: NumberFormat = STANDARD) -> float:
-    """S: revolutions per minute, or a surface speed in m/min, which `feet` says is written in feet (12-41).
+    """S: revolutions per minute, or a surface speed in m/min; with `feet` it is written in feet per minute (12-41).
 
     Raises:
         ControlError: as `plain`.

@@ -80,7 +80,7 @@ def arc_path(command: Command, position: Position, origin: Position) -> Circular
 
 
 def feed_rate(modes: Modes, speed: float | None, control: Control, missing: Missing) -> float:
-    """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed makes it so (12-56).
+    """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed converts it (12-56).
 
     Args:
         modes: in force.

@@ -13,6 +13,12 @@ import numpy as np
 DEPTH_TOLERANCE = 1e-9
 """mm; depths are sums of decimal picks, so that equality needs a tolerance far below the control's 0.1 um."""
 
+PICK_TOLERANCE = 1e-6
+"""Share of a pick by which a depth may miss a whole number of picks, as a quotient of decimals does."""
+
+INSTANT = 1e-9
+"""s; sums of times that differ by less are the same moment."""
+
 
 def motion_time(length: float, speed: float, acceleration: float) -> float:
     """Time of a motion from rest to rest, s: trapezoidal, or triangular when `speed` is never reached (PD-21)."""

@@ -29,10 +29,7 @@ from grind_env.control.motions import (
 )
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
-from grind_env.control.rules import motion_time
-
-INSTANT = 1e-9
-"""s; sums of times that differ by less are the same moment."""
+from grind_env.control.rules import INSTANT, motion_time
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +71,7 @@ class Timeline:
         position: where the axes stand or, beside reciprocation, are commanded to.
         reciprocation: the reciprocating axis; None while none is, and during a dress.
         held: an operator's request keeps the table at its reversal point until all axes stand.
+        owed: an operator's request waits for the end of a program motion.
         inch: units in force, for output.
         infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
     """
@@ -84,6 +82,7 @@ class Timeline:
         self.position = control.start
         self.reciprocation: Reciprocation | None = None
         self.held = False
+        self.owed = False
         self.inch = False
         self.infeed_shift = 0.0
         self._motion: Moving | None = None
@@ -174,6 +173,14 @@ class Timeline:
         self.time = stroke.finish
         return stroke
 
+    def reach_reversal(self) -> Iterator[Event]:
+        """Hold the table for the request that is owed: where it stands, or at the end of its stroke."""
+        table = self._table()
+        if table.at_reversal:
+            yield from self._hold(table)
+        else:
+            yield from self.finish_stroke()
+
     def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
         """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
         yield from self.wait()
@@ -216,7 +223,7 @@ class Timeline:
         while self._requests and self._requests[0] <= self.time:
             self._requests.popleft()
         self.control.panel.dress_requested = False
-        self.held = False
+        self.held = self.owed = False
 
     def _rate(self, feed: float | None) -> float:
         """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
@@ -287,17 +294,29 @@ class Timeline:
         )
 
     def _hold(self, table: Reciprocation) -> Iterator[Event]:
-        """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11)."""
+        """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11).
+
+        Beside a program motion the table goes on: stopped, it would let the wheel feed into one end of the part
+        (ruling 13).
+        """
         panel = self.control.panel
         while (panel.dress_requested or (self._requests and self._requests[0] <= table.free_at)) and not self.held:
-            if table.plan.program is not None:
-                self.held = True
-            else:
+            if table.plan.program is None:
                 if panel.dress_requested:
                     panel.dress_requested = False
                 else:
                     self._requests.popleft()
                 yield Message(table.free_at, "no dress program")
+            elif self._moving(table.free_at):
+                self.owed = True
+                return
+            else:
+                self.held = True
+
+    def _moving(self, time: float) -> bool:
+        """Whether a program motion, which a dwell is not, is still under way at a time."""
+        motion = self._motion
+        return motion is not None and motion.path.length > 0.0 and motion.finish > time + INSTANT
 
     def _settle_axis(self, table: Reciprocation) -> None:
         """Write the last reversal point of the table into the commanded position."""

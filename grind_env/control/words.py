@@ -15,7 +15,7 @@ LONGEST_LABEL = 5
 NO_VARIABLE_NUMBER = "'#' lacks the number of a variable; write #1 or #[1+2]"
 
 _USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
-"""A word as most are written, in capitals and without blanks; what it matches, `_any_word` reads alike but slower."""
+"""A word as most are written, in capitals and without blanks; `_any_word` reads the same from it, but slower."""
 _NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
 _VARIABLE = re.compile(r"#[ \t]*([0-9]?)[0-9 \t]*")
 _BRACKET = re.compile(r"[\[\]]")
@@ -151,7 +151,9 @@ def _any_word(text: str, start: int, place: Place, column: int) -> tuple[Word, i
     if whole or decimals:
         return Word(letter, sign, whole, bool(point), decimals, column), end
     if point or not text.startswith(("[", "#"), end):
-        raise place.error("number-format", f"{letter}{sign}{point} has no digits; a number must follow", column)
+        zero = letter == "O" and start > 0 and text[start - 1] in ".0123456789"
+        legal = "write a zero if this letter is to be one" if zero else "a number must follow"
+        raise place.error("number-format", f"{letter}{sign}{point} has no digits; {legal}", column)
     end = _expression_end(text, end, place, column - start)
     return Word(letter, "", "", False, "", column, text[start + 1 : end]), end
 
@@ -184,4 +186,6 @@ def _stray(character: str) -> tuple[str, str]:
         return "expression", f"{character!r} stands outside a value; an expression is written as in X[#1+2]"
     if character in "+-*":
         return "block-format", f"{character!r} stands outside brackets; arithmetic is written as in X[#1+2]"
+    if character == ",":
+        return "block-format", "',' cannot begin a word; decimals follow a point, as in Y-0.1"
     return "block-format", f"{character!r} cannot begin a word; words are a letter and a number"

@@ -14,9 +14,9 @@ def register() -> None:
             vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
             kwargs={"task": name},
         )
-    for name, module in OTHERS.items():
+    for name in OTHERS:
         gym.register(
             environment_id(name),
-            entry_point=f"grind_env.envs.{module}:{camel(name)}Env",
-            vector_entry_point=f"grind_env.envs.{module}:{camel(name)}VectorEnv",
+            entry_point=f"grind_env.envs.{name}.env:{camel(name)}Env",
+            vector_entry_point=f"grind_env.envs.{name}.vector_env:{camel(name)}VectorEnv",
         )

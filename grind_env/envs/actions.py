@@ -14,6 +14,7 @@ With a pre-dress a third component, factor or key says whether the block begins 
 """
 
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,9 @@ SPEED_LEVELS = 24
 """Levels of E of a discrete action, about 10 % apart where the range spans a decade."""
 KEYS = ("E", "D", "predress")
 """Keys of an action of the form `dict`, and names of the columns of a decoded one."""
+
+LONGEST = 200
+"""Characters of what a message repeats."""
 
 Table = NDArray[np.float64]
 
@@ -65,8 +69,8 @@ class ActionCodec:
     def __init__(self, task: Task, action: str = "box", *, predress: bool = False) -> None:
         if not isinstance(action, str) or action not in ACTIONS:
             raise ActionError(f"action is {action!r}, but must be one of {', '.join(ACTIONS)}")
-        speeds = task.action.speed_levels or task.action.speed_range or ()
-        self.low, self.high = 1000.0 * min(speeds), 1000.0 * max(speeds)
+        low, high = task.action.speed_ends
+        self.low, self.high = 1000.0 * low, 1000.0 * high
         self.task, self.action = task, action
         self.executions = task.action.executions
         self.names = KEYS if predress else KEYS[:2]
@@ -145,7 +149,12 @@ class ActionCodec:
         """
         if isinstance(action, Mapping):
             return self.table({name: [value] for name, value in action.items()}, 1)
-        return self.table([action], 1)
+        if self.action == "dict":
+            return self.table([action], 1)
+        values = _numbers(action)
+        shape = () if self.action == "discrete" else (len(self.columns),)
+        check_shape(values, shape, " and ".join(column.name for column in self.columns))
+        return values.reshape(1, len(self.columns))
 
     def choose(self, values: Table) -> tuple[Table, ...]:
         """E in mm/min, D and, if an action can ask for it, 1 for a pre-dress; each shape (N,), of a `table`.
@@ -157,7 +166,7 @@ class ActionCodec:
         if bad >= 0:
             i, k = divmod(bad, len(self.columns))
             column = self.columns[k]
-            raise ActionError(f"action {i} has {values[i, k]:g} for {column.name}, but must {column.legal}")
+            raise ActionError(f"action {i} has {plain(values[i, k])} for {column.name}, but must {column.legal}")
         if self.action == "discrete":
             return self._of_numbers(np.stack(np.unravel_index(values[:, 0].astype(np.int64), self.sizes), axis=1))
         if self.action == "multidiscrete":
@@ -196,7 +205,7 @@ class ActionCodec:
         for name, values, high in (("D", D, self.executions), ("predress", dress, most)):
             good = np.isin(values, np.arange(high + 1))
             if not good.all():
-                raise ActionError(f"{name} is {values[~good][0]:g}, but must be a whole number from 0 to {high}")
+                raise ActionError(f"{name} is {plain(values[~good][0])}, but must be a whole number from 0 to {high}")
         numbers = (self._level_of(E), D.astype(np.int64), dress.astype(np.int64))[: len(self.names)]
         if self.action == "multidiscrete":
             return np.stack(numbers, axis=1)
@@ -219,12 +228,12 @@ class ActionCodec:
             good = distance.min(axis=1) <= 0.5
             if not good.all():
                 levels = ", ".join(f"{level:g}" for level in self.levels)
-                raise ActionError(f"E is {speeds[~good][0]:g} mm/min, but must be one of {levels} mm/min")
+                raise ActionError(f"E is {plain(speeds[~good][0])} mm/min, but must be one of {levels} mm/min")
             return np.asarray(distance.argmin(axis=1))
         good = (self.low - 0.5 <= speeds) & (self.high + 0.5 >= speeds)
         if not good.all():
             legal = f"from {self.low:g} to {self.high:g} mm/min"
-            raise ActionError(f"E is {speeds[~good][0]:g} mm/min, but must be {legal}")
+            raise ActionError(f"E is {plain(speeds[~good][0])} mm/min, but must be {legal}")
         return np.zeros(len(speeds), np.int64)
 
 
@@ -232,11 +241,45 @@ def _whole(name: str, size: int) -> Column:
     return Column(name, 0.0, size - 1.0, True, f"be a whole number from 0 to {size - 1}")
 
 
-def _numbers(values: Any) -> Table:
+def real_numbers(values: Any, names: str) -> Table:
+    """Actions as an array of numbers; None counts as NaN.
+
+    Args:
+        values: of one or of many actions.
+        names: of the numbers of an action, for the message.
+
+    Raises:
+        ActionError: if they make no array, or some are no real numbers: a text or a duration is none.
+    """
     try:
-        return np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        raise ActionError(f"actions are {values!r}, but must be an array of numbers, E and D of each env") from None
+        array = np.asarray(values)
+        objects = array.flat if array.dtype.kind == "O" else ()
+        if array.dtype.kind in "biufO" and all(each is None or isinstance(each, Real) for each in objects):
+            return np.asarray(array, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    said = " ".join(repr(values).split())
+    said = said if len(said) <= LONGEST else f"{said[:LONGEST]}..."
+    raise ActionError(f"actions are {said}, but must be an array of numbers, {names} of each env")
+
+
+def check_shape(values: Table, shape: tuple[int, ...], names: str) -> None:
+    """Check the shape of a single action.
+
+    Raises:
+        ActionError: if it is another one.
+    """
+    if values.shape != shape:
+        raise ActionError(f"the action has shape {values.shape}, but must have shape {shape}: {names}")
+
+
+def plain(value: float) -> str:
+    """A number with all digits that tell it from its neighbours, and no more."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def _numbers(values: Any) -> Table:
+    return real_numbers(values, "E and D")
 
 
 @entry

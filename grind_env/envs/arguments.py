@@ -22,6 +22,20 @@ def check_count(num_envs: object) -> int:
     return int(num_envs)
 
 
+def check_steps(max_episode_steps: object) -> int | None:
+    """The most steps of an episode.
+
+    Raises:
+        TaskError: if it is neither None nor a whole number of at least 1.
+    """
+    steps = max_episode_steps
+    if steps is None:
+        return None
+    if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
+        raise TaskError(f"max_episode_steps is {steps!r}, but must be a whole number of at least 1, or left out")
+    return int(steps)
+
+
 def check_flags(**flags: object) -> None:
     """Check arguments that are either true or false; a text such as "no" would count as true.
 
@@ -41,6 +55,16 @@ def refuse_predress(predress: bool, why: str) -> None:
     """
     if predress:
         raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
+
+
+def refuse_cycle(cycle: object, why: str) -> None:
+    """Refuse the choice of a cycle where there is none.
+
+    Raises:
+        TaskError: if it is asked for; it says `why` there is none.
+    """
+    if cycle is not None:
+        raise TaskError(f"cycle is {cycle!r}, but {why}: leave it out")
 
 
 def check_number(name: str, value: object, low: float, high: float) -> None:

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.belief_kernel import follow
 from grind_env.envs.belief_rows import Belief, Hidden, Signals
-from grind_env.envs.contexts import materials
 from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.observations import Reading, physical, readings
 from grind_env.envs.rows import kind_table, parameter_table, shop_row
@@ -27,6 +26,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.machine.cycle import PartState
+from grind_env.process.catalogue import materials
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 

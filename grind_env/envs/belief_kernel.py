@@ -18,27 +18,21 @@ from grind_env.envs.belief_rows import (
     write_belief,
 )
 from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR
-from grind_env.envs.rows import KindRow, Shop
-from grind_env.envs.step import (
-    CYCLE_FIELDS,
-    PARAMETER_COLUMNS,
-    STROKE_FIELDS,
-    WEAR,
-    cycle_of,
-    read_kind,
+from grind_env.envs.rows import KindRow, Shop, read_kind
+from grind_env.envs.step import CYCLE_FIELDS, PARAMETER_COLUMNS, STROKE_FIELDS, WEAR, cycle_of
+from grind_env.envs.tape import FACTORS, TapeRow, read_row
+from grind_env.kernel import entry, exp, log
+from grind_env.machine.cycle import CycleResult, PartState, dress_lead
+from grind_env.machine.lanes import run_blocks
+from grind_env.machine.rows import (
     read_parameters,
     read_part,
     read_result,
-    read_row,
     read_wheel,
     write_cycle,
     write_part,
     write_wheel,
 )
-from grind_env.envs.tape import FACTORS, TapeRow
-from grind_env.kernel import entry, exp, log
-from grind_env.machine.block import run_blocks
-from grind_env.machine.cycle import CycleResult, PartState, dress_lead
 from grind_env.process.cost import Limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState

@@ -23,7 +23,9 @@ from grind_env.envs.conformance_play import (
     VectorConformanceError,
     at_the_end,
     check_info,
+    dtypes,
     episodes,
+    first_end,
     made,
     outside,
     play,
@@ -104,8 +106,9 @@ def check_metadata(subject: Subject) -> None:
 
 
 def check_results(subject: Subject) -> None:
-    """Results have the right types, shapes and dtypes, and observations lie in their space."""
+    """Results have the right types, shapes and dtypes, always the same ones, and observations lie in their space."""
     env = made(subject)
+    kinds: dict[str, np.dtype[Any]] = {}
     for event in play(subject, env):
         shape, size = (env.num_envs,), 2 if event.call == "reset()" else 5
         place = f"of {event.call}"
@@ -119,6 +122,9 @@ def check_results(subject: Subject) -> None:
             f"observations {place} are not in observation_space: look at bounds, shape and dtype",
         )
         check_info(subject, info, env.num_envs, place)
+        for path, kind in dtypes(info):
+            before = kinds.setdefault(path, kind)
+            subject.require(kind == before, f"{path} {place} has dtype {kind}, but had {before} before")
         if event.call == "reset()":
             continue
         rewards = event.result[1]
@@ -206,7 +212,7 @@ def check_modes_agree(subject: Subject) -> None:
 
 def check_reset_mask(subject: Subject) -> None:
     """A masked reset with a seed starts the episode of that seed, in the masked sub-environments only."""
-    if not subject.seeds_each or subject.mode is not AutoresetMode.DISABLED:
+    if not subject.seeds_each:
         return
     env = made(subject)
     plan = Plan(env, subject)
@@ -222,6 +228,23 @@ def check_reset_mask(subject: Subject) -> None:
     for name, marks in info.items():
         marked = name.startswith("_") and np.any(np.asarray(marks) & ~mask)
         subject.require(not marked, f"info['{name}'] marks sub-environments that options['reset_mask'] leaves out")
+
+
+def check_reset_after_end(subject: Subject) -> None:
+    """A reset by the caller after an end is the one that was due: no other one follows."""
+    seed = subject.seed + 7
+    for masked in (False, True) if subject.seeds_each else (False,):
+        env, fresh = made(subject), made(subject)
+        over = first_end(subject, env)
+        chosen = over.copy() if masked else np.ones(env.num_envs, bool)
+        actions = Plan(env, subject).actions(np.zeros(env.num_envs, int))
+        fresh.reset(seed=seed)
+        env.reset(seed=seed, options={"reset_mask": chosen.copy()} if masked else None)
+        expected, found = fresh.step(deepcopy(actions)), env.step(deepcopy(actions))
+        for i in np.flatnonzero(chosen):
+            a, b = ((rows(env, each[0])[i], *(part[i] for part in each[1:4])) for each in (expected, found))
+            where = f"results {i} of the first step after reset(seed={seed}) at the start and after an end"
+            subject.require_same(a, b, where)
 
 
 def check_ownership(subject: Subject) -> None:
@@ -286,6 +309,7 @@ CHECKS: tuple[Callable[[Subject], None], ...] = (
     check_autoreset,
     check_modes_agree,
     check_reset_mask,
+    check_reset_after_end,
     check_ownership,
     check_actions,
     check_close,

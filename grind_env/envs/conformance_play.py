@@ -120,21 +120,52 @@ def episodes(subject: Subject, mode: AutoresetMode) -> list[list[tuple[Any, ...]
     for event in play(subject, env):
         seen = rows(env, deepcopy(event.result[0]))
         for i in range(env.num_envs):
+            told = info_row(event.result[-1], i)
             if event.call == "reset()":
                 if event.rows[i]:
-                    found[i].append(("begin", seen[i]))
+                    found[i].append(("begin", seen[i], told))
                 continue
             if not event.rows[i]:
-                found[i].append(("begin", seen[i]))
+                found[i].append(("begin", seen[i], told))
                 continue
-            _, rewards, terminations, truncations, info = event.result
+            _, rewards, terminations, truncations, _ = event.result
             flags = bool(terminations[i]), bool(truncations[i])
-            swapped = mode is AutoresetMode.SAME_STEP and any(flags)
-            last = deepcopy(info["final_obs"][i]) if swapped else seen[i]
-            found[i].append(("step", last, float(rewards[i]), *flags))
-            if swapped:
-                found[i].append(("begin", seen[i]))
+            if mode is AutoresetMode.SAME_STEP and any(flags):
+                last, final = told.pop("final_obs"), told.pop("final_info")
+                found[i].append(("step", last, float(rewards[i]), *flags, final))
+                found[i].append(("begin", seen[i], told))
+            else:
+                found[i].append(("step", seen[i], float(rewards[i]), *flags, told))
     return found
+
+
+def first_end(subject: Subject, env: AnyVectorEnv) -> Flags:
+    """Play an environment until an episode ends; which sub-environments have then ended one, shape (num_envs,).
+
+    Raises:
+        VectorConformanceError: if none does.
+    """
+    flags = (event.result[2] | event.result[3] for event in play(subject, env) if event.call == "step()")
+    return np.asarray(next(over for over in flags if over.any()))
+
+
+def info_row(info: dict[str, Any], i: int) -> dict[str, Any]:
+    """What a vector info tells of sub-environment i, copied."""
+    found: dict[str, Any] = {}
+    for key, value in info.items():
+        if (key.startswith("_") and key[1:] in info) or not info.get(f"_{key}", np.ones(i + 1, bool))[i]:
+            continue
+        found[key] = info_row(value, i) if isinstance(value, dict) else deepcopy(value[i])
+    return found
+
+
+def dtypes(info: dict[str, Any], place: str = "info") -> Iterator[tuple[str, np.dtype[Any]]]:
+    """The dtype of every array of a vector info, with the place where it stands."""
+    for key, value in info.items():
+        if isinstance(value, dict):
+            yield from dtypes(value, f"{place}[{key!r}]")
+        else:
+            yield f"{place}[{key!r}]", value.dtype
 
 
 def check_info(subject: Subject, info: Any, num_envs: int, place: str, *, nested: bool = False) -> None:

@@ -1,14 +1,18 @@
-"""What a user fixes of an episode: a context of named factors, and the split that the other factors are drawn from.
+"""What a user can fix of an episode: a context of named factors, and the split that the other factors are drawn from.
 
 `env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "train"})` fixes the factors named and
-draws the rest from the training split. Both hold for later episodes too, until a reset names others; None takes a
-context or a split away again. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to chance. For the
-vector environment either may be a list, one entry for each sub-environment.
+draws the rest from the training split. Both hold for later episodes too, until a reset names others; None removes a
+context or a split. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to chance. For the vector
+environment either may be a list, one entry for each sub-environment.
+
+A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise;
+the context of `grind/Wen-v0` has one key of its own, `"case"`, and there are no splits of two cases.
 
 A material that is fixed in a task of one material is not observed, not even in `observation="full"`: like every other
 factor of a context it changes what is ground and not the layout of the observation, so that a policy trained on the
-task can be tested on another material as it is. Whoever is to know it appends it to the observation. In a task of
-several materials the flag of the one fixed is set; all flags are 0 for a material that the task does not have.
+task can be tested on another material as it is. An agent that is to know it needs it appended to the observation. In
+a task of several materials the flag of the one fixed is set; all flags are 0 for a material that the task does not
+have.
 
 Splits hold out ranges of the factors: the distribution of every log-normal factor (lot, wheel, coolant) is cut into ten
 ranges of equal probability, and an episode of a split draws its factors from the ranges of `SPLITS` only. So every
@@ -17,17 +21,17 @@ splits reach over the same span. A split is no split of seeds: a seed still make
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError
-from grind_env.process.catalogue import load_catalogue
+from grind_env.process.catalogue import materials
 
 SPLITS: Mapping[str, tuple[int, ...]] = {"train": (0, 3, 4, 5, 6, 9), "validation": (2, 7), "test": (1, 8)}
 """Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each."""
@@ -36,6 +40,9 @@ RANGES = 10
 NORMAL = np.linspace(-5.0, 5.0, 2001)
 """Standard normal numbers at which the probability below is tabulated."""
 PROBABILITY = np.round([NormalDist().cdf(z) for z in NORMAL.tolist()], 12)
+
+
+What = TypeVar("What", bound=Hashable)
 
 
 class ContextError(GrindError):
@@ -75,7 +82,7 @@ class Factor(NamedTuple):
     meaning: str
 
 
-FACTORS: Mapping[str, Factor] = {
+CONTEXT_FACTORS: Mapping[str, Factor] = {
     "stock": Factor(0.3, 3.0, 1.0, "stock of every part over the nominal one"),
     "kA": Factor(0.05, 20.0, 1.0, "factor of every lot on the wear-flat growth"),
     "pm": Factor(0.2, 5.0, 1.0, "factor of every lot on the wear-flat pressure"),
@@ -86,11 +93,11 @@ FACTORS: Mapping[str, Factor] = {
     "hf": Factor(0.05, 20.0, 1.0, "factor on the convection of the coolant"),
     "coolant_ageing": Factor(0.0, 20.0, 1.0, "factor on the ageing rate of the coolant"),
     "diamond_flat": Factor(0.0, 0.5, 0.0, "wear flat of the diamond at the start, mm"),
-    "executions_left": Factor(0.0, 1000.0, math.nan, "dress executions left at the start, where the task draws them"),
+    "executions_left": Factor(0.0, 1000.0, math.nan, "dress executions left at the start"),
     "slack": Factor(0.1, 10.0, 1.0, "time to each due date over the nominal time"),
     "noise": Factor(0.0, 10.0, 0.0, "factor on the noise of all readings and of the pre-gauged stock"),
 }
-"""The numbers of a context; `material` and `sequence` are names."""
+"""The numbers of a context; `material` and `sequence` are names. A task refuses those of `without_effect`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,22 +115,38 @@ class Given:
     ranges: tuple[int, ...] = ()
 
 
-def materials() -> list[str]:
-    """Names of the materials that a context can choose: those of the built-in catalogue."""
-    return sorted(load_catalogue().materials)
-
-
-def nominal_context(task: Task) -> dict[str, Any]:
-    """The context that fixes everything at its nominal value: the deterministic task."""
+def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """The context that fixes all at its nominal value: the deterministic task; `barred` as for `read_options`."""
     left = task.start.executions_left
-    nominal: dict[str, Any] = {name: factor.nominal for name, factor in FACTORS.items() if name != "executions_left"}
+    nominal: dict[str, Any] = {name: factor.nominal for name, factor in CONTEXT_FACTORS.items()}
     if left is not None:
         nominal["executions_left"] = (left[0] + left[1]) / 2.0
-    return {**nominal, "sequence": task.nominal_sequence}
+    nominal["sequence"] = task.nominal_sequence
+    without = without_effect(task) if barred is None else barred
+    return {name: value for name, value in nominal.items() if name not in without}
 
 
-def read_options(task: Task, options: Mapping[str, Any] | None, before: Given) -> Given:
-    """What the options of a reset give; what they do not name stays as it was `before`.
+def without_effect(task: Task) -> dict[str, str]:
+    """The factors that would change nothing in a task, each with the reason."""
+    reasons = {
+        "coolant_ageing": (task.setup.coolant_ageing == 0.0, "has a coolant that does not age"),
+        "executions_left": (task.start.executions_left is None, "starts with a new wheel"),
+        "slack": (task.due is None, "has no due dates"),
+        "noise": (task.spread.measurement == 0.0 and task.spread.gauge == 0.0, "has exact gauges"),
+    }
+    return {name: f"{task.name} {reason}" for name, (applies, reason) in reasons.items() if applies}
+
+
+def read_options(
+    task: Task, options: Mapping[str, Any] | None, before: Given, barred: Mapping[str, str] | None = None
+) -> Given:
+    """What the options of a reset give.
+
+    Args:
+        task: the task.
+        options: of the reset.
+        before: what was given; what they do not name stays so.
+        barred: names in a context that mean nothing, each with the reason; by default `without_effect(task)`.
 
     Raises:
         ContextError: if an option, a factor, a split or one of their values is not legal.
@@ -131,7 +154,7 @@ def read_options(task: Task, options: Mapping[str, Any] | None, before: Given) -
     given = before
     for name, value in option_items(options):
         if name == "context":
-            fixed, kinds = _context(task, value)
+            fixed, kinds = _context(task, value, without_effect(task) if barred is None else barred)
             given = replace(given, fixed=fixed, kinds=kinds)
         elif name == "split":
             given = replace(given, ranges=_split(value))
@@ -140,22 +163,29 @@ def read_options(task: Task, options: Mapping[str, Any] | None, before: Given) -
     return given
 
 
-def read_all_options(task: Task, options: Mapping[str, Any] | None, before: Sequence[Given]) -> list[Given]:
-    """As `read_options` for N sub-environments; the value of an option may be a list of N entries.
+def read_all_options(
+    options: Mapping[str, Any] | None, before: Sequence[What], read: Callable[[dict[str, Any], What], What]
+) -> list[What]:
+    """What the options of a reset give to N sub-environments; the value of an option may be a list of N entries.
+
+    Args:
+        options: of the reset.
+        before: what was given to each.
+        read: says what the options of one give, and what was given before.
 
     Raises:
-        ContextError: likewise, or if a list has another length.
+        ContextError: as `read`, or if a list has another length.
     """
     given = list(before)
     for name, value in option_items(options):
         if not isinstance(value, list | tuple):
-            once: dict[Given, Given] = {}
+            once: dict[What, What] = {}
             for i, each in enumerate(given):
                 if each not in once:
-                    once[each] = read_options(task, {name: value}, each)
+                    once[each] = read({name: value}, each)
                 given[i] = once[each]
         elif len(value) == len(given):
-            given = [read_options(task, {name: entry}, each) for entry, each in zip(value, given, strict=True)]
+            given = [read({name: entry}, each) for entry, each in zip(value, given, strict=True)]
         else:
             raise ContextError(f"{name} has {len(value)} entries, but must have {len(given)}: one for each env")
     return given
@@ -174,16 +204,6 @@ def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
     return list(options.items())
 
 
-def refuse_options(options: Mapping[str, Any] | None, env: str) -> None:
-    """Check the options of a reset of an environment that has none.
-
-    Raises:
-        ContextError: if there are any.
-    """
-    for name, _ in option_items(options):
-        raise ContextError(f"there is no reset option {name!r}: {env} has none, leave it out")
-
-
 def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
     """Standard normal numbers moved into the ranges of a split, in their order, by probability."""
     u = np.interp(normals, NORMAL, PROBABILITY) * len(ranges)
@@ -200,15 +220,17 @@ def _split(name: Any) -> tuple[int, ...]:
     return SPLITS[name]
 
 
-def _context(task: Task, context: Any) -> tuple[Fixed, tuple[int, ...] | None]:
+def _context(task: Task, context: Any, barred: Mapping[str, str]) -> tuple[Fixed, tuple[int, ...] | None]:
     if context is None:
         return FREE, None
     if isinstance(context, str) and context == "nominal":
-        context = nominal_context(task)
+        context = nominal_context(task, barred)
     if not isinstance(context, Mapping):
         raise ContextError(f"context is {context!r}, but must be a dict of factors, 'nominal' or None")
     fixed, kinds = {}, None
     for name, value in context.items():
+        if isinstance(name, str) and name in barred:
+            raise ContextError(f"{barred[name]}: {name} cannot be fixed, leave it out")
         if name == "sequence":
             kinds = _sequence(task, value)
         elif name == "material":
@@ -234,12 +256,10 @@ def _material(name: Any) -> float:
 
 
 def _number(task: Task, name: Any, value: Any) -> float:
-    if name not in FACTORS:
-        raise ContextError(f"there is no factor {name!r}; legal are material, sequence, {', '.join(FACTORS)}")
-    low, high = FACTORS[name].low, FACTORS[name].high
+    if name not in CONTEXT_FACTORS:
+        raise ContextError(f"there is no factor {name!r}; legal are material, sequence, {', '.join(CONTEXT_FACTORS)}")
+    low, high = CONTEXT_FACTORS[name].low, CONTEXT_FACTORS[name].high
     if name == "executions_left":
-        if task.start.executions_left is None:
-            raise ContextError(f"{task.name} starts with a new wheel: executions_left cannot be fixed")
         high = float(np.floor((task.wheel.diameter - task.wheel.minimum_diameter) / task.execution_depth))
     number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
     if not (number and low <= value <= high):

@@ -60,17 +60,15 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     ## Episode
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
-    block. All that is random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
+    block. Everything random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
-    material other than that of a task of one material has to be found out like a lot or a wheel.
+    material other than that of a task with a single material has to be found out like a lot or a wheel.
 
-    In a task of two blocks a part, `machine.grind` runs `part_program()` to other times and survivals of a part than
-    the steps add up to: it counts the way of the wheel from the rough to the finish block, up to 3 s, and judges the
-    part by the limits of its last block, while a task judges every block by its own.
+    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s).
 
     Args:
-        task: name of the task, for example `"power_limited"`. Every id fixes its own: give another one to this class,
-            not to `gym.make`, which would make that task under the name, and for the scores, of the id.
+        task: name of the task, for example `"power_limited"`. Each id fixes its task; to run another, construct
+            `GrindEnv(task=...)`. Through `gym.make` it would carry the wrong id and reference scores.
         observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.

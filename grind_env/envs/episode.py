@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import Fixed, Given, from_ranges, materials
-from grind_env.envs.tape import CUT, FACTORS, SCHEDULE, Sigmas, TapeRow, deal_orders, fill, fill_dates, unless
+from grind_env.envs.contexts import Fixed, Given, from_ranges
+from grind_env.envs.tape import Sigmas, deal_orders, fill, fill_dates, unless
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.rows import column_reader
 from grind_env.machine import compiled
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.machine.rows import read_parameters, write_wheel
+from grind_env.process.catalogue import materials
+from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
-
-__all__ = ["CUT", "FACTORS", "SCHEDULE", "EpisodeGenerator", "TapeRow"]
 
 NORMALS = 9
 """Standard normal numbers drawn for a block; a row after the last block holds those of the episode."""
@@ -31,8 +31,7 @@ TOGETHER = 16
 
 Table = NDArray[np.float64]
 
-read_fixed, read_parameters = column_reader(Fixed), column_reader(StrokeParameters)
-write_wheel = column_writer(WheelState)
+read_fixed = column_reader(Fixed)
 
 DEALT = -1
 """Kind of a block that the orders decide."""
@@ -252,7 +251,7 @@ class EpisodeGenerator:
 
 
 def _room(blocks: int, dates: int) -> Numbers:
-    """Room for the numbers of as many episodes as are begun in one go; those that a task does not draw stay here."""
+    """Room for the numbers of as many episodes as are begun in one go; those that a task does not draw stay as here."""
     return Numbers(
         normals=np.empty((TOGETHER, blocks + 1, NORMALS)),
         uniforms=np.empty((TOGETHER, blocks + 1)),

@@ -31,7 +31,7 @@ G82 = Form("G82", load_task, Simulation, block_text, part_program)
 
 
 def check_cycle(form: Form, task: Task, cycle: str | None) -> None:
-    """Refuse a task, or a cycle that is asked for, which does not suit a form.
+    """Check that the task and the requested cycle suit the form.
 
     Args:
         form: of the blocks.
@@ -53,7 +53,7 @@ def check_cycle(form: Form, task: Task, cycle: str | None) -> None:
 
 
 def check_width(task: Task, cycle: str) -> None:
-    """Refuse a cycle that does not suit the width of the parts of a task.
+    """Check that a cycle suits the width of the parts of a task.
 
     Args:
         task: the task.

@@ -1,6 +1,6 @@
-"""What the environments that run a program block by block or stroke by stroke read, in plain Python.
+"""Gauge readings shared by `JobEnv` and `StrokeEnv`, in plain Python.
 
-Noise, delay and scales are those of `observations` and of the compiled step.
+Noise and scales are those of `observations`, the delay of the roughness gauge is that of the compiled step.
 """
 
 from collections.abc import Iterable, Mapping
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.observations import GAUGE_EVERY, ROUGHNESS_NOISE, SIZE_NOISE, Reading, readings
+from grind_env.envs.observations import GAUGE_EVERY, Reading, measured_roughness, measured_size, readings
 from grind_env.envs.tasks import Task
 from grind_env.process.state import WheelState
 
@@ -41,13 +41,12 @@ class PartGauges:
             z_size: noise of the size, standard normal times a factor.
             z_roughness: noise of the roughness, likewise.
         """
-        self.size_error = float(part["size_error"]) + SIZE_NOISE * z_size
+        self.size_error = measured_size(float(part["size_error"]), z_size)
         self.since_gauged += 1
         if self.gauged is not None:
             self.roughness, self.gauged, self.since_gauged = self.gauged, None, 1
         if self.parts % GAUGE_EVERY == 0:
-            ratio = float(part["Ra"]) / limit if limit > 0.0 else 0.0
-            self.gauged = ratio * (1.0 + ROUGHNESS_NOISE * z_roughness)
+            self.gauged = measured_roughness(float(part["Ra"]), limit, z_roughness)
         self.parts += 1
 
     def part_values(self) -> dict[str, float]:

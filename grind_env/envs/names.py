@@ -1,19 +1,12 @@
 """Names of the tasks and ids of their environments: all that registration needs, and quick to import."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 FOLDER = Path(__file__).with_name("tasks")
 """Where the task files lie."""
 
-OTHERS: Mapping[str, str] = {
-    "job": "job_env",
-    "reciprocation": "reciprocation_env",
-    "stroke": "stroke_env",
-    "wen": "wen",
-    "wide_plates": "wide_plates_env",
-}
-"""Environments that have classes of their own, and the modules of these; some have a task file, too."""
+OTHERS = ("job", "reciprocation", "stroke", "wen", "wide_plates")
+"""Environments that have classes of their own, each in its folder; some have a task file, too."""
 
 
 def task_names() -> list[str]:

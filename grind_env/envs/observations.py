@@ -11,13 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import materials
 from grind_env.envs.tasks import Task
+from grind_env.kernel import inlined
+from grind_env.process.catalogue import materials
 
 POWER_NOISE = 0.03
 """Relative standard deviation of a power reading (scenarios, section 3, like the noises below)."""
 POWER_NOISE_FLOOR = 20.0
 """W; added to it."""
+POWER_RANGE = 5.0
+"""Range of the power sensor over the power limit of the machine."""
 SIZE_NOISE = 0.7
 """um; standard deviation of the size gauge."""
 ROUGHNESS_NOISE = 0.06
@@ -26,6 +29,25 @@ GAUGE_EVERY = 3
 """Parts from one roughness gauging to the next."""
 LEAST_SLACK = 0.05
 """Time left over work left below which the slack reads the same; `time_to_due` goes on."""
+
+
+@inlined
+def measured_power(power: float, z: float) -> float:
+    """A power reading, W; z is standard normal times the task's factor on the noise, as for the next two readings."""
+    return max(power * (1.0 + POWER_NOISE * z) + POWER_NOISE_FLOOR * z, 0.0)
+
+
+@inlined
+def measured_size(size_error: float, z: float) -> float:
+    """A reading of the size gauge, um."""
+    return size_error + SIZE_NOISE * z
+
+
+@inlined
+def measured_roughness(roughness: float, limit: float, z: float) -> float:
+    """A reading of the roughness gauge over the limit (both um); 0 if there is none."""
+    ratio = roughness / limit if limit > 0.0 else 0.0
+    return ratio * (1.0 + ROUGHNESS_NOISE * z)
 
 
 class Readings(NamedTuple):
@@ -88,7 +110,7 @@ class Reading(NamedTuple):
 
 
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
-"""Readings that no real machine has."""
+"""Readings that no real machine gives."""
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
@@ -112,11 +134,8 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
 def _table(task: Task) -> list[Reading]:
     """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
-    speeds = task.action.speed_range or (
-        min(task.action.speed_levels or ()),
-        max(task.action.speed_levels or ()),
-    )
-    centre, half = (speeds[0] + speeds[1]) / 2.0, (speeds[1] - speeds[0]) / 2.0
+    low, high = task.action.speed_ends
+    centre, half = (low + high) / 2.0, (high - low) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
     period = (
@@ -133,11 +152,11 @@ def _table(task: Task) -> list[Reading]:
         else ("exact", "exact", "")
     )
     table = [
-        Reading("mean_power", "W", 0.0, power, 0.0, 5.0, power_noise,
+        Reading("mean_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
                 "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if none"),
-        Reading("first_power", "W", 0.0, power, 0.0, 5.0, power_noise,
+        Reading("first_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
                 "mean power of the first (up to 6) full plunges of the last block"),
-        Reading("peak_power", "W", 0.0, power, 0.0, 5.0, power_noise, "highest power of the last block"),
+        Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest power of the last block"),
         Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the last block"),
@@ -220,8 +239,25 @@ class Layout(NamedTuple):
     """Entry of every material of the catalogue; -1 for none."""
 
 
-def layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """The layout of an observation with these entries."""
+class Scaling(NamedTuple):
+    """How readings become the entries of an observation."""
+
+    layout: Layout
+    offset: NDArray[np.float64]
+    """Of each entry, shape (entries,), like the next three."""
+    scale: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
+    """The scaling of an observation with these entries."""
+    columns = (np.array([getattr(entry, name) for entry in entries]) for name in ("offset", "scale", "low", "high"))
+    return Scaling(_layout(task, entries), *columns)
+
+
+def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
+    """Where these entries come from: readings, then flags; any that follow them read 0, for the caller to write."""
     names = [entry.name for entry in entries]
     columns = [Readings._fields.index(name) for name in names if name in Readings._fields]
     flags = [f"material_{name}" for name in materials()]

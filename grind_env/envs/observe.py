@@ -5,17 +5,15 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
-from grind_env.envs.rows import KindRow, Memory, Shop
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.rows import read_kind, read_memory, read_shop
+from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, log
-from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.process.state import WheelState
+from grind_env.kernel.rows import column_writer
+from grind_env.machine.rows import read_wheel
 
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
 
-read_kind, read_row, read_shop = column_reader(KindRow), column_reader(TapeRow), column_reader(Shop)
-read_wheel, read_memory = column_reader(WheelState), column_reader(Memory)
 write_readings = column_writer(Readings)
 
 

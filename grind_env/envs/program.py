@@ -4,7 +4,8 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 (tests/envs/test_program_equality.py).
 """
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,22 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.contexts import materials
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
-from grind_env.machine.job import Job, Part, Setup, Times
+from grind_env.machine.job import Job, Part, Setup, Stage, Times
 from grind_env.machine.part import PartConditions
-from grind_env.process.catalogue import load_catalogue
+from grind_env.process.catalogue import load_catalogue, materials
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
 WHEEL_CHANGES = Memory._fields.index("wheel_changes")
 PICK_FEED = 60.0
 """mm/min; a pick is over long before the wheel is back at the middle of the part."""
+CLEAR = 20.0
+"""mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
+NEAR = 1.0
+"""mm; from here on the wheel comes down beside the part with a feed."""
 
 
 class CycleBlock(NamedTuple):
@@ -83,27 +87,56 @@ def block_text(task: Task, block: CycleBlock) -> str:
 
 
 def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
-    """A main program that runs the blocks, M00 before each further part, and the dress program.
+    """A main program that runs the blocks, and the dress program."""
+
+    def lines_of(block: CycleBlock) -> list[str]:
+        first = min(block.surface + block.kind.pick, block.surface + block.stock)
+        return [*approach(task, first), block_text(task, block), "G80"]
+
+    return program_of(task, blocks, lines_of)
+
+
+def approach(task: Task, depth: float) -> list[str]:
+    """Over the part and down beside it to a depth, mm, from wherever the operator has left the wheel."""
+    return [
+        f"G00 Y{number(CLEAR)} (CLEAR OF THE PART)",
+        f"G00 X{number(-task.setup.overrun)} Z0. (BESIDE IT)",
+        f"G00 Y{number(NEAR)}",
+        f"G01 Y{number(0.0 - depth)} F{number(PICK_FEED)}",  # not -depth, which may be -0.0
+    ]
+
+
+def start_of(task: Task) -> list[str]:
+    """The first blocks of a main program: its number, its modes, wheel and coolant on."""
+    speed = f"S{60 * task.wheel_revolutions:.0f}"
+    return [f"O0001 ({task.title.upper()})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
+
+
+def end_of(task: Task) -> list[str]:
+    """The last blocks of a main program, coolant and wheel off, and the dress program."""
+    return ["M09", "M05", "M30", *dress_program(task), ""]
+
+
+def next_part(change: str = "") -> str:
+    """The stop between two parts, at which the operator perhaps does something else before, such as a wheel change."""
+    return f"M00 ({change}RETRACT, LOAD THE NEXT PART, TOUCH OFF AT Y0)"
+
+
+def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[CycleBlock], list[str]]) -> str:
+    """A main program of the lines of each block, M00 before each further part, and the dress program.
 
     Where the episode changed the wheel, the operator does so at that M00 or M01.
     """
-    lines = [
-        "O0001 (" + task.title.upper() + ")",
-        "G71 G90 G94 G19 G40",
-        f"S{60 * task.wheel_revolutions:.0f} M03",
-    ]
+    lines = start_of(task)
     for k, block in enumerate(blocks):
         if k > 0:
             change = "CHANGE THE WHEEL, " if block.wheel_changes > blocks[k - 1].wheel_changes else ""
-            starts = block.kind.starts_part
-            lines.append(f"M00 ({change}NEXT PART, TOUCH OFF AT Y0)" if starts else f"M01 ({change}GAUGE THE PART)")
-        first = min(block.surface + block.kind.pick, block.surface + block.stock)
-        lines += [
-            f"G00 X{number(-task.setup.overrun)} Y{number(-first)}",
-            block_text(task, block),
-            "G80",
-        ]
-    return "\n".join([*lines, "M30", *dress_program(task), ""])
+            if block.kind.starts_part:
+                lines.append(next_part(change))
+            else:
+                lines += [f"G00 Y{number(CLEAR)}", f"M01 ({change}GAUGE THE PART)"]
+        lines += lines_of(block)
+    return "\n".join([*lines, *end_of(task)])
 
 
 def dress_program(task: Task) -> list[str]:
@@ -112,14 +145,14 @@ def dress_program(task: Task) -> list[str]:
     lines = [
         f"O{DRESS_PROGRAM} (DRESS)",
         "G90 G94",
-        "G00 Y20. (OFF THE PART)",
+        f"G00 Y{number(CLEAR)} (OFF THE PART)",
         f"G00 X{number(-task.setup.overrun - 90.0)} Z{number(-travel)} (BESIDE THE DIAMOND)",
         "G00 Y10. (WHEEL FACE AT THE DIAMOND)",
     ]
     for k in range(task.dress.passes):
         lines.append(f"G91 G01 Y{number(-task.dress.depth)} F60.")
         lines.append(f"Z{number(travel if k % 2 == 0 else -travel)} F{number(60.0 * task.dress_feed)}")
-    return [*lines, "G90 G00 Y20.", "M99"]
+    return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
 
 
 def job(task: Task, *kinds: Kind) -> Job:
@@ -138,25 +171,41 @@ def job(task: Task, *kinds: Kind) -> Job:
     )
     change = None if task.wheel_change is None else task.wheel_change.seconds
     times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
-    bare = Job(part=part_of(kinds, kinds[-1].material), setup=setup, times=times)
+    part = part_of(kinds, [kind.stock for kind in kinds], kinds[-1].material)
+    bare = Job(part=part, setup=setup, times=times)
     position = (-task.setup.overrun, -kinds[0].pick, 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
     return replace(bare, times=replace(times, dress_setup=task.dress_seconds - motions.seconds))
 
 
-def part_of(kinds: Sequence[Kind], material: str) -> Part:
-    """A part that is ground in blocks of these kinds; its limits are those of the last: no other is judged."""
-    kind = kinds[-1]
+def job_from_surface(task: Task) -> Job:
+    """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
+    return job(task, *(replace(kind, pick=0.0) for kind in task.kinds))
+
+
+def part_of(kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
+    """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
+    kind, depths = kinds[-1], list(itertools.accumulate(stocks))
+    stages = tuple(
+        Stage(
+            stock=depth,
+            roughness_limit=earlier.roughness_limit,
+            tolerance=earlier.tolerance,
+            rise_allowance=earlier.rise_allowance,
+        )
+        for earlier, depth in zip(kinds[:-1], depths, strict=False)
+    )
     return Part(
         material=load_catalogue().material(material),
         length=kind.length,
         width=kind.width,
-        stock=sum(kind.stock for kind in kinds),
+        stock=depths[-1],
         roughness_limit=kind.roughness_limit,
         tolerance=kind.tolerance,
         scrap_cost=kind.scrap,
         rise_allowance=kind.rise_allowance,
+        stages=stages,
     )
 
 
@@ -169,8 +218,11 @@ def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
         parts[-1].append(row)
     return [
         PartConditions(
-            part=part_of([task.kinds[int(row.kind)] for row in rows], materials()[int(rows[0].material)]),
-            stock=sum(row.stock for row in rows),
+            part=part_of(
+                [task.kinds[int(row.kind)] for row in rows],
+                [row.stock for row in rows],
+                materials()[int(rows[0].material)],
+            ),
             factors=_factors(task, rows[0], FACTORS),
             new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,
         )

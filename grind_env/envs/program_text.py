@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from grind_env.control import Programs
 from grind_env.control.rewriting import with_words
 from grind_env.control.words import Block
-from grind_env.envs.job_outline import JobProgramError
+from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.program_episode import Words
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")

@@ -9,8 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import materials
 from grind_env.envs.tasks import Kind, Task
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.process.catalogue import materials
+
+COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
+"""Terms of the cost of a step that every task has."""
 
 
 class KindRow(NamedTuple):
@@ -114,6 +118,11 @@ class Outcome(NamedTuple):
     size_error: float
 
 
+read_kind, read_shop = column_reader(KindRow), column_reader(Shop)
+read_memory, write_memory = column_reader(Memory), column_writer(Memory)
+write_outcome = column_writer(Outcome)
+
+
 def kind_row(task: Task, kind: Kind) -> KindRow:
     """The numbers of a block kind."""
     limits = task.limits(kind)
@@ -123,7 +132,7 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
         sparkout=float(kind.sparkout),
         width=kind.width,
         length=kind.length,
-        stroke=kind.length + 2.0 * task.setup.overrun,
+        stroke=task.stroke_length(kind),
         scrap=kind.scrap,
         starts_part=float(kind.starts_part),
         ends_part=float(kind.ends_part),
@@ -174,7 +183,7 @@ def shop_row(task: Task) -> Shop:
 
 def reward_terms(task: Task) -> dict[str, int]:
     """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
-    names = ["time", "wheel", "dress", "scrap", "handover"]
+    names = [*COST_TERMS]
     if task.due is not None:
         names.append("late")
     if task.wheel_change is not None:

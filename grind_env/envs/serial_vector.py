@@ -8,11 +8,19 @@ from typing import Any, Generic, TypeVar
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_count
-from grind_env.envs.vector_common import VECTOR_RENDER_MODES, autoreset, beside_mask, reset_mask, seed_list
+from grind_env.envs.arguments import check_count, check_steps
+from grind_env.envs.vector_common import (
+    VECTOR_RENDER_MODES,
+    autoreset,
+    beside_mask,
+    refuse_out_of_turn,
+    reset_mask,
+    seed_list,
+)
 from grind_env.errors import GrindError
 
 Single = TypeVar("Single", bound=gym.Env[NDArray[np.float32], Any])
@@ -26,9 +34,10 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
         codec: its actions.
         num_envs: number of sub-environments.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
+        max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
 
     Raises:
-        TaskError: there is no such mode, or `num_envs` is below 1.
+        TaskError: there is no such mode, or `num_envs` or `max_episode_steps` is below 1.
     """
 
     def __init__(
@@ -37,9 +46,13 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
         codec: ActionCodec,
         num_envs: int,
         autoreset_mode: AutoresetMode | str,
+        max_episode_steps: int | None,
     ) -> None:
+        steps = check_steps(max_episode_steps)
         self.singles = [env, *(copy.deepcopy(env) for _ in range(check_count(num_envs) - 1))]
-        super().__init__([partial(_itself, each) for each in self.singles], autoreset_mode=autoreset(autoreset_mode))
+        super().__init__(
+            [partial(_limited, each, steps) for each in self.singles], autoreset_mode=autoreset(autoreset_mode)
+        )
         self.metadata["render_modes"] = [*VECTOR_RENDER_MODES]
         self.codec = codec
         self.begun = np.zeros(num_envs, bool)
@@ -77,11 +90,13 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
         raise NotImplementedError
 
     def keep(self) -> Callable[[], None]:
-        """What takes back a step that fails halfway; one of envs whose steps can fail must take these back, too."""
+        """Return a function that undoes a failed step; a subclass whose environments can fail must undo those too."""
         before = list(self._env_obs)
+        # a limit counts what it has stepped; the environments within stay the same
+        envs = [copy.copy(env) if isinstance(env, TimeLimit) else env for env in self.envs]
 
         def take_back() -> None:
-            self._env_obs = before
+            self._env_obs, self.envs = before, envs
 
         return take_back
 
@@ -93,11 +108,7 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
             ActionError: the actions are not one for each sub-environment, or one is not in the action space.
             GrindError: the control or the machine refuses a block; nothing has then been ground.
         """
-        if not self.begun.all():
-            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
-        if self.autoreset_mode == AutoresetMode.DISABLED and self._autoreset_envs.any():
-            over = np.flatnonzero(self._autoreset_envs)[0]
-            raise gym.error.ResetNeeded(f"episode {over} is over: reset it with options={{'reset_mask': ...}}")
+        refuse_out_of_turn(bool(self.begun.all()), self._autoreset_envs, self.autoreset_mode)
         values = self.codec.table(actions, self.num_envs)
         if self.autoreset_mode == AutoresetMode.NEXT_STEP:
             # the action of an episode that is over is ignored, and it begins anew
@@ -111,5 +122,5 @@ class SerialVectorEnv(SyncVectorEnv, Generic[Single]):
             raise
 
 
-def _itself(env: Single) -> Single:
-    return env
+def _limited(env: Single, steps: int | None) -> gym.Env[NDArray[np.float32], Any]:
+    return env if steps is None else TimeLimit(env, steps)

@@ -1,4 +1,4 @@
-"""Rendering of the single environments: all of them show a view of their episode in the same three ways."""
+"""Rendering of the single environments: each shows a view of its episode in the same three ways."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frame
 
 
 class Showing:
-    """Renders what `view()` gives; a class beside `gymnasium.Env`, before it in the list of bases."""
+    """Renders what `view()` gives; a mixin, to be listed before `gymnasium.Env` among the bases."""
 
     metadata = METADATA
     render_mode: str | None

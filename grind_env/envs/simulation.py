@@ -7,18 +7,21 @@ many.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.contexts import Given, materials
-from grind_env.envs.episode import EpisodeGenerator, TapeRow
-from grind_env.envs.observations import Reading, layout, readings
+from grind_env.envs.contexts import Given
+from grind_env.envs.episode import EpisodeGenerator
+from grind_env.envs.observations import Reading, readings, scaling
 from grind_env.envs.observe import observe_blocks
 from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, shop_row
-from grind_env.envs.step import step_blocks
+from grind_env.envs.step import EpisodeArrays, step_blocks
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import CycleResult, PartState
+from grind_env.process.catalogue import materials
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 
@@ -38,6 +41,10 @@ class Episodes:
     parts: Table
     memory: Table
 
+    def arrays(self) -> EpisodeArrays:
+        """The state as the compiled step has it."""
+        return EpisodeArrays(self.tape, self.block, self.wheels, self.parts, self.memory)
+
     def pick(self, index: ArrayLike) -> "Episodes":
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
         return Episodes(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
@@ -54,16 +61,12 @@ class Simulation:
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         self.task = task
-        self.entries: tuple[Reading, ...] = readings(task, full=full, pre_dress=pre_dress)
+        self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.base = kind_table(task), parameter_table(task)
         self.shop = shop_row(task)
         self._shops = np.array([self.shop])
         self._materials = len(materials())
-        self._layout = layout(task, self.entries)
-        self._offset = np.array([entry.offset for entry in self.entries])
-        self._scale = np.array([entry.scale for entry in self.entries])
-        self._low = np.array([entry.low for entry in self.entries])
-        self._high = np.array([entry.high for entry in self.entries])
+        self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
         self._first_part = np.array(PartState(0.0, 0.0, INITIAL_ROUGHNESS))
         nothing = Memory(*[0.0] * len(Memory._fields))
@@ -122,7 +125,7 @@ class Simulation:
         active = np.arange(n) if active is None else active
         outcomes = np.zeros((n, len(Outcome._fields)))
         results = np.zeros((n, len(CycleResult._fields)))
-        step_blocks(
+        self._grind(
             self.kinds,
             self.base,
             self._shops,
@@ -154,11 +157,7 @@ class Simulation:
             episodes.wheels,
             episodes.memory,
             self._shops,
-            self._layout,
-            self._offset,
-            self._scale,
-            self._low,
-            self._high,
+            *self._scaling,
             observations,
         )
         return observations
@@ -166,3 +165,12 @@ class Simulation:
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
         """Which episodes have ground their last block, shape (N,)."""
         return episodes.block >= self.task.blocks
+
+    @staticmethod
+    def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
+        """The entries of the observation."""
+        return readings(task, full=full, pre_dress=pre_dress)
+
+    def _grind(self, *arguments: Any) -> None:
+        """Grind blocks; arguments as for `step_blocks`."""
+        step_blocks(*arguments)

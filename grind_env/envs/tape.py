@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.envs.contexts import Fixed
 from grind_env.kernel import entry, exp, inlined
-from grind_env.kernel.rows import column_writer
+from grind_env.kernel.rows import column_reader, column_writer
 
 CUT = 1.8
 """Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
@@ -44,7 +44,7 @@ class TapeRow(NamedTuple):
     roughness_noise: float
     """Noise of the roughness gauge, likewise."""
     material: float
-    """Index of the material among `contexts.materials`."""
+    """Index of the material among `catalogue.materials`."""
     spare_kA: float
     """`kA` after a wheel change; every wheel after the first has the factors of the spare wheel."""
     spare_ra_scale: float
@@ -65,7 +65,7 @@ FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
 """Where they stand after a wheel change."""
 
-write_row = column_writer(TapeRow)
+read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
 DUE, WORK, IS_DUE = (TapeRow._fields.index(name) for name in ("due", "work", "is_due"))
 
 
@@ -91,13 +91,13 @@ class Sigmas(NamedTuple):
 
 @inlined
 def log_normal(sigma: float, z: float) -> float:
-    """Cut log-normal factor for a standard normal number z."""
+    """Log-normal factor for a standard normal number z, which is cut at `CUT`."""
     return exp(sigma * min(max(z, -CUT), CUT))
 
 
 @inlined
 def unless(fixed: float, drawn: float) -> float:
-    """What is fixed, or drawn where nothing is (NaN)."""
+    """The fixed number, or the drawn one where none is fixed (NaN)."""
     return drawn if np.isnan(fixed) else fixed
 
 

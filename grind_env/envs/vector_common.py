@@ -1,13 +1,15 @@
-"""What all vector environments share: seeds, masks, autoreset modes, pictures and the masks of the info."""
+"""What all vector environments share: seeds, masks, autoreset, pictures and the masks of the info."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeGuard
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from grind_env.envs.arguments import check_steps
 from grind_env.envs.contexts import option_items
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import GrindError
@@ -46,6 +48,33 @@ def drawn_all(render_mode: str | None, begun: Array, views: Iterable[View | Shee
     return tuple(draw(view) for view in views)
 
 
+class StepLimit:
+    """Cuts the episodes of N sub-environments short, as `gymnasium.wrappers.TimeLimit` does those of a single one.
+
+    Args:
+        max_episode_steps: steps after which an episode is truncated; None for never.
+        num_envs: number of sub-environments.
+
+    Raises:
+        TaskError: if the steps are no whole number of at least 1.
+    """
+
+    def __init__(self, max_episode_steps: int | None, num_envs: int) -> None:
+        self.most = check_steps(max_episode_steps)
+        self.steps = np.zeros(num_envs, np.int64)
+
+    def restart(self, mask: Array) -> None:
+        """The episodes in `mask`, shape (num_envs,), begin."""
+        self.steps[mask] = 0
+
+    def step(self, stepping: Array) -> Array:
+        """Count a step of those in `stepping`, a mask or indices; which episodes are cut short, a new bool array."""
+        if self.most is None:
+            return np.zeros(len(self.steps), bool)
+        self.steps[stepping] += 1
+        return np.asarray(self.steps >= self.most)
+
+
 def masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
     """The vector info of the sub-environments in `mask` alone."""
     chosen: dict[str, Any] = {}
@@ -57,6 +86,45 @@ def masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
         else:
             chosen[name] = np.where(mask, value, np.zeros((), value.dtype) if value.dtype != object else None)
     return chosen
+
+
+def final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
+    """The vector info of a step in mode `"SameStep"`: what belongs to the episodes that it ended is set apart.
+
+    Args:
+        info: of the step.
+        observations: last ones of the episodes, shape (num_envs, entries).
+        over: which are over, bool of shape (num_envs,), one of them at least.
+    """
+    final_obs = np.full(len(over), None, object)
+    for i in np.flatnonzero(over):
+        final_obs[i] = observations[i].copy()
+    moved = {
+        "final_obs": final_obs,
+        "_final_obs": over.copy(),
+        "final_info": masked(info, over),
+        "_final_info": over.copy(),
+    }
+    return {**moved, **masked(info, ~over)} if not over.all() else moved
+
+
+def refuse_out_of_turn(all_begun: bool, over: Array, mode: AutoresetMode) -> None:
+    """Refuse a step that some sub-environment cannot make.
+
+    Args:
+        all_begun: whether all of them have begun.
+        over: whose episodes are over, bool of shape (num_envs,).
+        mode: the autoreset mode.
+
+    Raises:
+        gymnasium.error.ResetNeeded: some have not begun; without autoreset, the episode of one is over.
+    """
+    if not all_begun:
+        raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
+    if mode == AutoresetMode.DISABLED and over.any():
+        raise gym.error.ResetNeeded(
+            f"episode {np.flatnonzero(over)[0]} is over: reset it with options={{'reset_mask': ...}}"
+        )
 
 
 def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
@@ -80,13 +148,38 @@ def seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[in
     """
     if seed is None:
         return [None] * num_envs
-    if _is_seed(seed):
-        return [int(seed) + i for i in range(num_envs)]
-    if isinstance(seed, list | tuple | np.ndarray) and len(seed) == num_envs:
-        numbers = [each if each is None else int(each) for each in seed if each is None or _is_seed(each)]
+    given: Any = seed
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if _is_seed(given):
+        return [int(given) + i for i in range(num_envs)]
+    if isinstance(given, list | tuple) and len(given) == num_envs:
+        numbers = [each if each is None else int(each) for each in given if each is None or _is_seed(each)]
         if len(numbers) == num_envs:
             return numbers
     raise GrindError(f"seed is {seed!r}, but must be one int of at least 0, or a list of {num_envs}, one for each env")
+
+
+class Generators:
+    """A random generator for each of N sub-environments, and the seed of each; chosen anew until a reset gives one."""
+
+    def __init__(self, num_envs: int) -> None:
+        self.rngs: list[np.random.Generator] = []
+        self.seeds: list[int] = []
+        for _ in range(num_envs):
+            rng, seed = seeding.np_random()
+            self.rngs.append(rng)
+            self.seeds.append(seed)
+
+    def reseed(self, seed: int | Sequence[int | None] | None, mask: Array) -> None:
+        """Put new generators in the place of those in `mask` that a reset gives a seed; see `seed_list`.
+
+        Raises:
+            GrindError: if the seeds do not fit the sub-environments; none is then changed.
+        """
+        for i, each in enumerate(seed_list(seed, len(self.rngs))):
+            if mask[i] and each is not None:
+                self.rngs[i], self.seeds[i] = seeding.np_random(each)
 
 
 def _is_seed(value: object) -> TypeGuard[int]:

@@ -1,19 +1,18 @@
 """The native vector environment: all sub-environments in one compiled step."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
-from grind_env.envs.contexts import Given, read_all_options
+from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
@@ -21,12 +20,14 @@ from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program import CycleBlock, coming_block
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
+    Generators,
+    StepLimit,
     autoreset,
     beside_mask,
     drawn_all,
-    masked,
+    final_info,
+    refuse_out_of_turn,
     reset_mask,
-    seed_list,
     vector_metadata,
 )
 from grind_env.envs.view import History
@@ -50,6 +51,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             the wheel.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
+        max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
     """
 
     form: ClassVar[Form] = G82
@@ -65,6 +67,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         cycle: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
+        max_episode_steps: int | None = None,
     ) -> None:
         self.num_envs = num_envs = check_count(num_envs)
         check_flags(show_block=show_block, predress=predress)
@@ -72,6 +75,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
         self.metadata = vector_metadata(self.autoreset_mode)
+        self.limit = StepLimit(max_episode_steps, num_envs)
         self.show_block = show_block
         self.task = self.form.load(task)
         check_cycle(self.form, self.task, cycle)
@@ -82,15 +86,20 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.rngs: list[np.random.Generator] = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self.generators = Generators(num_envs)
         self.given = [Given()] * num_envs
-        self.episodes = self.simulation.start(self.rngs)
+        self.episodes = self.simulation.start(self.generators.rngs)
         self.begun = np.zeros(num_envs, bool)
         self.all_begun = False
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
         self.history = None if render_mode is None else History(self.task, num_envs, self.form.text)
+
+    @property
+    def np_random_seed(self) -> Any:
+        """The seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
+        return tuple(self.generators.seeds)
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -111,14 +120,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
-        given = read_all_options(self.task, beside_mask(options), self.given)
-        fresh = {
-            i: seeding.np_random(seed_i)[0]
-            for i, seed_i in enumerate(seed_list(seed, self.num_envs))
-            if mask[i] and seed_i is not None
-        }
-        for i, rng in fresh.items():
-            self.rngs[i] = rng
+        given = read_all_options(beside_mask(options), self.given, partial(read_options, self.task))
+        self.generators.reseed(seed, mask)
         self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
         self._restart(mask)
         self.begun |= mask
@@ -133,14 +136,9 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset; without autoreset, after the last block.
             ActionError: if an action is not in the action space.
         """
-        if not self.all_begun:
-            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
+        refuse_out_of_turn(self.all_begun, self.due, self.autoreset_mode)
         # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
         resetting, some = self.due, self.some_due
-        if some and self.autoreset_mode == AutoresetMode.DISABLED:
-            raise gym.error.ResetNeeded(
-                f"episode {np.flatnonzero(resetting)[0]} is over: reset it with options={{'reset_mask': ...}}"
-            )
         values = self.codec.table(actions, self.num_envs)
         stepping = self.everyone
         if some:
@@ -153,23 +151,24 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             self.history.note(blocks, outcomes)
         if some:
             self._restart(resetting)
-        terminated = self.simulation.over(self.episodes)
-        ended = bool(terminated.any())
+        terminated, truncated = self.simulation.over(self.episodes), self.limit.step(stepping)
+        over = terminated | truncated
+        ended = bool(over.any())
         observations = self.simulation.observe(self.episodes)
         info = self._info(outcomes, choice, blocks, ~resetting) if stepping.size > 0 else {}
         if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
-            info = self._final_info(info, observations, terminated)
-            self._restart(terminated)
+            info = final_info(info, observations, over)
+            self._restart(over)
             observations = self.simulation.observe(self.episodes)
-        # a copy: the caller owns what is returned, and the next reset changes `due` in place
         due_later = self.autoreset_mode != AutoresetMode.SAME_STEP
-        self.due, self.some_due = terminated & due_later, ended and due_later
-        return observations, outcomes[:, REWARD].copy(), terminated, np.zeros(self.num_envs, bool), info
+        self.due, self.some_due = over & due_later, ended and due_later
+        return observations, outcomes[:, REWARD].copy(), terminated, truncated, info
 
     def _restart(self, mask: Array) -> None:
         index = np.flatnonzero(mask).tolist()
-        rngs, given = [self.rngs[i] for i in index], [self.given[i] for i in index]
+        rngs, given = [self.generators.rngs[i] for i in index], [self.given[i] for i in index]
         self.simulation.restart_all(self.episodes, index, rngs, given)
+        self.limit.restart(mask)
         if self.history is not None:
             for i in index:
                 self.history.restart(i)
@@ -177,8 +176,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
     def render(self) -> tuple[Any, ...] | None:
         """The machine of each sub-environment after its last block, as `GrindEnv.render` shows it.
 
-        After the end of an episode that is the next one in mode `"SameStep"`, and in the others the last block until
-        the reset.
+        After an episode, mode `"SameStep"` shows the next one; the other modes show its last block until the reset.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
@@ -202,16 +200,3 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             texts[list(blocks)] = [self.form.text(self.task, block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info
-
-    def _final_info(self, info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
-        """Move the entries of finished episodes from `info` to `info["final_info"]`."""
-        final_obs = np.full(self.num_envs, None, object)
-        for i in np.flatnonzero(over):
-            final_obs[i] = observations[i].copy()
-        moved = {
-            "final_obs": final_obs,
-            "_final_obs": over.copy(),
-            "final_info": masked(info, over),
-            "_final_info": over.copy(),
-        }
-        return {**moved, **masked(info, ~over)} if not over.all() else moved

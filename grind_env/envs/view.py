@@ -5,29 +5,30 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.program import CycleBlock, block_text
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
+from grind_env.machine.part import PartRun
 from grind_env.process.state import WheelState
-from grind_env.render.view import GroundBlock, Job, View, Workpiece
+from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 
 STOCK_ROOM = 1.75
 """Stock over nominal that the picture has room for; the tasks spread it by a quarter, one standard deviation."""
 
 
-def job_of(task: Task) -> Job:
+def extent_of(task: Task) -> Extent:
     """What stays the same in the pictures of a task."""
     kinds = [task.kinds[task.kind_of_block(k)] for k in range(task.blocks)]
-    speeds = task.action.speed_levels or task.action.speed_range or ()
-    return Job(
+    lowest, highest = task.action.speed_ends
+    return Extent(
         title=task.title,
         blocks=task.blocks,
         parts=sum(kind.ends_part for kind in kinds),
         new_diameter=task.wheel.diameter,
-        lowest_speed=1000.0 * min(speeds),
-        highest_speed=1000.0 * max(speeds),
+        lowest_speed=1000.0 * lowest,
+        highest_speed=1000.0 * highest,
         most_executions=task.action.executions,
         longest=max(kind.length for kind in kinds),
         thickest=STOCK_ROOM * max(kind.stock for kind in kinds),
@@ -54,7 +55,7 @@ def view_of(
     """
     limits = {kind.name: task.limits(kind) for kind in task.kinds}
     return View(
-        job=job_of(task),
+        extent=extent_of(task),
         ground=tuple(
             GroundBlock(
                 speed=block.speed,
@@ -112,6 +113,11 @@ def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     kind = task.kinds[int(row.kind)]
     return Workpiece(name=kind.name, length=kind.length, stock=row.stock, left=row.stock)
+
+
+def part_on_machine(part: PartRun, name: str) -> Workpiece:
+    """A part that `machine` grinds, as it is now."""
+    return Workpiece(name=name, length=part.job.part.length, stock=part.stock, left=part.left)
 
 
 def _ground_part(block: CycleBlock, outcome: Outcome) -> Workpiece:

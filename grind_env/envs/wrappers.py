@@ -13,7 +13,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from grind_env.envs.belief import belief_entries
+from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.form import G82, Form
 from grind_env.envs.memory import Array, BeliefMemory, Flags, Memory, StackMemory, WrapperError
 from grind_env.envs.observations import Reading
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -56,9 +58,13 @@ class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
         memory.begin(env.num_envs)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Reset and forget all episodes, or those in `options["reset_mask"]`."""
+        """Reset and forget all episodes, or those in `options["reset_mask"]`.
+
+        Raises:
+            ContextError: if the options are no dict; the environment checks the rest.
+        """
         # of a copy, because SyncVectorEnv takes the mask out of the options that it is given
-        options = None if options is None else dict(options)
+        options = None if options is None else dict(option_items(options))
         mask = (options or {}).get("reset_mask", np.ones(self.num_envs, bool))
         observations, info = self.env.reset(seed=seed, options=options)
         self.over &= ~mask
@@ -109,6 +115,7 @@ class HistoryStack(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv, n: int = 4) -> None:
         RecordConstructorArgs.__init__(self, n=n)
+        check_whole("n", n)
         super().__init__(env, StackMemory(env.observation_space, env.action_space, n))
 
 
@@ -124,6 +131,7 @@ class VectorHistoryStack(VectorMemory):
     """
 
     def __init__(self, env: AnyVectorEnv, n: int = 4) -> None:
+        check_whole("n", n)
         super().__init__(env, StackMemory(env.single_observation_space, env.single_action_space, n))
 
 
@@ -131,11 +139,11 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
     """Appends to the observation what can be believed of wear-flat area and lot severity; see `envs.belief`.
 
     Args:
-        env: a `GrindEnv`, wrapped or not, as long as its observation is not.
+        env: a `GrindEnv` whose steps are G82 blocks, wrapped or not, as long as its observation is not.
         members: members of the ensemble.
 
     Raises:
-        WrapperError: if it is no `GrindEnv` with its own observation.
+        WrapperError: if it is no `GrindEnv` of G82 blocks with its own observation, or members is no whole number.
         BeliefError: if there are fewer than two members.
     """
 
@@ -144,6 +152,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
         base = env.unwrapped
         if not isinstance(base, GrindEnv) or env.observation_space != base.observation_space:
             raise not_grinding(env)
+        check_belief(env, base.form, members)
         self.entries = (*base.observation_info(), *belief_entries())
         super().__init__(env, BeliefMemory(base.task, base.observation_info(), members))
 
@@ -156,11 +165,12 @@ class VectorBeliefFilter(VectorMemory):
     """`BeliefFilter` of every sub-environment.
 
     Args:
-        env: a `GrindVectorEnv`, wrapped or not, as long as its observation is not.
+        env: a `GrindVectorEnv` whose steps are G82 blocks, wrapped or not, as long as its observation is not.
         members: members of the ensemble.
 
     Raises:
-        WrapperError: if it is no `GrindVectorEnv` with its own observation.
+        WrapperError: if it is no `GrindVectorEnv` of G82 blocks with its own observation, or members is no whole
+            number.
         BeliefError: if there are fewer than two members.
     """
 
@@ -168,6 +178,7 @@ class VectorBeliefFilter(VectorMemory):
         base = env.unwrapped
         if not isinstance(base, GrindVectorEnv) or env.observation_space != base.observation_space:
             raise not_grinding(env)
+        check_belief(env, base.form, members)
         self.entries = (*base.observation_info(), *belief_entries())
         super().__init__(env, BeliefMemory(base.task, base.observation_info(), members))
 
@@ -179,3 +190,24 @@ class VectorBeliefFilter(VectorMemory):
 def not_grinding(env: AnyEnv | AnyVectorEnv) -> WrapperError:
     """The error of a belief about something else."""
     return WrapperError(f"{env} is no grinding environment with its own observation: wrap the belief around that first")
+
+
+def check_belief(env: AnyEnv | AnyVectorEnv, form: Form, members: object) -> None:
+    """Check that the filter, which grinds G82 blocks, can follow an environment.
+
+    Raises:
+        WrapperError: if its blocks are others, or members is no whole number.
+    """
+    if form.cycle != G82.cycle:
+        raise WrapperError(f"{env} grinds {form.cycle} blocks, but the belief follows those of G82: use HistoryStack")
+    check_whole("members", members)
+
+
+def check_whole(name: str, value: object) -> None:
+    """Check a number that counts something.
+
+    Raises:
+        WrapperError: if it is no whole number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise WrapperError(f"{name} is {value!r}, but must be a whole number")

@@ -80,6 +80,7 @@ def fingerprint(function: Callable[..., Any]) -> str:
             names = [name for name in thing.__code__.co_names if name in thing.__globals__]
             waiting += [thing.__globals__[name] for name in names]
             constants += [f"{name} = {_constant(thing.__globals__[name])}" for name in names]
+            constants.append(" ".join(thing.__code__.co_names))  # generated code has no file, only names of fields
         elif isinstance(thing, types.ModuleType | type):
             module = thing if isinstance(thing, types.ModuleType) else sys.modules[thing.__module__]
             files.add(Path(module.__file__ or "."))
@@ -92,4 +93,4 @@ def fingerprint(function: Callable[..., Any]) -> str:
 
 
 def _constant(value: Any) -> str:
-    return repr(value) if isinstance(value, int | float | str | tuple | list) else type(value).__name__
+    return repr(value) if isinstance(value, int | float | str | tuple | list | type) else type(value).__name__

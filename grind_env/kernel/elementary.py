@@ -20,7 +20,6 @@ LOG2_E = 1.0 / math.log(2.0)
 ROUND = 1.5 * 2.0**52  # adding it rounds to an integer, which then stands in the low bits
 ROUND_BITS = struct.unpack("<q", struct.pack("<d", ROUND))[0]
 SQRT_HALF_BITS = struct.unpack("<q", struct.pack("<d", math.sqrt(0.5)))[0]
-MANTISSA = (1 << 52) - 1
 
 
 def bits_of(x: float) -> int:

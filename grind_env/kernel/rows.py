@@ -1,4 +1,4 @@
-"""Named tuples of floats as columns of arrays and as rows of a lane buffer.
+"""Named tuples of floats as rows of a table and as lanes of a buffer.
 
 A lane buffer is one flat array: row k of a record holds field k of all lanes side by side, so that a loop over
 the lanes reads and writes whole vector registers. numba needs the fields spelled out, hence the generated code.
@@ -17,14 +17,14 @@ def dtype_of(record: type[NamedTuple]) -> np.dtype[np.void]:
     return np.dtype([(name, np.float64) for name in record._fields])
 
 
-def row_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int], Any]:
+def lane_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int], Any]:
     """Compiled `read(rows, lane) -> record`, for a record that begins at `first_row` of the buffer."""
     fields = ", ".join(f"rows[{(first_row + k) * lanes} + lane]" for k in range(len(record._fields)))
     return _compile(f"def function(rows, lane):\n    return record({fields})", record)
 
 
-def row_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int, Any], None]:
-    """Compiled `write(rows, lane, value)`, the counterpart of `row_reader`."""
+def lane_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int, Any], None]:
+    """Compiled `write(rows, lane, value)`, the counterpart of `lane_reader`."""
     lines = (f"    rows[{(first_row + k) * lanes} + lane] = value.{name}" for k, name in enumerate(record._fields))
     return _compile("def function(rows, lane, value):\n" + "\n".join(lines), record)
 

@@ -1,15 +1,22 @@
-"""What a run warns of: programs that the control accepts, but that grind otherwise than they seem (PD-6)."""
+"""Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
 
 import math
 
 from grind_env.control import Control, Pick, Stroke
 from grind_env.control.profile import ramp_time
+from grind_env.process import state
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
 """mm/min; table speeds for which the process model holds (model.md, kinematics)."""
 
 DEEPEST_CUT = 0.1
 """mm; deeper is creep feed, for which it does not hold (model.md, section 13)."""
+
+BEYOND_NUMBERS = (
+    "forces, heat or wear of a cut are no finite numbers; give the job and the factors of its parts values that occur "
+    "in grinding"
+)
+"""What to say of a cut on such a job."""
 
 
 def middle_time(stroke: Stroke, control: Control) -> float:
@@ -60,6 +67,85 @@ def outside_model(feed: float, depth: float) -> str | None:
     if depth > DEEPEST_CUT:
         return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
     return None
+
+
+def destroying_stroke(depth: float, feed: float) -> str:
+    """What to say of a stroke of a depth, mm, at E `feed`, mm/min, after which no grain of the wheel is as it was."""
+    return (
+        f"a stroke {depth:.3g} mm deep at E{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and "
+        "E3000 to E30000"
+    )
+
+
+def destroying_infeed(depth: float, feed: float) -> str:
+    """The same of an infeed at F `feed`, mm/min."""
+    return f"an infeed {depth:.3g} mm deep at F{feed:g} mm/min destroys the wheel; take smaller steps or a higher F"
+
+
+def groove_outside_model(cut: state.Stroke) -> str | None:
+    """What to say about an infeed beyond the limits of validity of the process model; None within them."""
+    if cut.ae <= 0.0:
+        return None
+    low, high = TABLE_SPEEDS
+    speed = 60.0 * cut.Q / cut.ae
+    if not low <= speed <= high:
+        return (
+            f"an infeed grinds the length of the part at {speed:.0f} mm/min, a turn per infeed; "
+            f"the process model holds from {low:g} to {high:g} mm/min"
+        )
+    if cut.ae > DEEPEST_CUT:
+        return f"an infeed cuts {cut.ae:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
+    return None
+
+
+def missed_surface(surface: float) -> str:
+    """What to say where no infeed comes as far as the surface of the job, mm."""
+    return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
+
+
+def crash(depth: float, *, rapid: bool) -> str:
+    """What to say of a move outside a cycle that takes the wheel `depth` mm into the part."""
+    return (
+        f"a {'rapid' if rapid else 'feed move'} outside a cycle takes the wheel {depth:.3g} mm into the part; "
+        "come down beside it, and let the strokes of a cycle take the stock off"
+    )
+
+
+def above_surface(axis: str, lowest: float, surface: float) -> str:
+    """What to say of a cycle whose lowest stroke is at a coordinate of the plunge axis that is not below `surface`."""
+    return (
+        f"no stroke of this cycle touches the part: the lowest is at {axis}{lowest:g}, "
+        f"the surface at {axis}{surface:g}; give a depth below it, or set part.surface to where the wheel touches"
+    )
+
+
+def ground_before(axis: str, lowest: float) -> str:
+    """What to say of a cycle that goes no deeper than the part has been ground."""
+    return (
+        f"this cycle finds nothing to grind, for the part has been ground as deep as {axis}{lowest:g} before; "
+        "go deeper, or put M00 before it if it is to grind the next part"
+    )
+
+
+def beside_part(axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
+    """What to say of a cycle whose strokes pass beside the part, along an axis."""
+    return (
+        f"no stroke of this cycle touches the part, which lies from {axis}{part[0]:g} to "
+        f"{axis}{part[1]:g}; the wheel passes from {axis}{swept[0]:g} to {axis}{swept[1]:g}"
+    )
+
+
+def stock_left(depth: float, stock: float) -> str:
+    """What to say of a program that ends at a depth, mm, at which the tolerance is not kept."""
+    return f"the part is ground to a depth of {depth:.4g} mm, but has {stock:.4g} mm of stock; go as deep"
+
+
+def called_dress(program: int) -> str:
+    """What to say of M98 with the number of a dress program."""
+    return (
+        f"M98 P{program} runs the motions of the dress program and dresses nothing; a dress is made by D, "
+        "by the .1 form of a cycle, or when the operator asks for one"
+    )
 
 
 def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:

@@ -10,20 +10,19 @@ import numpy as np
 
 from grind_env.kernel import entry
 from grind_env.kernel.rows import dtype_of
-from grind_env.machine.block import (
-    LANES,
+from grind_env.machine.cycle import Cycle, CycleResult, PartState, advance, begin, dress, finished
+from grind_env.machine.lanes import LANES, run_blocks
+from grind_env.machine.rows import (
     Table,
     read_cycle,
     read_parameters,
     read_part,
     read_wheel,
-    run_blocks,
     write_part,
     write_result,
     write_stroke,
     write_wheel,
 )
-from grind_env.machine.cycle import Cycle, CycleResult, PartState, advance, begin, dress, finished
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 LONGEST_BUCKET = 1024

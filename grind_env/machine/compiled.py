@@ -1,19 +1,12 @@
-"""What `grind` calls of the process model, compiled and cached on disk, so that a run starts at once."""
+"""Compiled, disk-cached entry points to the process model for `machine.grind`."""
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from grind_env.kernel import entry, inlined
+from grind_env.kernel import entry
 from grind_env.machine import cycle
 from grind_env.process import cost, stroke
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.equations import surface_roughness
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
-
-Strips = NDArray[np.float64]
-"""One value per strip of the part."""
+from grind_env.process.state import StrokeParameters, WheelState
 
 
 class Verdict(NamedTuple):
@@ -27,71 +20,6 @@ class Verdict(NamedTuple):
     scrap_cost: float
     """Expected cost of scrap."""
     total_cost: float
-
-
-@inlined
-def in_cut(u: float, deepest: float) -> bool:
-    """Whether a strip with interference `u` takes part in a cut whose deepest interference is given."""
-    return (u > 0.5 * deepest) | (deepest <= 0.0)
-
-
-@entry
-def grind_strips(
-    wheel: WheelState,
-    S: Strips,
-    Rs: Strips,
-    reached: Strips,
-    first: int,
-    last: int,
-    Z: float,
-    vw: float,
-    width: float,
-    Lw: float,
-    p: StrokeParameters,
-) -> tuple[WheelState, Stroke, float, bool]:
-    """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
-
-    The strips with more than half of the deepest interference are cut; the others, ground at this depth
-    before, only spark. The cut is that of the mean interference over the joint width, and takes the same
-    depth off each.
-
-    Args:
-        wheel: state before the stroke.
-        S: stock removed, mm; updated.
-        Rs: roughness, um; updated.
-        reached: deepest Z of a stroke so far, mm; updated.
-        first: first strip under the wheel.
-        last: the strip after the last one, greater than `first`.
-        Z: downfeed position, mm.
-        vw: table speed, mm/s.
-        width: of the part, all strips together, mm.
-        Lw: ground length, mm.
-        p: parameters.
-
-    Returns:
-        The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
-        into a strip than before.
-    """
-    S_least, Rs_first = np.min(S[first:last]), Rs[first]
-    deepest = Z - wheel.W - S_least
-    # means as offsets from one strip: exact where all are equal, so that a plunge cut is that of one strip
-    engaged, S_offset, Rs_offset = 0, 0.0, 0.0
-    for i in range(first, last):
-        if in_cut(Z - wheel.W - S[i], deepest):
-            engaged += 1
-            S_offset += S[i] - S_least
-            Rs_offset += Rs[i] - Rs_first
-    b = width * (engaged / S.size)
-    S_mean, Rs_mean = S_least + S_offset / engaged, Rs_first + Rs_offset / engaged
-    after, cut = stroke.grind_stroke(wheel, S_mean, Rs_mean, Z, vw, b, Lw, p)
-    plunged = False
-    for i in range(first, last):
-        plunged = plunged or reached[i] < Z
-        if in_cut(Z - wheel.W - S[i], deepest):
-            S[i] += cut.ae
-            Rs[i] = surface_roughness(Rs[i], cut.Rg, cut.ae)
-        reached[i] = max(reached[i], Z)
-    return after, cut, b, plunged
 
 
 @entry
@@ -126,27 +54,23 @@ def judge(
     limits: Limits,
     rates: Rates,
     scrap_price: float,
+    earlier: float,
 ) -> Verdict:
-    """Cost and survival of a part; arguments as in `process.cost`, `scrap_price` in $."""
-    survival = cost.survival(rise, power, roughness, size_error, limits)
-    return Verdict(
-        survival,
-        cost.running_cost(seconds, 0.0, 0.0, rates),
-        cost.running_cost(0.0, wheel_volume, 0.0, rates),
-        cost.running_cost(0.0, 0.0, dresses, rates),
-        scrap_price * (1.0 - survival),
-        cost.running_cost(seconds, wheel_volume, dresses, rates) + scrap_price * (1.0 - survival),
-    )
+    """Cost and survival of a part.
+
+    Arguments as in `process.cost`; `scrap_price` in $, `earlier` the probability that it was good in its stages before.
+    """
+    survival = earlier * cost.survival(rise, power, roughness, size_error, limits)
+    time_cost, wheel_cost, dress_cost = cost.expenses(seconds, wheel_volume, dresses, rates)
+    scrap_cost = scrap_price * (1.0 - survival)
+    total_cost = time_cost + wheel_cost + dress_cost + scrap_cost
+    return Verdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)
 
 
 @entry
 def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> tuple[float, float, float]:
-    """Costs of time, of wheel volume (worn and dressed off, mm3) and of dress executions, each in $."""
-    return (
-        cost.running_cost(seconds, 0.0, 0.0, rates),
-        cost.running_cost(0.0, wheel_volume, 0.0, rates),
-        cost.running_cost(0.0, 0.0, dresses, rates),
-    )
+    """Costs of time, wheel and dresses, each in $; arguments as for `process.cost.expenses`."""
+    return cost.expenses(seconds, wheel_volume, dresses, rates)
 
 
 @entry

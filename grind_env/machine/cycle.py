@@ -1,7 +1,7 @@
 """One G82 cycle, stroke by stroke: the rules of the control and the process model joined.
 
-`advance` runs one stroke and the reversal that ends it, `dress` one dress execution. The scalar loop and the
-block kernel of `batch.py` are made of these two, and `grind.py` calls the same rules and the same physics, one
+`advance` runs one stroke and the reversal that ends it, `dress` one dress execution. The scalar loop of `batch.py`
+and the block kernel of `lanes.py` are made of these two; `run.py` applies the same rules and the same physics to one
 event of the interpreter at a time.
 """
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.control.rules import DEPTH_TOLERANCE, PICK_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.machine.rules import depth_after_pick, dresses_due
 from grind_env.process.equations import wheel_speed
@@ -75,7 +75,7 @@ class PartState(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far the control is in the cycle."""
+    """How far the control has come in the cycle."""
 
     reversal: float
     """Strokes done, which is the number of the reversal point reached."""
@@ -92,7 +92,7 @@ class Progress(NamedTuple):
 
 
 class CycleResult(NamedTuple):
-    """What a cycle leaves behind, beside the states of wheel and part."""
+    """What a cycle leaves behind, besides the states of wheel and part."""
 
     seconds: float
     """Time of strokes and dresses, s."""
@@ -123,7 +123,7 @@ class CycleResult(NamedTuple):
 @inlined
 def begin(cycle: Cycle, part: PartState) -> tuple[Progress, CycleResult]:
     """State of control and result at the start of a cycle."""
-    full = max(np.floor((cycle.target - part.Z) / full_pick(cycle) + 1e-6), 0.0)
+    full = max(np.floor((cycle.target - part.Z) / full_pick(cycle) + PICK_TOLERANCE), 0.0)
     progress = Progress(0.0, 0.0, cycle.coverage + cycle.sparkout, 0.0, cycle.pre_dress, full)
     return progress, CycleResult(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

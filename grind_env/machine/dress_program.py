@@ -7,7 +7,7 @@ also comes down to the diamond, it is the last plunge move, which must be a feed
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from grind_env.control import (
@@ -21,6 +21,7 @@ from grind_env.control import (
     Source,
     dress_program_moves,
 )
+from grind_env.control.words import read_block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.job import Job
@@ -33,7 +34,7 @@ STEP = 1e-6
 
 
 class DressProgramError(GrindError):
-    """A dress program whose geometry is no dress."""
+    """A dress program whose motions do not dress the wheel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,21 @@ def plan_dress(programs: Programs, number: int, job: Job, control: Control, posi
     except ControlError as error:
         raise _error(number, f"by itself, without the modes of the main program, it fails: {error}") from None
     return measure_dress(motions, number, job, axis)
+
+
+def plain_calls(programs: Programs, numbers: Collection[int]) -> Iterator[tuple[int, int]]:
+    """Where M98 calls one of these programs: its line, 0 in another file than the main program's, and the number."""
+    for program in programs if numbers else ():
+        for source in program.blocks:
+            if "98" not in source.text:
+                continue
+            try:
+                words = {str(word).upper() for word in read_block(source).words}
+            except ControlError:  # never executed, or the run had ended there
+                continue
+            if "M98" in words:
+                line = source.line if source.file == programs.name else 0
+                yield from ((line, number) for number in numbers if f"P{number}" in words)
 
 
 def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressPlan:

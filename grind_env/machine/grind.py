@@ -24,6 +24,7 @@ def grind(
     wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear so
     far is compensated. At either, and at the end, a wheel below its least diameter is changed if the job gives the
     time for it (`Times.wheel_change`); what the new wheel costs is not counted. A program without M00 grinds one part.
+    A stroke that destroys the wheel is warned of, and the wheel goes on with its wear flats at their limit.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
@@ -33,9 +34,8 @@ def grind(
 
     Raises:
         ControlError: the program is faulty.
-        DressProgramError: the dress program is no dress.
-        GrindingError: neither stroke nor groove is made, or one so slow or deep that the wear of the wheel has no
-            measure.
+        DressProgramError: the dress program does not dress the wheel.
+        GrindingError: the program makes no stroke or groove, or the process model has no finite numbers for one.
         JobError: there are more parts than conditions.
     """
     run = GrindingRun(programs, job, control or job.control, conditions)

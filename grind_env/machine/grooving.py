@@ -20,8 +20,7 @@ import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.advice import DEEPEST_CUT, TABLE_SPEEDS
-from grind_env.machine.compiled import Strips, grind_strips
+from grind_env.machine.strips import Strips, grind_strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
@@ -109,27 +108,6 @@ def infeed_depth(event: Infeed, surface: float) -> float:
     """Depth that an infeed reaches below the surface, mm; negative if it ends before it."""
     axis, sign = _direction(event)
     return sign * (event.end[axis] - surface)
-
-
-def outside_model(stroke: Stroke) -> str | None:
-    """What to say about an infeed beyond the limits of validity of the process model; None within them."""
-    if stroke.ae <= 0.0:
-        return None
-    low, high = TABLE_SPEEDS
-    speed = 60.0 * stroke.Q / stroke.ae
-    if not low <= speed <= high:
-        return (
-            f"an infeed grinds the length of the part at {speed:.0f} mm/min, a turn per infeed; "
-            f"the process model holds from {low:g} to {high:g} mm/min"
-        )
-    if stroke.ae > DEEPEST_CUT:
-        return f"an infeed cuts {stroke.ae:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
-    return None
-
-
-def missed_surface(surface: float) -> str:
-    """What to say where no infeed comes as far as the surface of the job, mm."""
-    return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
 
 
 def _direction(event: Infeed) -> Direction:

@@ -8,14 +8,13 @@ edge on the minus side across the table.
 
 from dataclasses import dataclass, field
 from inspect import get_annotations
-from numbers import Real
 from typing import Annotated
 
 from grind_env.control.control import Control
 from grind_env.errors import GrindError
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
-from grind_env.process.parameters import stroke_parameters
+from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 
 
@@ -33,6 +32,27 @@ class JobError(GrindError):
     def __init__(self, message: str, key: str = "", found: object = None, legal: str = "", file: str = "") -> None:
         self.message, self.key, self.found, self.legal, self.file = message, key, found, legal, file
         super().__init__(f"{file}: {message}" if file else message)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """What is asked of a part at a gauging stop (M01) of its program, such as between roughing and finishing.
+
+    Attributes:
+        stock: to be ground off by then, mm.
+        roughness_limit: as of `Part`, like the next two.
+        tolerance: on the size error there.
+        rise_allowance: for the plunges from the stop before up to this one.
+    """
+
+    stock: Annotated[float, Quantity("H", "mm", 0.0001, 20)]
+    roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = NO_LIMIT
+    tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = NO_LIMIT
+    rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        _check_numbers(self, "part.stages")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +74,9 @@ class Part:
         scrap_cost: price of a spoilt part.
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
+        stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
+            last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
+            only what comes after the stages. Without stages those limits hold for all of its grinding.
     """
 
     material: Material
@@ -67,6 +90,7 @@ class Part:
     tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = NO_LIMIT
     scrap_cost: Annotated[float, Quantity("", "$", 0, 1e6)]
     rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
+    stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""
@@ -107,7 +131,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Times:
-    """What the program does not show.
+    """Times that the program does not state.
 
     Attributes:
         load: from one part to the next until its first cycle starts, travel included.
@@ -182,18 +206,21 @@ class Job:
     @property
     def rates(self) -> Rates:
         """Prices of time, wheel and dresser."""
-        setup = self.setup
-        return Rates(setup.machine.hourly_rate, setup.wheel.price, setup.dresser.cost_per_dress)
+        return rates_of(self.setup.wheel, self.setup.dresser, self.setup.machine)
 
     @property
     def limits(self) -> Limits:
-        """What a good part must keep; the power is that above idle."""
-        part, machine = self.part, self.setup.machine
-        return Limits(
-            part.material.tempering_rise + part.rise_allowance,
-            machine.power_limit - machine.idle_power,
-            part.roughness_limit,
-            part.tolerance,
+        """What a good part must keep."""
+        return self.limits_at(self.part)
+
+    def limits_at(self, asked: Stage | Part) -> Limits:
+        """What it must keep at the end of a stage, or of the part."""
+        return limits_of(
+            self.part.material,
+            self.setup.machine,
+            rise_allowance=asked.rise_allowance,
+            roughness_limit=asked.roughness_limit,
+            tolerance=asked.tolerance,
         )
 
     @property
@@ -219,7 +246,6 @@ def _check_numbers(table: object, name: str) -> None:
         if not quantities or value is None:
             continue
         quantity: Quantity = quantities[0]
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (is_number and quantity.low <= value <= quantity.high):
+        if not quantity.allows(value):
             raise wrong(f"{name}.{key}", value, f"a number from {quantity}")
         object.__setattr__(table, key, float(value))

@@ -10,6 +10,10 @@
     tolerance = 9           # um; leave out where none is asked for, as roughness_limit (um)
     scrap_cost = 40         # $
 
+    [[part.stages]]         # optional, one for each M01 at which the part must keep limits of its own
+    stock = 0.25            # mm, ground off by then
+    rise_allowance = 150    # K; its plunges count here only, as do peaks of the power
+
     [setup]                 # optional: names of the catalogue, and changes to single values of an entry
     wheel = "a60j"
     machine_overrides = { stiffness = 50_000 }
@@ -27,19 +31,14 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 """
 
 import dataclasses
-import difflib
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from grind_env.machine.job import Job, JobError, Part, Setup, Times, WheelStart, wrong
+from grind_env.errors import did_you_mean
+from grind_env.machine.job import Job, JobError, Part, Setup, Stage, Times, WheelStart, wrong
 from grind_env.process.catalogue import Catalogue, CatalogueError, load_catalogue, quantities
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 DEFAULTS = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
 """The entry of each kind for a set-up that names none."""
@@ -78,18 +77,27 @@ def _job(document: Table, folder: Path) -> Job:
     wheel = _table(document, "wheel", _names(WheelStart))
     catalogue = _catalogue(_table(document, "catalogue", ("files",)), folder)
 
-    for key in _names(Part, required=True):
-        if key not in part:
-            raise JobError(f"part.{key} is missing; it has no default", f"part.{key}")
+    _refuse_missing(part, Part, "part")
     names = {"part.material": part["material"]}
     names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in DEFAULTS.items()}
     material, *tools = (_entry(catalogue, key, name, setup) for key, name in names.items())
     return Job(
-        part=Part(**{**part, "material": material}),
+        part=Part(**{**part, "material": material, "stages": _stages(part)}),
         setup=Setup(**dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
         times=Times(**times),
         wheel=WheelStart(**wheel),
     )
+
+
+def _stages(part: Table) -> tuple[Stage, ...]:
+    """The stages of the part before the last one."""
+    place, found = "part.stages", part.get("stages", [])
+    if not isinstance(found, list):
+        raise wrong(place, found, f"tables, each headed [[{place}]]")
+    tables = [_table({place: table}, place, _names(Stage)) for table in found]
+    for table in tables:
+        _refuse_missing(table, Stage, place)
+    return tuple(Stage(**table) for table in tables)
 
 
 def _catalogue(table: Table, folder: Path) -> Catalogue:
@@ -131,10 +139,14 @@ def _refuse_unknown(table: Table, legal: Iterable[str], prefix: str = "") -> Non
     legal = tuple(legal)
     for key, value in table.items():
         if key not in legal:
-            close = difflib.get_close_matches(key.lower(), legal, n=1)
-            hint = f" (did you mean {close[0]}?)" if close else ""
-            names = ", ".join(legal)
+            hint, names = did_you_mean(key.lower(), legal), ", ".join(legal)
             raise JobError(f"there is no key {prefix}{key}{hint}; legal are {names}", f"{prefix}{key}", value, names)
+
+
+def _refuse_missing(table: Table, kind: type[Any], place: str) -> None:
+    for key in _names(kind, required=True):
+        if key not in table:
+            raise JobError(f"{place}.{key} is missing; it has no default", f"{place}.{key}")
 
 
 def _names(kind: type[Any], required: bool = False) -> tuple[str, ...]:

@@ -1,6 +1,5 @@
-"""One part on the machine: its surface in strips across, and what is known of it in the end."""
+"""One part on the machine: its surface in strips across, and what it has become in the end."""
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -10,10 +9,14 @@ import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.compiled import Strips, grind_strips, judge
+from grind_env.errors import did_you_mean
+from grind_env.machine.compiled import judge
+from grind_env.machine.coverage import Coverage
 from grind_env.machine.cycle import FINISHING_DEPTH
 from grind_env.machine.grooving import Grooves
-from grind_env.machine.job import Job, JobError, Part
+from grind_env.machine.job import Job, JobError, Part, Stage
+from grind_env.machine.strips import Strips, grind_strips
+from grind_env.process.cost import survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
@@ -48,8 +51,7 @@ class PartConditions:
         numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
         for name, _ in numbers:
             if name not in StrokeParameters._fields:
-                close = difflib.get_close_matches(name, StrokeParameters._fields, n=1)
-                hint = f" (did you mean {close[0]}?)" if close else ""
+                hint = did_you_mean(name, StrokeParameters._fields)
                 raise JobError(
                     f"there is no stroke parameter {name!r}{hint}; they are the fields of StrokeParameters",
                     name,
@@ -73,6 +75,21 @@ class Pass(NamedTuple):
     """Engaged width, mm."""
     Lw: float
     """Ground length, mm."""
+
+
+class Surface(NamedTuple):
+    """What the operator gauges on a part."""
+
+    S: float
+    """Mean depth ground off, mm."""
+    Ra: float
+    """Mean roughness, um."""
+    size_error: float
+    """Mean of the stock left, um."""
+    taper: float
+    """Range of the depth, um."""
+    worst_error: float
+    """Stock left where the part is farthest from its size, um."""
 
 
 class PartRun:
@@ -103,9 +120,11 @@ class PartRun:
         self._S = np.zeros(strips)
         self._Rs = np.full(strips, INITIAL_ROUGHNESS)
         self._reached = np.zeros(strips)
+        self._coverage = Coverage(job.part.start, job.part.length, strips)
         self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
+        self._stage, self._earlier, self._stage_power = 0, 1.0, 0.0
         self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
 
     def grind(
@@ -123,20 +142,35 @@ class PartRun:
         Returns:
             The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
         """
-        part, width = self.job.part, self.job.setup.wheel.width
+        part = self.job.part
         self.strokes += 1
         Lw = min(max(ends), part.start + part.length) - max(min(ends), part.start)
-        first, last = (int(k) for k in np.searchsorted(self._centres, (edge, edge + width)))
+        first, last = self._under(edge)
         if Lw <= 0.0 or first == last:
             return wheel, Pass(IDLE, 0.0, 0.0)
         wheel, stroke, b, plunged = grind_strips(
             wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
         )
         self.deepest = max(self.deepest, Z)
+        self._coverage.add(first, last, ends, Z)
         if plunged:
             self._plunges.append((Z, stroke.T))
         self._count(stroke, plunged)
         return wheel, Pass(stroke, b, Lw)
+
+    def reached(self, edge: float) -> float:
+        """Least depth to which strokes have been in the strips under a wheel with that edge, mm; 0 beside the part.
+
+        Args:
+            edge: cross coordinate of the wheel's edge on the minus side, mm.
+        """
+        first, last = self._under(edge)
+        return float(self._reached[first:last].min()) if first < last else 0.0
+
+    def _under(self, edge: float) -> tuple[int, int]:
+        """The first strip under the wheel, and the one after the last."""
+        first, last = np.searchsorted(self._centres, (edge, edge + self.job.setup.wheel.width))
+        return int(first), int(last)
 
     def infeed(self, wheel: WheelState, event: Infeed) -> tuple[WheelState, Pass]:
         """Infeed into a groove, with the wheel if the job says that it does the grooving.
@@ -159,8 +193,20 @@ class PartRun:
     def _count(self, stroke: Stroke, plunged: bool) -> None:
         if plunged:
             self._burn_ratio = max(self._burn_ratio, stroke.Br)
-        self._peak_power = max(self._peak_power, stroke.power)
+        self._stage_power = max(self._stage_power, stroke.power)
         self._worn += stroke.worn
+
+    def end_stage(self) -> None:
+        """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
+        if not self.cutting or self._stage == len(self.job.part.stages):
+            return
+        asked = self.job.part.stages[self._stage]
+        found = self._surface(asked.stock)
+        limits = self.job.limits_at(asked)
+        self._earlier *= survival(self._rise(asked), self._stage_power, found.Ra, found.worst_error, limits)
+        self._stage += 1
+        self._peak_power, self._stage_power = max(self._peak_power, self._stage_power), 0.0
+        self._plunges.clear()
 
     def change_wheel(self) -> None:
         """Go on with a new wheel."""
@@ -183,8 +229,11 @@ class PartRun:
 
     @property
     def rise(self) -> float:
-        """Highest temperature rise that counts, K: of plunges whose heat is not ground off again."""
-        every = self.job.part.rise_allowance > 0.0
+        """Highest temperature rise that counts, K: of plunges of its last stage whose heat is not ground off again."""
+        return self._rise(self.job.part)
+
+    def _rise(self, asked: Stage | Part) -> float:
+        every = asked.rise_allowance > 0.0
         grooves = (_rise(groove.plunges, groove.reached[0], every) for groove in self._grooves)
         return max((_rise(self._plunges, self.deepest, every), *grooves))
 
@@ -195,24 +244,39 @@ class PartRun:
             return self._S, self._Rs
         return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
 
+    def _surface(self, stock: float) -> Surface:
+        """The surface as it is now, if `stock`, mm, is to be off it."""
+        depths, roughness = self._ground()
+        S = float(depths.mean())
+        error, taper = 1000.0 * (stock - S), 1000.0 * float(np.ptp(depths))
+        # the mean where all is equally deep: so rounded, it is what a part without strips has
+        worst = _farthest(1000.0 * (stock - depths)) if taper > 0.0 else error
+        if self.strokes:
+            worst = self._worst_along(stock, worst)
+        return Surface(S, float(roughness.mean()), error, taper, worst)
+
+    def _worst_along(self, stock: float, error: float) -> float:
+        """A size error, um, or that of a place along the part where strokes have not come as deep, if it is worse."""
+        least = self._coverage.least()
+        short = least < self._S - DEPTH_TOLERANCE
+        return _farthest(np.append(1000.0 * (stock - least[short]), error))
+
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, (depths, roughness) = self.job, self._ground()
-        S, Ra = float(depths.mean()), float(roughness.mean())
-        error, taper = 1000.0 * (self.stock - S), 1000.0 * float(np.ptp(depths))
-        # the mean where all is equally deep: so rounded, it is what a part without strips has
-        worst = _farthest(1000.0 * (self.stock - depths)) if taper > 0.0 else error
+        job, found = self.job, self._surface(self.stock)
+        unground = self._coverage.unground if self.strokes else 0.0
         verdict = judge(
             seconds,
             self._worn + self._dressed_off,
             float(self.dresses),
             self.rise,
-            self._peak_power,
-            Ra,
-            worst,
+            self._stage_power,
+            found.Ra,
+            found.worst_error,
             job.limits,
             job.rates,
             job.part.scrap_cost,
+            0.0 if unground > 0.0 else self._earlier,
         )
         return (
             self.number,
@@ -221,16 +285,18 @@ class PartRun:
             self.infeeds,
             self.dresses,
             self.stock,
-            S,
-            error,
-            taper,
-            worst,
-            Ra,
-            self._peak_power,
+            found.S,
+            found.size_error,
+            found.taper,
+            found.worst_error,
+            unground,
+            found.Ra,
+            max(self._peak_power, self._stage_power),
             self.rise,
             self._burn_ratio,
             self._worn,
             self._dressed_off,
+            self._earlier,
             *verdict,
         )
 

@@ -9,20 +9,26 @@ gives the table the time to come to its next reversal point, where the control r
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.cycle import FINISHING_DEPTH, POWER_WINDOW, CycleResult, PartState, dress_lead
+from grind_env.machine.rows import (
+    Table,
+    read_parameters,
+    read_part,
+    read_wheel,
+    write_part,
+    write_result,
+    write_stroke,
+    write_wheel,
+)
 from grind_env.machine.rules import motion_time, travelled
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
-
-INSTANT = 1e-9
-"""s; as in `control.timeline`, times that differ by less are the same moment."""
 
 FULL = 0.9
 """Share of what the infeed covers in a stroke from which a plunge counts as a full one when power is averaged."""
@@ -108,15 +114,10 @@ def depth_of(feeding: Feeding, part: Segment, stroke: float) -> float:
 
 
 read_feeding, write_segment = column_reader(Feeding), column_writer(Segment)
-read_parameters = column_reader(StrokeParameters)
-read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
-read_part, write_part = column_reader(PartState), column_writer(PartState)
-write_result = column_writer(CycleResult)
-write_stroke = column_writer(Stroke)
 
 
 @entry
-def write_segments(feeding: Feeding, table: Any) -> None:
+def write_segments(feeding: Feeding, table: Table) -> None:
     """Write the infeed blocks of a block into the rows of `table`, shape (D + 1, fields of `Segment`)."""
     for number in range(table.shape[0]):
         write_segment(table, number, segment(feeding, float(number)))
@@ -130,7 +131,9 @@ def segments(feeding: Feeding) -> list[Segment]:
 
 
 @entry
-def feed_blocks(feedings: Any, parameters: Any, wheels: Any, parts: Any, results: Any, log: Any, machines: Any) -> None:
+def feed_blocks(
+    feedings: Table, parameters: Table, wheels: Table, parts: Table, results: Table, log: Table, machines: Table
+) -> None:
     """Run one block on each of some machines.
 
     Args:

@@ -1,8 +1,6 @@
 """What a run leaves behind: one row per stroke or infeed, per dress and per part."""
 
 import csv
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
+from grind_env.files import write_atomically
 from grind_env.kernel.rows import dtype_of
 from grind_env.machine.compiled import Verdict
 from grind_env.process.state import Stroke
@@ -62,12 +61,14 @@ PART_ROW = np.dtype(
         ("size_error", np.float64),  # stock left, um
         ("taper", np.float64),  # range of S, um
         ("worst_error", np.float64),  # stock left where the part is farthest from its size: it is judged by it, um
+        ("unground", np.float64),  # share of the surface that no stroke has reached; such a part is not good
         ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
-        ("rise", np.float64),  # highest temperature rise that counts, K
+        ("rise", np.float64),  # highest temperature rise that counts, of its last stage, K
         ("burn_ratio", np.float64),  # highest of the plunges
         ("worn", np.float64),  # wheel volume, mm3
         ("dressed_off", np.float64),  # wheel volume, mm3
+        ("earlier", np.float64),  # probability that it was good in its stages before the last one; 1 without such
         *dtype_of(Verdict).descr,
     ]
 )
@@ -120,8 +121,8 @@ class GrindingRecord:
         """Write the strokes to a `.csv` or `.parquet` file, which appears only when it is complete.
 
         Raises:
-            RecordError: another suffix, a folder that does not exist or cannot be written to, or a parquet
-                file without pyarrow installed.
+            RecordError: another suffix, or a parquet file without pyarrow installed.
+            FileError: the folder does not exist or cannot be written to.
         """
         path = Path(path)
         writers = {".csv": self._write_csv, ".parquet": self._write_parquet}
@@ -144,22 +145,3 @@ class GrindingRecord:
             raise RecordError("parquet files need pyarrow; install grind_env[data]") from None
         columns = {name: self.strokes[name] for name in STROKE_ROW.names or ()}
         pyarrow.parquet.write_table(pyarrow.table(columns), path)
-
-
-def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write(temporary path)` make a file beside `path`, and move it there.
-
-    Raises:
-        RecordError: the folder does not exist or cannot be written to.
-    """
-    if not path.parent.is_dir():
-        raise RecordError(f"{path}: there is no folder {path.parent}; make it first")
-    if path.is_dir():
-        raise RecordError(f"{path} is a folder; name a file")
-    try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".grind-") as folder:
-            temporary = Path(folder) / path.name
-            write(temporary)
-            temporary.replace(path)
-    except OSError as error:
-        raise RecordError(f"{path} cannot be written: {error.strerror or error}") from None

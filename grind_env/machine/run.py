@@ -1,7 +1,7 @@
 """The machine under a part program, one event of the control at a time.
 
-Nothing is decided or computed here that the control or the process model knows: this module only brings their
-events and relations together, and keeps the clock of the job.
+This module decides and computes nothing that the control or the process model knows: it only brings their events and
+relations together, and keeps the clock of the job.
 """
 
 import math
@@ -10,25 +10,29 @@ from collections.abc import Sequence
 import numpy as np
 
 from grind_env.control import (
+    Arc,
     Control,
     CycleStart,
     DressEnd,
     DressStart,
     Event,
     Infeed,
+    Line,
     Message,
     Motion,
     Pick,
     ProgramEnd,
     Programs,
     ProgramStop,
+    Rapid,
     Stroke,
 )
 from grind_env.errors import GrindError
-from grind_env.machine import grooving
+from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.compiled import dress_wheel
-from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plan_dress
+from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plain_calls, plan_dress
+from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.mounting import first_wheel, is_worn_out, new_wheel
 from grind_env.machine.part import PartConditions, PartRun, Pass
@@ -38,11 +42,11 @@ from grind_env.process.state import WheelState
 
 
 class GrindingError(GrindError):
-    """A program that grinds nothing, or grinds as no wheel can."""
+    """A program that grinds nothing, or on a job whose numbers are beyond those of the process model."""
 
 
 class GrindingRun:
-    """The state of a run between two events; whoever takes the events of an execution hands each of them to `take`.
+    """State of a run; feed `take` every event of the execution.
 
     Attributes:
         wheel: as it is now; None before the first cycle, which mounts it.
@@ -109,6 +113,8 @@ class GrindingRun:
                 self._end(event)
             case Message():
                 self.watch.message(event)
+            case Rapid() | Line() | Arc():
+                self.watch.move(event)
             case _:
                 pass
         if isinstance(event, Motion):
@@ -119,7 +125,7 @@ class GrindingRun:
     # ------------------------------------------------------------------------------------- parts and clock
 
     def clock(self, time: float) -> float:
-        """Time of the job at a time of the control, s: with what the program does not show, such as loading."""
+        """The time of the job at a time of the control, s; it adds what the program does not state, such as loading."""
         return time + self.delay
 
     def _load(self, began: float) -> PartRun:
@@ -135,11 +141,11 @@ class GrindingRun:
             conditions = self.conditions[number - 1]
         self._gauge()
         part = PartRun(number, self.job, conditions, began, new_wheel=self.wheel_changes > 0)
-        self.watch.part = part.job.part
+        self.watch.part = part
         return part
 
     def _begin_cutting(self, time: float) -> None:
-        """End the loading of the part; a part that is not cut after M00 is none."""
+        """End the loading of the part; what is not cut after an M00 is no part."""
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
@@ -152,6 +158,7 @@ class GrindingRun:
         if event.code == "M00" and self.part.cutting:
             self._unload(event.time)
         elif event.code == "M01":
+            self.part.end_stage()
             self._change_worn_wheel()
             self._gauge()
 
@@ -162,15 +169,16 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self._unload(event.time)
+        for line, number in plain_calls(self.programs, self.plans):
+            self.watch.warn(line, "call", called_dress(number))
 
     def _unload(self, time: float) -> None:
         """Take the part off the machine, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel()
             self.unloaded_at = self.clock(time)
+            self.watch.unload()
             self.parts.append(self.part.row(self.unloaded_at - self.part.began))
-            if self.part.missed:
-                self.watch.warn(0, "missed", grooving.missed_surface(self.part.job.part.surface))
 
     # --------------------------------------------------------------------------------------- wheel and dress
 
@@ -181,6 +189,7 @@ class GrindingRun:
                 self.programs, plan.program, self.job, self.control, self.position, plan.axis
             )
         self._begin_cutting(event.time)
+        self.watch.start_cycle(plan, self.part.deepest)
         if plan.program is not None:
             self.plan = self.plans[plan.program]
         if self.wheel is None:
@@ -188,7 +197,6 @@ class GrindingRun:
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis
-        self.watch.start_cycle()
 
     def _change_worn_wheel(self) -> None:
         if self.wheel is not None and is_worn_out(self.job, self.wheel):
@@ -249,36 +257,30 @@ class GrindingRun:
         Z = part.job.part.surface - event.middle[plunge_axis(axis)]
         ends = event.start[axis], event.end[axis]
         edge = event.middle[cross_axis(axis)]
-        wheel, done = part.grind(self._wheel(), Z, event.feed / 60.0, ends, edge)
-        if not 0.0 < wheel.A < part.p.Amax:
-            raise GrindingError(
-                f"{self.programs.name}:{event.cycle.line}: a stroke {done.stroke.ae:.3g} mm deep at "
-                f"E{event.feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and E3000 to E30000"
-            )
+        before = self._wheel()
+        self.watch.before_stroke(event)
+        wheel, done = part.grind(before, Z, event.feed / 60.0, ends, edge)
         self.wheel = wheel
         self._write(event, event.cycle.line, event.number or 0, 0, event.feed, Z, done, wheel)
-        self.watch.stroke(event, Z, done.stroke.ae, wheel.ds)
+        self.watch.stroke(event, Z, done, before, wheel)
 
     def _infeed(self, event: Infeed) -> None:
-        """An infeed of a groove; only the wheel of a job with a grooving wheel is the worse for it."""
+        """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
         self._begin_cutting(event.begin)
         before = first_wheel(self.job, None, self.part.p) if self.wheel is None else self.wheel
         wheel, done = self.part.infeed(before, event)
-        if not 0.0 < wheel.A < self.part.p.Amax:
-            raise GrindingError(
-                f"{self.programs.name}:{event.line}: an infeed {done.stroke.ae:.3g} mm deep at F{event.feed:g} mm/min "
-                "destroys the wheel; take smaller steps or a higher F"
-            )
-        Z = grooving.infeed_depth(event, self.part.job.part.surface)
+        Z = infeed_depth(event, self.part.job.part.surface)
         self._write(event, event.line, 0, event.groove, event.feed, Z, done, wheel)
         if self.job.setup.grooving_wheel:
             self.wheel = wheel
-            self.watch.infeed(event, done.stroke, wheel.ds)
+            self.watch.infeed(event, done.stroke, before, wheel)
 
     def _write(
         self, event: Motion, line: int, number: int, groove: int, feed: float, Z: float, done: Pass, wheel: WheelState
     ) -> None:
-        """Add the row of a stroke or an infeed (`record.STROKE_ROW`)."""
+        """Add the row of a stroke or an infeed (`record.STROKE_ROW`), if it has one: no factor of a job is 1e300."""
+        if not math.isfinite(sum(wheel) + sum(done.stroke)):
+            raise GrindingError(f"{self.programs.name}:{line}: {BEYOND_NUMBERS}")
         self.strokes.append(
             (
                 self.part.number,

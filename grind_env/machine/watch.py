@@ -1,15 +1,54 @@
-"""What a run warns of, each subject once in each block."""
+"""When a run warns: of each subject once in each block. The texts are in `advice.py`."""
 
-from grind_env.control import Control, Infeed, Message, Pick, Stroke
-from grind_env.machine import grooving
-from grind_env.machine.advice import middle_time, outside_model, short_stroke, slow_pick
-from grind_env.machine.axes import AXES
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from grind_env.control import Control, CyclePlan, Infeed, Message, Motion, Pick, Rapid, Source, Stroke
+from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
+from grind_env.machine import advice
+from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.clearance import CRASH, into_part
 from grind_env.machine.job import Job
+from grind_env.machine.part import PartRun, Pass
 from grind_env.process import state
+from grind_env.process.state import WheelState
+
+SHARE = 0.1
+"""Of the plunge of a cycle: one that takes less off, no deeper than was ground before, grinds what that has left."""
+
+
+@dataclass(slots=True)
+class _Cycle:
+    """What a cycle has come to.
+
+    Attributes:
+        plan: its parameters.
+        before: depth to which the part has been ground before it, mm.
+        stroke: its last one.
+        highest: depth of its highest stroke, mm.
+        deepest: depth of its deepest stroke, mm.
+        over: whether one has passed over the part.
+        removed: depth ground off, mm.
+    """
+
+    plan: CyclePlan
+    before: float
+    stroke: Stroke | None = None
+    highest: float = math.inf
+    deepest: float = -math.inf
+    over: bool = False
+    removed: float = 0.0
+
+    @property
+    def in_air(self) -> bool:
+        """Whether its strokes have found nothing to grind."""
+        plunge = self.deepest - self.highest
+        return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
 
 
 class Watch:
-    """Looks on while a run goes by.
+    """Observes a run and collects its warnings.
 
     Attributes:
         part: on the machine.
@@ -18,11 +57,15 @@ class Watch:
 
     def __init__(self, program: str, job: Job, control: Control) -> None:
         self.program, self.job, self.control = program, job, control
-        self.part = job.part
+        self.part: PartRun | None = None
         self.warnings: list[str] = []
         self._warned: set[tuple[str, int]] = set()
         self._pick: Pick | None = None
         self._stroke: Stroke | None = None
+        self._cycle: _Cycle | None = None
+        self._in_air = False  # the last cycle
+        self._moves: list[Motion] = []  # not yet judged
+        self._found = False  # where the wheel stands before them
 
     def warn(self, line: int, subject: str, text: str) -> None:
         """Warn once of each subject in each block; line 0 is the program as a whole."""
@@ -35,48 +78,140 @@ class Watch:
         """Pass on what the control tells the operator."""
         self.warnings.append(f"{self.program}: the control says: {event.text}")
 
-    def start_cycle(self) -> None:
-        """A cycle takes over: picks and strokes before it have no bearing on its own."""
+    def move(self, event: Motion) -> None:
+        """The program moves the axes; whether it keeps clear shows with the cycle or the stroke that comes after."""
+        if event.source in (Source.PROGRAM, Source.COMPENSATION) and event.start != event.end:
+            self._moves.append(event)
+
+    def start_cycle(self, plan: CyclePlan, deepest: float) -> None:
+        """A cycle takes over: picks and strokes before it have no bearing on its own.
+
+        Args:
+            plan: its parameters.
+            deepest: depth of the strokes before it, mm.
+        """
+        self._end_cycle()
+        self._judge_moves(plan.axis)
         self._pick = self._stroke = None
+        self._cycle = _Cycle(plan, deepest)
 
     def pick(self, event: Pick) -> None:
         """A pick has been made."""
         if self._stroke is not None and self._stroke.begin > event.begin:  # a whole stroke went by
-            self.warn(event.line, "pick", slow_pick(event, self._stroke, self.control))
+            self.warn(event.line, "pick", advice.slow_pick(event, self._stroke, self.control))
         self._pick = event
 
-    def stroke(self, event: Stroke, Z: float, depth: float, diameter: float) -> None:
+    def before_stroke(self, event: Stroke) -> None:
+        """A stroke is about to be ground; moves while the table reciprocates are infeeds."""
+        if self._moves:
+            self._moves = [move for move in self._moves if move.finish <= event.begin + INSTANT]
+            self._judge_moves(event.axis)
+
+    def stroke(self, event: Stroke, Z: float, done: Pass, before: WheelState, after: WheelState) -> None:
         """A stroke has been made.
 
         Args:
             event: the stroke.
             Z: depth of the wheel below the touched-off surface, mm.
-            depth: real depth of cut, mm.
-            diameter: of the wheel after it, mm.
+            done: what it has done to the part.
+            before: the wheel before it.
+            after: the wheel after it.
         """
-        pick, part, line = self._pick, self.part, event.cycle.line
+        assert self.part is not None and self._cycle is not None
+        pick, part, line = self._pick, self.part.job.part, event.cycle.line
         if pick is not None and pick.begin < event.begin:
-            if pick.finish > middle_time(event, self.control):
-                self.warn(line, "pick", slow_pick(pick, event, self.control))
+            if pick.finish > advice.middle_time(event, self.control):
+                self.warn(line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
         turn, low, high = event.end[event.axis], part.start, part.start + part.length
         if Z > 0.0 and low < turn < high:
-            self.warn(line, "turn", short_stroke(turn, AXES[event.axis], low, high))
-        outside = outside_model(event.feed, depth)
+            self.warn(line, "turn", advice.short_stroke(turn, AXES[event.axis], low, high))
+        outside = advice.outside_model(event.feed, done.stroke.ae)
         if outside is not None:
             self.warn(line, "model", outside)
-        self.diameter(diameter)
-        self._stroke = event
+        self.diameter(after.ds)
+        if self._destroyed(before, after):
+            self.warn(line, "wheel", advice.destroying_stroke(done.stroke.ae, event.feed))
+        cycle, self._stroke = self._cycle, event
+        cycle.stroke, cycle.highest, cycle.deepest = event, min(cycle.highest, Z), max(cycle.deepest, Z)
+        cycle.over, cycle.removed = cycle.over or done.b > 0.0, cycle.removed + done.stroke.ae
 
-    def infeed(self, event: Infeed, cut: state.Stroke, diameter: float) -> None:
-        """A grooving wheel of a diameter, mm, has made an infeed."""
-        outside = grooving.outside_model(cut)
+    def infeed(self, event: Infeed, cut: state.Stroke, before: WheelState, after: WheelState) -> None:
+        """A grooving wheel has made an infeed; the wheel before and after it."""
+        outside = advice.groove_outside_model(cut)
         if outside is not None:
             self.warn(event.line, "model", outside)
-        self.diameter(diameter)
+        self.diameter(after.ds)
+        if self._destroyed(before, after):
+            self.warn(event.line, "wheel", advice.destroying_infeed(cut.ae, event.feed))
+
+    def _destroyed(self, before: WheelState, after: WheelState) -> bool:
+        """Whether a cut has brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
+        assert self.part is not None
+        limit = self.part.p.Amax
+        return 0.0 < before.A < limit and not 0.0 < after.A < limit
 
     def diameter(self, diameter: float) -> None:
-        """The wheel has a diameter, mm, after a stroke or a dress; one that will be changed is nobody's mistake."""
+        """Warn if the wheel is below its least diameter, mm, unless the job changes worn wheels."""
         least = self.job.setup.wheel.minimum_diameter
         if diameter < least and self.job.times.wheel_change is None:
             self.warn(0, "diameter", f"the wheel is smaller than its least diameter, {least:g} mm")
+
+    def unload(self) -> None:
+        """The part is taken off the machine."""
+        assert self.part is not None
+        cycle, part = self._cycle, self.part
+        self._end_cycle()
+        if cycle is not None:
+            self._judge_moves(cycle.plan.axis)
+            left = part.stock - max(part.deepest, 0.0)
+            if part.deepest > 0.0 and part.strokes and 0.0 < part.job.part.tolerance < 1000.0 * left:
+                self.warn(cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock))
+        if part.missed:
+            self.warn(0, "missed", advice.missed_surface(part.job.part.surface))
+        self._moves.clear()
+        self._found = self._in_air = False
+
+    def _end_cycle(self) -> None:
+        """Judge the cycle as a whole."""
+        cycle, self._cycle = self._cycle, None
+        if cycle is None or cycle.stroke is None:
+            return
+        if cycle.in_air and not self._in_air:  # of the first one in a row
+            self.warn(cycle.plan.line, "air", self._air(cycle, cycle.stroke))
+        self._in_air = cycle.in_air
+
+    def _air(self, cycle: _Cycle, stroke: Stroke) -> str:
+        assert self.part is not None
+        part, axis = self.part.job.part, stroke.axis
+        if cycle.over:
+            plunge = AXES[plunge_axis(axis)]
+            if cycle.deepest <= DEPTH_TOLERANCE:
+                return advice.above_surface(plunge, part.surface - cycle.deepest, part.surface)
+            return advice.ground_before(plunge, part.surface - cycle.deepest)
+        ends = sorted((stroke.start[axis], stroke.end[axis]))
+        far = part.start + part.length
+        if ends[1] <= part.start or ends[0] >= far:
+            return advice.beside_part(AXES[axis], (ends[0], ends[1]), (part.start, far))
+        edge, cross = stroke.middle[cross_axis(axis)], AXES[cross_axis(axis)]
+        width = self.job.setup.wheel.width
+        return advice.beside_part(cross, (edge, edge + width), (part.across, part.across + part.width))
+
+    def _judge_moves(self, axis: int) -> None:
+        """Warn of moves into the part, unless the table has reciprocated beside them."""
+        assert self.part is not None
+        inside = False
+        for move, found in self._outside():
+            depth = into_part(self.part, move, axis, found=found)
+            if depth > CRASH + DEPTH_TOLERANCE and not inside:  # not of the way out as well
+                self.warn(move.line, "crash", advice.crash(depth, rapid=isinstance(move, Rapid)))
+            inside = depth > CRASH + DEPTH_TOLERANCE
+        self._moves.clear()
+
+    def _outside(self) -> Iterator[tuple[Motion, bool]]:
+        """The moves that no stroke has run beside, and whether it is known where each of them begins."""
+        last = self._stroke
+        for move in self._moves:
+            if last is None or last.finish <= move.begin + INSTANT:
+                yield move, self._found
+            self._found = True

@@ -16,16 +16,15 @@ A name that exists already is redefined. `base` means the definition that stands
 that of an earlier table, an earlier file, or the built-in one.
 """
 
-import difflib
 import functools
-import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from grind_env.errors import did_you_mean
 from grind_env.process.entries import (
     CatalogueError,
     Dresser,
@@ -38,11 +37,7 @@ from grind_env.process.entries import (
     label,
     quantities,
 )
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 __all__ = [
     "Catalogue",
@@ -55,6 +50,7 @@ __all__ = [
     "Quantity",
     "Wheel",
     "load_catalogue",
+    "materials",
     "quantities",
 ]
 
@@ -123,6 +119,11 @@ def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
     )
 
 
+def materials() -> list[str]:
+    """Names of the materials of the built-in catalogue, in alphabetical order."""
+    return sorted(load_catalogue().materials)
+
+
 @functools.cache
 def _built_in() -> Entries:
     entries: dict[tuple[str, str], Entry] = {}
@@ -150,7 +151,7 @@ def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
     for heading, tables in document.items():
         if heading not in KINDS:
             raise CatalogueError(
-                f"there is no kind of entry {heading!r}{_did_you_mean(heading, KINDS)}; "
+                f"there is no kind of entry {heading!r}{did_you_mean(heading.lower(), KINDS)}; "
                 f"tables are headed [KIND.NAME], KIND being one of {', '.join(KINDS)}."
             )
         kind = KINDS[heading]
@@ -171,7 +172,7 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
     for key, value in table.items():
         if key != "base" and key not in legal:
             raise CatalogueError(
-                f"{place}: there is no key {key} (= {value!r}){_did_you_mean(key, legal)}; "
+                f"{place}: there is no key {key} (= {value!r}){did_you_mean(key.lower(), legal)}; "
                 f"the keys are base, {', '.join(legal)}."
             )
     values = dict(table)
@@ -193,11 +194,6 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
 
 def _find(kind: type[EntryT], name: object, known: Mapping[str, EntryT]) -> EntryT:
     if not isinstance(name, str) or name not in known:
-        hint, names = _did_you_mean(name, known), ", ".join(sorted(known))
+        hint, names = did_you_mean(str(name).lower(), known), ", ".join(sorted(known))
         raise CatalogueError(f"there is no {label(kind, name)}{hint}; known are {names}.")
     return known[name]
-
-
-def _did_you_mean(word: object, choices: Iterable[str]) -> str:
-    close = difflib.get_close_matches(str(word).lower(), choices, n=1)
-    return f" (did you mean {close[0]}?)" if close else ""

@@ -19,6 +19,12 @@ from grind_env.process.state import StrokeParameters, WheelState
 NO_LIMIT = 0.0
 """A roughness limit or a tolerance of 0 is none."""
 
+SCRAP_BELOW = 0.5
+"""A part that is good with less than this probability counts as scrap."""
+
+MOST_HANDOVER_DRESSES = 4.0
+"""Dress executions that a dull wheel costs at most when it is handed over (scenarios, section 2)."""
+
 
 class Rates(NamedTuple):
     """Prices."""
@@ -37,7 +43,7 @@ class Limits(NamedTuple):
     rise: float
     """Highest temperature rise, K."""
     power: float
-    """Power limit of the spindle, W."""
+    """Highest power, W above idle."""
     roughness: float
     """Highest Ra, um; 0 for none."""
     size: float
@@ -45,9 +51,16 @@ class Limits(NamedTuple):
 
 
 @inlined
+def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> tuple[float, float, float]:
+    """Costs of time, of wheel volume (worn and dressed off, mm3) and of dress executions, each in $."""
+    return rates.hourly * seconds / 3600.0, rates.wheel * wheel_volume, rates.dress * dresses
+
+
+@inlined
 def running_cost(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> float:
-    """Cost of time, wheel volume (worn and dressed off, mm3) and dress executions, $."""
-    return rates.hourly * seconds / 3600.0 + rates.wheel * wheel_volume + rates.dress * dresses
+    """The sum of the `expenses`, $."""
+    time_cost, wheel_cost, dress_cost = expenses(seconds, wheel_volume, dresses, rates)
+    return time_cost + wheel_cost + dress_cost
 
 
 @inlined
@@ -58,7 +71,7 @@ def survival(rise: float, power: float, roughness: float, size_error: float, lim
 
     Args:
         rise: highest temperature rise that counts, K.
-        power: highest power, W.
+        power: highest power, W above idle.
         roughness: Ra, um.
         size_error: stock left, um.
         limits: the limits.
@@ -69,6 +82,17 @@ def survival(rise: float, power: float, roughness: float, size_error: float, lim
     rough = logistic((roughness / ra_limit - 1.0) / 0.04) if limits.roughness > NO_LIMIT else 0.0
     off_size = logistic((abs(size_error) - limits.size) / 0.8) if limits.size > NO_LIMIT else 0.0
     return (1.0 - burn) * (1.0 - stall) * (1.0 - rough) * (1.0 - off_size)
+
+
+def passed_limits(rise: float, power: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
+    """The fields of `limits` that a part with these values is beyond; arguments as for `survival`."""
+    beyond = {
+        "rise": rise > limits.rise,
+        "power": power > limits.power,
+        "roughness": NO_LIMIT < limits.roughness < roughness,
+        "size": NO_LIMIT < limits.size < abs(size_error),
+    }
+    return tuple(name for name, is_beyond in beyond.items() if is_beyond)
 
 
 @inlined
@@ -89,10 +113,11 @@ def handover_cost(
 ) -> float:
     """Price of handing over a wheel that is duller than a dressed one, $.
 
-    As many dress executions (a fraction; at most four) as bring wear-flat area and loading back to within a tenth
-    of a dressed wheel.
+    As many dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) as bring wear-flat area and loading back to
+    within a tenth of a dressed wheel.
     """
     Ud = overlap_ratio(dress_width(depth, p.rd, wheel.wd), lead)
     per_dress = restoration(passes, depth, wheel.lam, wheel.A, p.dd)
-    dresses = min(sharpening_effort(wheel.A, wheel.lam, dressed_flat_area(Ud, p.Ad0, p.kU)) / per_dress, 4.0)
+    effort = sharpening_effort(wheel.A, wheel.lam, dressed_flat_area(Ud, p.Ad0, p.kU))
+    dresses = min(effort / per_dress, MOST_HANDOVER_DRESSES)
     return dresses * dress_cost(passes, depth, seconds, wheel.ds, p.bs, rates)

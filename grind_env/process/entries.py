@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from inspect import get_annotations
 from numbers import Real
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from grind_env.errors import GrindError
 
@@ -27,6 +27,11 @@ class Quantity:
     unit: str
     low: float
     high: float
+
+    def allows(self, value: Any) -> bool:
+        """Whether a value is a number within the range."""
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        return is_number and self.low <= value <= self.high
 
     def __str__(self) -> str:
         """The range: `1 to 500 W/(m K)`."""
@@ -50,8 +55,7 @@ class Entry:
         """Check all fields, and store whole numbers as floats."""
         for key, quantity in quantities(type(self)).items():
             value = getattr(self, key)
-            is_number = isinstance(value, Real) and not isinstance(value, bool)
-            if not (is_number and quantity.low <= value <= quantity.high):
+            if not quantity.allows(value):
                 raise CatalogueError(f"{self}: {key} is {value!r}, but must be a number from {quantity}.")
             object.__setattr__(self, key, float(value))
         for lesser, greater in self.ASCENDING:
@@ -168,7 +172,9 @@ class Fluid(Entry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Machine(Entry):
-    """A surface grinder."""
+    """A surface grinder; what its power limit leaves above idle is for grinding."""
+
+    ASCENDING = (("idle_power", "power_limit"),)
 
     stiffness: Annotated[float, Quantity("ke", "N/mm", 1000, 500_000)]  # of the loop wheel to work, normal
     power_limit: Annotated[float, Quantity("Pmax", "W", 100, 500_000)]

@@ -1,7 +1,8 @@
-"""From catalogue entries to the numbers that a stroke needs."""
+"""From catalogue entries to the numbers of the process model: of a stroke, of its price, and of a good part."""
 
 import math
 
+from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
 from grind_env.process.state import StrokeParameters
 
@@ -80,6 +81,31 @@ def stroke_parameters(
         bs=wheel.width,
         rd=dresser.tip_radius,
         kd=dresser.wear_rate,
+    )
+
+
+def rates_of(wheel: Wheel, dresser: Dresser, machine: Machine) -> Rates:
+    """Prices of a set-up."""
+    return Rates(machine.hourly_rate, wheel.price, dresser.cost_per_dress)
+
+
+def limits_of(
+    material: Material, machine: Machine, *, rise_allowance: float, roughness_limit: float, tolerance: float
+) -> Limits:
+    """Limits of a good part; that of the power is what the machine's limit leaves above idle.
+
+    Args:
+        material: of the part.
+        machine: machine tool.
+        rise_allowance: temperature rise allowed beyond that which tempers the material, K.
+        roughness_limit: highest Ra, um; 0 for none.
+        tolerance: on the size error, um; 0 for none.
+    """
+    return Limits(
+        material.tempering_rise + rise_allowance,
+        machine.power_limit - machine.idle_power,
+        roughness_limit,
+        tolerance,
     )
 
 

@@ -119,21 +119,6 @@ class Verdict(NamedTuple):
     """Sum of the relative violations of the limits; 0 for a feasible setting."""
 
 
-class Reference(NamedTuple):
-    """Anchors of a score (scenarios, 4.3): mean of objective + violation of uniform settings, and the optimum."""
-
-    random: float
-    optimum: float
-    setting: Setting
-    """Where the optimum is."""
-
-
-REFERENCES = {
-    "rough": Reference(0.1478, -0.22925, Setting(2023.0, 13.148, 0.07424, 0.137)),
-    "finish": Reference(0.8426, 0.52242, Setting(2023.0, 22.7, 0.01093, 0.137)),
-}
-
-
 @inlined
 def production_cost(s: Setting, c: Case) -> float:
     """Production cost CT, $ per part: grinding, idle travel and load, set-up, dressing, wheel, dresser."""
@@ -220,8 +205,3 @@ def judge_settings(settings: Any, cases: Any, verdicts: Any) -> None:
     """
     for i in range(settings.shape[0]):
         write_verdict(verdicts, i, judge(read_setting(settings, i), read_case(cases, i)))
-
-
-def score(loss: float, reference: Reference) -> float:
-    """Normalised score of a mean of objective + violation: 0 for random settings, 100 for the optimum."""
-    return 100.0 * (reference.random - loss) / (reference.random - reference.optimum)

@@ -17,8 +17,8 @@ def panel(view: View | Sheet) -> str:
 
 
 def _view(view: View) -> str:
-    wheel, job = view.wheel, view.job
-    title = f"{job.title}: block {view.number} of {job.blocks}"
+    wheel, extent = view.wheel, view.extent
+    title = f"{extent.title}: block {view.number} of {extent.blocks}"
     lines = [
         ("", title),
         *zip(("block", *[""] * view.text.count("\n")), (view.text or "none run yet").split("\n"), strict=True),

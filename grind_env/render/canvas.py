@@ -15,7 +15,7 @@ from grind_env.render.palette import INK, PAPER, Colour
 from grind_env.render.view import RenderError
 
 FINENESS = 3
-"""Drawn pixels a pixel of the picture, in either direction."""
+"""Drawn pixels per pixel of the picture, in either direction."""
 
 Point = tuple[float, float]
 

@@ -24,7 +24,7 @@ def draw_charts(canvas: Canvas, panel: Box, view: View) -> None:
     areas = [plot.inside(0.0, LABEL, 0.0, 4.0) for plot in plots]
     _draw_dresses(canvas, Box(inner.left, inner.bottom - foot, inner.right, inner.bottom), areas, view)
     for strip, plot, area in zip(strips, plots, areas, strict=True):
-        _draw_strip(canvas, area, strip, view.job.blocks)
+        _draw_strip(canvas, area, strip, view.extent.blocks)
         _label_strip(canvas, plot, strip)
 
 
@@ -34,7 +34,7 @@ def _middle(box: Box, k: int, blocks: int) -> float:
 
 def _draw_dresses(canvas: Canvas, box: Box, areas: list[Box], view: View) -> None:
     """A bar for the dresses of a block, and a band behind the curves."""
-    blocks, most = view.job.blocks, view.job.most_executions
+    blocks, most = view.extent.blocks, view.extent.most_executions
     base = box.bottom - 7.0
     half = 0.5 * min(0.85 * box.width / blocks, WIDEST_BAR)
     for k, block in enumerate(view.ground):

@@ -47,12 +47,12 @@ def _draw_heading(canvas: Canvas, box: Box, view: View) -> None:
         canvas.text((box.right, base), unit, 12, ink.GREY, "rs")
         canvas.text((right, base), amount, 20, anchor="rs", strong=True)
         room = right - text_width(amount, 20, strong=True) - 12.0 - box.left
-    title, size = _fitted(view.job.title, room)
+    title, size = _fitted(view.extent.title, room)
     canvas.text((box.left, base), title, size, strong=True)
 
 
 def _fitted(title: str, room: float) -> tuple[str, int]:
-    """A title and its size, made smaller and, if that does not do, shorter, so that it is at most `room` px wide."""
+    """A title and its size, made smaller and, if need be, shorter, so that it is at most `room` px wide."""
     size = next((size for size in TITLE_SIZES if text_width(title, size, strong=True) <= room), TITLE_SIZES[-1])
     shown = title
     while len(shown) > 1 and text_width(shown, size, strong=True) > room:
@@ -64,7 +64,7 @@ def _draw_block(canvas: Canvas, box: Box, view: View, size: int) -> None:
     """The block, word by word, with E and D in the colours of their charts."""
     canvas.rectangle(box, ink.STRIP, radius=4.0)
     x, base = box.left + 12.0, 0.5 * (box.top + box.bottom) + 0.36 * size
-    counter = f"block {view.number} of {view.job.blocks}"
+    counter = f"block {view.number} of {view.extent.blocks}"
     end = box.right - text_width(counter, 12) - 24.0
     if not view.text:
         canvas.text((x, base), "no block run yet", size, ink.GREY)

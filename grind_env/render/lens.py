@@ -2,9 +2,10 @@
 
 import math
 
+from grind_env.process.cost import SCRAP_BELOW
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas
-from grind_env.render.view import SCRAP, View
+from grind_env.render.view import View
 
 GRAINS = 9
 LOADED = 0.7
@@ -60,7 +61,7 @@ def _draw_scale(canvas: Canvas, box: Box, view: View) -> None:
 
 
 def draw_tray(canvas: Canvas, box: Box, view: View) -> None:
-    """A cell a part: full height and struck out for scrap, lower and plain for a good one, a mere line if to come."""
+    """One cell per part: full height and struck out for scrap, lower and plain for a good one, a line if to come."""
     parts = [block for block in view.ground if block.finished]
     canvas.text(
         (box.right, box.bottom),
@@ -70,13 +71,13 @@ def draw_tray(canvas: Canvas, box: Box, view: View) -> None:
         "rs",
         strong=True,
     )
-    pitch = (box.width - 62.0) / view.job.parts
+    pitch = (box.width - 62.0) / view.extent.parts
     cell = min(pitch - min(2.0, 0.25 * pitch), 14.0)
-    for k in range(view.job.parts):
+    for k in range(view.extent.parts):
         left = box.left + pitch * k
         if k >= len(parts):
             canvas.rectangle(Box(left, box.bottom - 3.0, left + cell, box.bottom), ink.EDGE)
-        elif parts[k].good < SCRAP:
+        elif parts[k].good < SCRAP_BELOW:
             canvas.rectangle(Box(left, box.top, left + cell, box.bottom), ink.BRICK)
             canvas.line([(left + 1.0, box.bottom - 1.0), (left + cell - 1.0, box.top + 1.0)], ink.PANEL, 1.0)
         else:

@@ -1,12 +1,15 @@
 """Pictures of a grinding record."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from grind_env.errors import GrindError
-from grind_env.machine.record import GrindingRecord, write_atomically
+from grind_env.files import write_atomically
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.cost import Limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +19,12 @@ FORMATS = (".png", ".svg", ".pdf")
 SPARKING = 0.001
 """mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""
 
+MOST_LABELS = 20
+"""Parts that are all numbered and set off by lines; of more every k-th is numbered, without lines."""
+
+SHORT_LABELS = 10
+"""Parts above which the word `part` stands before the first number only."""
+
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
 
 
@@ -23,7 +32,7 @@ class PlotError(GrindError):
     """A picture that cannot be drawn."""
 
 
-def plot_record(record: GrindingRecord, path: str | Path) -> None:
+def plot_record(record: GrindingRecord, path: str | Path, limits: Limits | None = None) -> None:
     """Draw depth, power, wear-flat area, temperature and burn ratio over the time of the run.
 
     Dresses are shaded and parts numbered.
@@ -31,10 +40,11 @@ def plot_record(record: GrindingRecord, path: str | Path) -> None:
     Args:
         record: of `machine.grind`.
         path: a .png, .svg or .pdf file.
+        limits: of the job; those of power and temperature are drawn.
 
     Raises:
         PlotError: another suffix, or matplotlib is not installed.
-        RecordError: the folder does not exist or cannot be written to.
+        FileError: the folder does not exist or cannot be written to.
     """
     path = Path(path)
     if path.suffix not in FORMATS:
@@ -47,11 +57,11 @@ def plot_record(record: GrindingRecord, path: str | Path) -> None:
     figure = Figure(figsize=(10, 9.5))
     figure.subplots_adjust(left=0.1, right=0.93, top=0.97, bottom=0.055, hspace=0.1)
     FigureCanvasAgg(figure)
-    _draw(record, figure)
+    _draw(record, figure, limits)
     write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=130))
 
 
-def _draw(record: GrindingRecord, figure: "Figure") -> None:
+def _draw(record: GrindingRecord, figure: "Figure", limits: Limits | None) -> None:
     strokes = record.strokes
     time = strokes["time"] + 0.5 * strokes["seconds"]
     panels = list(figure.subplots(5, 1, sharex=True))
@@ -73,14 +83,17 @@ def _draw(record: GrindingRecord, figure: "Figure") -> None:
     _label(heat, "temperature\nrise, K", RED)
     burn = heat.twinx()
     _dots(burn, time, np.where(strokes["ae"] >= SPARKING, strokes["Br"], np.nan), pauses, GREY)
-    burn.axhline(1.0, color=GREY, lw=0.8, ls="--")
+    _limit(burn, 1.0, "burn ratio 1", GREY, burn, 1.0)
     _label(burn, "burn ratio", GREY)
     burn.grid(False)
     heat.set_xlabel("time, s")
 
     for panel in (cut, power, heat):
         panel.set_ylim(bottom=0.0)
-    burn.set_ylim(0.0, max(1.2, burn.get_ylim()[1]))
+    burn.set_ylim(0.0, max(1.5, burn.get_ylim()[1]))  # so that its line is not on that of the temperature
+    if limits is not None:
+        _limit(power, 0.001 * limits.power, f"limit {0.001 * limits.power:.2f} kW", ORANGE, power, 0.0)
+        _limit(heat, limits.rise, f"temperature limit {limits.rise:.0f} K", RED, burn, 0.0)
     for panel in panels:
         _mark_dresses(panel, record)
         _mark_parts(panel, record, numbered=panel is depth)
@@ -97,6 +110,24 @@ def _dots(axes: "Axes", time: Any, values: Any, pauses: Any, color: str) -> None
     axes.plot(time, values, "o", color=color, ms=3.0, mew=0.0)
 
 
+def _limit(axes: "Axes", value: float, text: str, color: str, top: "Axes", side: float) -> None:
+    """A dashed line with its text above it, on the topmost axes, at the left (0) or the right (1) end."""
+    axes.axhline(value, color=color, lw=0.8, ls="--")
+    axes.set_ylim(top=max(axes.get_ylim()[1], 1.2 * value))
+    top.annotate(
+        text,
+        (side, value),
+        (4.0 - 8.0 * side, 2.0),
+        xycoords=("axes fraction", axes.transData),
+        textcoords="offset points",
+        ha="right" if side else "left",
+        va="bottom",
+        fontsize=8,
+        color=color,
+        bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+    )
+
+
 def _label(axes: "Axes", text: str, color: str = "black") -> None:
     axes.set_ylabel(text, color=color)
     axes.tick_params(axis="y", colors=color)
@@ -111,15 +142,25 @@ def _mark_dresses(axes: "Axes", record: GrindingRecord) -> None:
         axes.axvspan(dress["time"], dress["time"] + dress["seconds"], color=ORANGE, alpha=0.16, lw=0, label=label)
 
 
+def labelled_every(parts: int) -> int:
+    """Of that many parts every k-th is numbered: 1, 2 or 5 times a power of ten."""
+    least, decade = max(math.ceil(parts / MOST_LABELS), 1), 1
+    while 5 * decade < least:
+        decade *= 10
+    return next(step * decade for step in (1, 2, 5) if step * decade >= least)
+
+
 def _mark_parts(axes: "Axes", record: GrindingRecord, numbered: bool) -> None:
     if len(record.parts) < 2:
         return
     first = np.searchsorted(record.strokes["part"], record.parts["part"])
-    for part, start in zip(record.parts["part"], record.strokes["time"][first], strict=True):
-        axes.axvline(start, color=GREY, lw=0.8, ls=":")
-        if numbered:
+    every = labelled_every(len(first))
+    for k, (part, start) in enumerate(zip(record.parts["part"], record.strokes["time"][first], strict=True)):
+        if len(first) <= MOST_LABELS:
+            axes.axvline(start, color=GREY, lw=0.8, ls=":")
+        if numbered and k % every == 0:
             axes.annotate(
-                f"part {part}",
+                f"part {part}" if k == 0 or len(first) <= SHORT_LABELS else f"{part}",
                 (start, 1.0),
                 (3, 3),
                 xycoords=("data", "axes fraction"),

@@ -3,9 +3,10 @@
 import math
 from typing import NamedTuple
 
+from grind_env.process.cost import SCRAP_BELOW
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, Point
-from grind_env.render.view import SCRAP, View
+from grind_env.render.view import View
 
 RIM = 0.13
 """Width of the coloured rim over the radius of a new wheel."""
@@ -50,7 +51,7 @@ class Stage(NamedTuple):
 
 
 def drawn_radius(view: View, new_radius: float) -> float:
-    """The wheel's radius as drawn, px; its loss is shown much larger than it is, and never not at all."""
+    """The wheel's radius as drawn, px; its loss is shown much enlarged, and always visible."""
     return new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
 
 
@@ -58,8 +59,8 @@ def stage(view: View, panel: Box) -> Stage:
     """Where things stand."""
     middle, part = 0.5 * (panel.left + panel.right), view.part
     surface = panel.top + SURFACE * panel.height
-    top = surface - STOCK_ROOM * panel.height * max(part.left, 0.0) / view.job.thickest
-    half = 0.5 * LONGEST * panel.width * part.length / view.job.longest
+    top = surface - STOCK_ROOM * panel.height * max(part.left, 0.0) / view.extent.thickest
+    half = 0.5 * LONGEST * panel.width * part.length / view.extent.longest
     table = _table_offset(view, panel, half)
     new_radius = min(0.29 * panel.height, 0.21 * panel.width)
     radius = drawn_radius(view, new_radius)
@@ -228,5 +229,5 @@ def _label_machine(canvas: Canvas, place: Stage, view: View) -> None:
         dresses = DRESSES[block.executions] if block.executions < len(DRESSES) else f"{block.executions} dresses"
         canvas.text((right, top + 16.0), f"D {block.executions}, {dresses}", 12, ink.ORANGE_TEXT, "rs", strong=True)
     canvas.text((left, base), view.part.description, 11, ink.GREY)
-    bad = view.last is not None and (view.last.faults or (view.last.finished and view.last.good < SCRAP))
+    bad = view.last is not None and (view.last.faults or (view.last.finished and view.last.good < SCRAP_BELOW))
     canvas.text((right, base), view.verdict, 12, ink.BRICK if bad else ink.TEAL_TEXT, "rs", strong=True)

@@ -46,8 +46,8 @@ class Strip(NamedTuple):
 
 def strips_of(view: View) -> tuple[Strip, ...]:
     """Power, temperature, Ra and table speed of the blocks ground so far."""
-    ground, job = view.ground, view.job
-    low, high = 0.001 * job.lowest_speed, 0.001 * job.highest_speed
+    ground, extent = view.ground, view.extent
+    low, high = 0.001 * extent.lowest_speed, 0.001 * extent.highest_speed
     return (
         _measured(
             "power",

@@ -1,9 +1,11 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.cost import SCRAP_BELOW, passed_limits
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -13,72 +15,123 @@ COLUMNS = {
     "seconds": ("time\ns", "{:.1f}"),
     "strokes": ("strokes", "{:d}"),
     "dresses": ("dresses", "{:d}"),
-    "size_error": ("size\nerr. µm", "{:.1f}"),
+    "worst_error": ("size\nerr.µm", "{:.1f}"),
+    "taper": ("taper\nµm", "{:.1f}"),
     "Ra": ("Ra\nµm", "{:.2f}"),
     "peak_power": ("power\nkW", "{:.2f}"),
-    "rise": ("temp.\nrise K", "{:.0f}"),
+    "rise": ("temp.\nK", "{:.0f}"),
     "survival": ("good\n%", "{:.1f}"),
     "total_cost": ("cost\n$", "{:.2f}"),
 }
 """Heading and format of each column, by the field of `record.PART_ROW`."""
+
+WHERE_IT_OCCURS = ("dresses", "taper")
+"""Columns that are left out where they hold zeros."""
+
+CAUSES = {
+    "rise": ("temperature", "rise"),
+    "power": ("power", "peak_power"),
+    "roughness": ("Ra", "Ra"),
+    "size": ("size", "worst_error"),
+    "unground": ("unground", "survival"),
+    "earlier": ("earlier stage", "survival"),
+}
+"""Word for what keeps a part from being good, and its column, by the field of `process.cost.Limits`."""
+
+NONE_GOOD = 0.005
+"""Good parts below which they count as none."""
 
 SCALES = {"peak_power": 0.001, "survival": 100.0}
 """What a field is multiplied by to have the unit of its heading."""
 
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part, values beyond a limit in red, then totals and warnings."""
+    """Print a row per part, the limits that it is beyond in red, then totals, limits and warnings."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading, _ in COLUMNS.values():
+    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    columns = {
+        name: column
+        for name, column in COLUMNS.items()
+        if name not in WHERE_IT_OCCURS or _shown(record.parts[name], column[1])
+    }
+    for heading, _ in columns.values():
         table.add_column(heading, justify="right")
-    for part in record.parts:
-        beyond = _beyond(part, job)
-        table.add_row(
-            *(
-                Text(form.format(part[name] * SCALES.get(name, 1)), "red" if name in beyond else "")
-                for name, (_, form) in COLUMNS.items()
-            )
+    found = [causes(part, job) for part in record.parts]
+    for part, reasons in zip(record.parts, found, strict=True):
+        red = {CAUSES[reason][1] for reason in reasons} | ({"survival"} if part["survival"] < SCRAP_BELOW else set())
+        cells = (
+            Text(form.format(part[name] * SCALES.get(name, 1)), "red" if name in red else "")
+            for name, (_, form) in columns.items()
         )
+        table.add_row(*cells)
     console.print(table)
-    cost, good = record.parts["total_cost"].sum(), record.parts["survival"].sum()
-    infeeds = record.parts["infeeds"].sum()
-    console.print(
-        f"{len(record.parts)} {'part' if len(record.parts) == 1 else 'parts'}, {good:.2f} of them good; "
-        f"{record.seconds:.1f} s, {cost:.2f} $, {record.cost_per_good_part:.2f} $ per good part"
-        + (f"; {infeeds} infeeds of grooves" if infeeds else ""),
-        highlight=False,
-    )
+    console.print()
+    console.print(totals(record), highlight=False)
+    for reason, (word, _) in CAUSES.items():
+        numbers = [int(part["part"]) for part, reasons in zip(record.parts, found, strict=True) if reason in reasons]
+        if numbers:
+            limit = "not ground everywhere" if reason == "unground" else f"beyond the limit of {word}"
+            console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
     for warning in record.warnings:
         console.print(Text(f"warning: {warning}", "yellow"), soft_wrap=True)
 
 
-def as_data(record: GrindingRecord, title: str) -> dict[str, Any]:
-    """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`."""
+def runs(numbers: Sequence[int]) -> str:
+    """Ascending numbers as text, three or more in a row as the first and the last of them."""
+    rows: list[list[int]] = []
+    for number in numbers:
+        if rows and number == rows[-1][-1] + 1:
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
+
+
+def totals(record: GrindingRecord) -> str:
+    """Parts, time and cost of a run in one line."""
+    parts, cost, good = len(record.parts), record.parts["total_cost"].sum(), float(record.parts["survival"].sum())
+    infeeds = record.parts["infeeds"].sum()
+    share = f"1 part, good with {100.0 * good:.1f} %" if parts == 1 else f"{parts} parts, {good:.2f} good ones expected"
+    price = f"{record.cost_per_good_part:.2f} $ per good part" if good >= NONE_GOOD else "no good part"
+    grooves = f"; {infeeds} infeeds of grooves" if infeeds else ""
+    return f"{share}; {record.seconds:.1f} s, {cost:.2f} $, {price}{grooves}"
+
+
+def causes(part: Any, job: Job) -> tuple[str, ...]:
+    """What keeps a part, a row of `record.PART_ROW`, from being good: the limits of the job that it is beyond.
+
+    Returns:
+        Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
+        `earlier` of one that was not good at a gauging stop.
+    """
+    passed = passed_limits(part["rise"], part["peak_power"], part["Ra"], part["worst_error"], job.limits)
+    others = {"unground": part["unground"] > 0.0, "earlier": part["earlier"] < SCRAP_BELOW}
+    return (*passed, *(name for name, is_so in others.items() if is_so))
+
+
+def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
+    """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
+
+    Each part has a list `beyond` besides, of what keeps it from being good.
+    """
+    names = record.parts.dtype.names or ()
     return {
         "program": title,
         "seconds": record.seconds,
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
-        "parts": [dict(zip(record.parts.dtype.names or (), row, strict=True)) for row in record.parts.tolist()],
+        "parts": [
+            dict(zip(names, part.tolist(), strict=True)) | {"beyond": [CAUSES[name][0] for name in causes(part, job)]}
+            for part in record.parts
+        ],
         "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
         "warnings": list(record.warnings),
     }
 
 
-def _beyond(part: Any, job: Job) -> set[str]:
-    """The fields of a part row that are beyond the limits of the job."""
-    limits = job.limits
-    failed = {"survival"} if part["survival"] < 0.5 else set()
-    if part["rise"] > limits.rise:
-        failed.add("rise")
-    if part["peak_power"] > limits.power:
-        failed.add("peak_power")
-    if 0.0 < limits.roughness < part["Ra"]:
-        failed.add("Ra")
-    if 0.0 < limits.size < abs(part["worst_error"]):
-        failed.add("size_error")
-    return failed
+def _shown(values: Any, form: str) -> bool:
+    """Whether any of the values is more than the zero that the format shows."""
+    return any(form.format(value) != form.format(0) for value in values)

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from grind_env.errors import GrindError
-from grind_env.process.cost import NO_LIMIT, Limits
+from grind_env.process.cost import SCRAP_BELOW, Limits, passed_limits
 from grind_env.process.state import WheelState
 
-SCRAP = 0.5
-"""A part that is good with less than this probability is shown as scrap."""
+FAULTS = {"rise": "burn", "power": "power", "roughness": "Ra", "size": "size"}
+"""What a picture calls the passing of a limit, by the field of `process.cost.Limits`."""
 
 
 class RenderError(GrindError):
@@ -19,8 +19,8 @@ class NoScreenError(RenderError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Job:
-    """What stays the same throughout an episode: the frame that its pictures are drawn to."""
+class Extent:
+    """How far an episode extends: what stays the same throughout it, and sets the scales of its pictures."""
 
     title: str
     blocks: int
@@ -69,14 +69,8 @@ class GroundBlock:
     @property
     def faults(self) -> tuple[str, ...]:
         """The limits that were passed: any of `burn`, `power`, `Ra` and `size`."""
-        limits = self.limits
-        passed = {
-            "burn": self.rise > limits.rise,
-            "power": self.power > limits.power,
-            "Ra": NO_LIMIT < limits.roughness < self.roughness,
-            "size": NO_LIMIT < limits.size < abs(self.size_error),
-        }
-        return tuple(name for name, is_passed in passed.items() if is_passed)
+        passed = passed_limits(self.rise, self.power, self.roughness, self.size_error, self.limits)
+        return tuple(FAULTS[limit] for limit in passed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +111,7 @@ class Motion:
 class View:
     """One picture of an episode."""
 
-    job: Job
+    extent: Extent
     ground: tuple[GroundBlock, ...]
     """The blocks ground so far."""
     wheel: WheelState
@@ -129,7 +123,7 @@ class View:
     @property
     def title(self) -> str:
         """Of the picture."""
-        return self.job.title
+        return self.extent.title
 
     @property
     def last(self) -> GroundBlock | None:
@@ -159,12 +153,12 @@ class View:
     @property
     def scrapped(self) -> int:
         """Parts finished so far that are more likely bad than good."""
-        return sum(block.finished and block.good < SCRAP for block in self.ground)
+        return sum(block.finished and block.good < SCRAP_BELOW for block in self.ground)
 
     @property
     def price(self) -> str:
         """What a good part has cost so far, in words."""
-        if self.good_parts < SCRAP:
+        if self.good_parts < SCRAP_BELOW:
             return f"{self.cost:.2f} $ and no good part"
         return f"{self.cost / self.good_parts:.2f} $ per good part"
 
@@ -178,9 +172,9 @@ class View:
             return "beyond its limit: " + ", ".join(last.faults)
         if not last.finished:
             return "within its limits, to be ground on"
-        return "good part" if last.good >= SCRAP else "scrap"
+        return "good part" if last.good >= SCRAP_BELOW else "scrap"
 
     @property
     def radius_lost(self) -> float:
         """What wear and dressing have taken off the wheel's radius, mm."""
-        return 0.5 * (self.job.new_diameter - self.wheel.ds)
+        return 0.5 * (self.extent.new_diameter - self.wheel.ds)

@@ -1,4 +1,4 @@
-"""A window that shows pictures on the screen, of Python's own tkinter."""
+"""A window that shows pictures on the screen, made with tkinter."""
 
 import time
 import tkinter

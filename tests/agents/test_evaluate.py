@@ -22,8 +22,8 @@ from agents.policy import (
 )
 from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.actions import ActionError
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due, load_task
 from grind_env.errors import GrindError
 

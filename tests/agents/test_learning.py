@@ -40,6 +40,20 @@ def test_the_adapter_is_what_dummy_vec_env_makes_of_the_single_env():
     assert ends == 6
 
 
+def test_the_adapter_takes_options_as_dummy_vec_env_does():
+    adapter = SB3VecEnv(native())
+    dummy = DummyVecEnv([lambda: gym.make("grind/PowerLimited-v0") for _ in range(3)])
+    action, shown = np.zeros((3, 2), np.float32), []
+    for options in ([{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}], {"context": "nominal"}):
+        for env in (adapter, dummy):
+            env.seed(7)
+            env.set_options(options)
+            shown += [env.reset(), *(env.step(action)[0] for _ in range(2))]
+    ours, theirs = np.array(shown[:3] + shown[6:9]), np.array(shown[3:6] + shown[9:])
+    assert np.array_equal(ours, theirs)
+    assert not np.array_equal(ours[:3], ours[3:])
+
+
 def test_the_adapter_hands_out_arrays_of_its_own():
     env = SB3VecEnv(native())
     observations = env.reset()

@@ -8,8 +8,8 @@ from agents.evaluate import episode_seeds, evaluate, start_episodes
 from agents.policy import CHANGES, OF_WHEEL, Decision, speed_grid
 from agents.registry import make_policy
 from agents.scripted.rules import Fixed
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 

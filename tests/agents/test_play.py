@@ -126,3 +126,6 @@ def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.Cap
     assert played.program in capsys.readouterr().out
     with Image.open(tmp_path / "played.gif") as film:
         assert film.n_frames > TASK.blocks
+    app([*arguments, "--program", str(tmp_path / "played.nc")], standalone_mode=False)
+    assert "G82" not in capsys.readouterr().out
+    assert (tmp_path / "played.nc").read_text("utf-8") == played.program

@@ -8,7 +8,7 @@ from agents.reference import reciprocation_scores
 from agents.reference.reciprocation_scores import FeedHindsight, FeedThreshold, FeedTuner, score_reciprocation
 from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.observations import physical
-from grind_env.envs.reciprocation_env import ReciprocationEnv, ReciprocationSimulation
+from grind_env.envs.reciprocation.env import ReciprocationEnv, ReciprocationSimulation
 from grind_env.envs.tasks import read_task
 from grind_env.scores import Mean, Reference, read_references, write_text
 

@@ -16,7 +16,7 @@ from agents.reference.wen_scores import losses, optimum
 from agents.registry import make_policy, policy_names
 from agents.tuned import ConfigError
 from grind_env.envs.tasks import load_task
-from grind_env.process.wen import CASES, REFERENCES
+from grind_env.process.wen import CASES
 from grind_env.scores import read_references
 
 ORACLE = load_task("oracle6")
@@ -113,14 +113,15 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
     assert mean_return(task, evaluation(3.0)) == (-1.5, 0.0)
 
 
-@pytest.mark.parametrize("case", list(CASES))
-def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case):
+# scenarios, section 4.3: the optimum, and the mean of uniform settings
+@pytest.mark.parametrize(("case", "best", "mean"), [("rough", -0.22925, 0.1478), ("finish", 0.52242, 0.8426)])
+def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case, best, mean):
     number = list(CASES).index(case)
-    found, published = optimum(number), REFERENCES[case]
-    assert found.cost == pytest.approx(published.optimum, abs=2e-5)
+    found = optimum(number)
+    assert found.cost == pytest.approx(best, abs=2e-5)
     assert losses(found.point[None], number)[0] == found.cost
     actions = np.random.default_rng(1).uniform(-1.0, 1.0, (20000, 4))
-    assert losses(actions, number).mean() == pytest.approx(published.random, abs=0.005)
+    assert losses(actions, number).mean() == pytest.approx(mean, abs=0.005)
 
 
 def test_a_comparison_by_hand():

@@ -30,11 +30,7 @@ from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.modes import Modes
 from grind_env.control.source import HELD
 from grind_env.control.words import Block, read_block
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
 SOURCES = Path(grind_env.control.__file__).parent

@@ -17,7 +17,7 @@ FACTS = load_facts()
 # Counted in the pages and in the decision tables of the reference files, not in facts.toml.
 ROWS = {
     **{"16-13.": 28, "22-11.": 17, "15-20.": 12, "L23-7.": 27},
-    **{"PD-": 24, "ruling-": 12},
+    **{"PD-": 24, "ruling-": 13},
     **{"grammar-D": 16, "dressing-D": 22, "grooving-D": 18, "compensation-D": 17},
 }
 PAGES = """
@@ -98,3 +98,12 @@ def test_grind_facts_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_what_is_not_there_is_told(options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]) -> None:
     status, _, err = listed(capsys, *options)
     assert status == 2 and words in err
+
+
+def test_the_names_of_tests_are_not_broken(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    _, out, _ = listed(capsys, "--page", "16-13")
+    lines = [line.strip() for line in out.splitlines()]
+    chosen = [fact for fact in FACTS if fact.page == "16-13"]
+    assert chosen and all(test in lines for fact in chosen for test in fact.tests)
+    assert all(len(line) <= 60 for line in out.splitlines() if "::" not in line)

@@ -1,3 +1,5 @@
+import itertools
+
 import pytest
 
 from grind_env.control import Arc, Control, ControlError, Message, Motion, Source, dress_program_moves, execute, read
@@ -106,14 +108,23 @@ def test_requests_during_a_dress_are_run_once_at_the_next_reversal() -> None:
 
 def test_a_program_motion_ends_before_a_requested_dress() -> None:
     text = "G81 Z40. E2400. P1000\nG01 Y10. F100.\nG01 Y20.\n" + D1
-    events = run(text, strokes=8, operator_dress_at=(0.2,))
+    events = run(text, strokes=20, operator_dress_at=(0.2,))
     moves = [event for event in events if isinstance(event, Motion)]
     lines = [move for move in moves if move.source is Source.PROGRAM]
     dress = dress_moves(events)
-    assert dress[0].begin == lines[0].finish
-    assert dress[0].start == (0.0, 10.0, 40.0)
+    # the table goes on beside the motion, a stroke of 40 mm at 40 mm/s a second, and ends the one under way
+    ended = [stroke.finish for stroke in strokes(events)]
+    assert sum(finish <= lines[0].finish for finish in ended) > 1
+    assert dress[0].begin == min(finish for finish in ended if finish >= lines[0].finish)
+    assert dress[0].start[:2] == (0.0, 10.0)
     assert lines[1].begin == dress[-1].finish
-    assert len(strokes(events)) == 8
+    assert len(strokes(events)) == 20
+
+
+def test_a_requested_dress_does_not_feed_the_standing_table_into_the_part() -> None:
+    text = "G17 G81 Z40. E2400. P1000\nG01 X-.1 F1.\nG04 X3.\nG80\nM30\n" + D1
+    depths = [stroke.end[0] for stroke in strokes(run(text, operator_dress_at=(1.3,)))]
+    assert max(before - after for before, after in itertools.pairwise(depths)) < 0.03
 
 
 def test_auto_dress_comes_before_the_operator() -> None:

@@ -227,9 +227,53 @@ class ResetsTwice(Walks):
         return self.observations.copy(), *rest
 
 
-class IgnoresMask(Walks):
+class IgnoresMaskWithoutSeed(Walks):
     def reset(self, *, seed: Any = None, options: Any = None) -> Any:
-        return super().reset(seed=seed)
+        return super().reset(seed=seed, options=options if seed is not None else None)
+
+
+class IgnoresMaskWithAutoreset(Walks):
+    def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+        return super().reset(seed=seed, options=options if self.mode is AutoresetMode.DISABLED else None)
+
+
+class StaysDue(Walks):
+    """In NEXT_STEP mode a reset by the caller after an end is followed by another one."""
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+        due = self.over.copy()
+        result = super().reset(seed=seed, options=options)
+        self.over = due & (self.mode is AutoresetMode.NEXT_STEP)
+        return result
+
+
+class StaysDueIfMasked(StaysDue):
+    def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+        return (super() if options else super(StaysDue, self)).reset(seed=seed, options=options)
+
+
+class GarbageInFinalInfo(Walks):
+    def step(self, actions: Array) -> Any:
+        *before, info = super().step(actions)
+        if "final_info" in info:
+            info["final_info"]["place"] -= 1000.0 * info["_final_info"]
+        return *before, info
+
+
+class FinalInfoOfTheNextEpisode(Walks):
+    def step(self, actions: Array) -> Any:
+        *before, info = super().step(actions)
+        if "final_info" in info:
+            info["final_info"] = {"goal": info["goal"].copy(), "_goal": info["_final_info"].copy()}
+        return *before, info
+
+
+class SinglePrecisionAtTimes(Walks):
+    def step(self, actions: Array) -> Any:
+        *before, info = super().step(actions)
+        if "place" in info and (info["place"] > 1.0).any():
+            info["place"] = info["place"].astype(np.float32)
+        return *before, info
 
 
 class MaskWithoutSeed(Walks):

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import load_env_creator
 
-from grind_env.envs.job_env import EXAMPLE, JobEnv, JobVectorEnv
+from grind_env.envs.job.env import EXAMPLE, JobEnv
+from grind_env.envs.job.vector_env import JobVectorEnv
 from grind_env.errors import GrindError
 from tests.envs.harness import accepts, assert_same, every_id, native
 
@@ -82,6 +83,13 @@ def test_the_published_problem_has_no_block_to_show() -> None:
     for make in (gym.make, gym.make_vec):
         with pytest.raises(GrindError, match=r"^show_block is True, but grind/Wen-v0 runs no block"):
             make("grind/Wen-v0", show_block=True)
+
+
+@pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0", "grind/Wen-v0"])
+def test_where_no_cycle_can_be_chosen_one_is_refused(env_id: str) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(GrindError, match=r"^cycle is 'G82', but .*: leave it out$"):
+            make(env_id, cycle="G82")
 
 
 @every_environment

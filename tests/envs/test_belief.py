@@ -13,7 +13,7 @@ from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.belief import Belief, BeliefError, WheelBelief, belief_entries, hypercube
 from grind_env.envs.belief_kernel import adjust, learn
 from grind_env.envs.belief_rows import Hidden, Signals
-from grind_env.envs.contexts import Fixed, Given, materials
+from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical, readings
 from grind_env.envs.rows import Outcome, kind_row
@@ -21,6 +21,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
 from grind_env.machine.cycle import CycleResult
+from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
 

@@ -8,7 +8,8 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from grind_env.envs.conformance import CHECKS, VectorConformanceError, check_vector_env
-from grind_env.envs.wen import WenEnv, WenVectorEnv
+from grind_env.envs.wen.env import WenEnv
+from grind_env.envs.wen.vector_env import WenVectorEnv
 from tests.envs import faulty_walks as faulty
 from tests.envs.harness import native
 from tests.envs.walks import Walk, Walks
@@ -94,6 +95,7 @@ FAULTS: dict[str, dict[type[Walks], str]] = {
         faulty.ShortInfo: "within .*parts.* 3 entries",
         faulty.OneForAll: "place.* array with 3 entries",
         faulty.LeakyMask: "must be None",
+        faulty.SinglePrecisionAtTimes: r"info\['place'\] of step\(\) has dtype float32, but had float64 before",
     },
     "check_seeds": {
         faulty.IgnoresSeed: r"two results of reset\(seed=0\)",
@@ -112,13 +114,23 @@ FAULTS: dict[str, dict[type[Walks], str]] = {
         faulty.NoFinalObs: "must come with .*final_obs",
         faulty.FinalMaskTooWide: "must come with .*final_info",
         faulty.FinalObsOfAnotherShape: "not in single_observation_space",
-        faulty.IgnoresMask: "whose mask leaves it out",
+        faulty.IgnoresMaskWithoutSeed: "whose mask leaves it out",
     },
     "check_modes_agree": {
         faulty.ResetsTwice: "here and in autoreset mode",
         faulty.FinalObsIsTheNextFirst: "here and in autoreset mode",
+        faulty.GarbageInFinalInfo: "here and in autoreset mode",
+        faulty.FinalInfoOfTheNextEpisode: "here and in autoreset mode",
     },
-    "check_reset_mask": {faulty.MaskWithoutSeed: "seeded first observation", faulty.MarksAll: "marks sub-environments"},
+    "check_reset_mask": {
+        faulty.MaskWithoutSeed: "seeded first observation",
+        faulty.MarksAll: "marks sub-environments",
+        faulty.IgnoresMaskWithAutoreset: "the one before the reset, whose mask leaves it out,",
+    },
+    "check_reset_after_end": {
+        faulty.StaysDue: "at the start and after an end",
+        faulty.StaysDueIfMasked: "at the start and after an end",
+    },
     "check_ownership": {
         faulty.HandsOutItsState: "after later calls",
         faulty.HandsOutAConstant: "writing into earlier results",

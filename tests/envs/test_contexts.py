@@ -7,20 +7,20 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.contexts import (
-    FACTORS,
+    CONTEXT_FACTORS,
     SPLITS,
     ContextError,
     Given,
     from_ranges,
-    materials,
     nominal_context,
     read_options,
 )
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.episode import CUT, TapeRow
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import CUT, TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
+from grind_env.process.catalogue import materials
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
@@ -85,6 +85,34 @@ def test_every_factor_changes_what_happens_and_not_only_what_is_seen(env_id: str
     base = trajectory(env_id, 0, {"context": nominal})
     other = trajectory(env_id, 0, {"context": {**nominal, **context}})
     assert not np.allclose(base[1], other[1], rtol=1e-6), what
+
+
+OTHER = {"executions_left": 3.0, "slack": 0.5, "diamond_flat": 0.2, "noise": 2.0, "stock": 1.2}
+"""Values that are not the nominal ones; 1.5 of every other factor."""
+
+
+@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/Stroke-v0", "grind/WidePlates-v0"])
+def test_a_factor_either_changes_something_or_is_refused(env_id: str) -> None:
+    single = gym.make(env_id).unwrapped
+    nominal = nominal_context(single.task)
+    legal = [name for name in CONTEXT_FACTORS if name in nominal]
+    for name in set(CONTEXT_FACTORS) - set(legal):
+        with pytest.raises(ContextError, match=f"{name} cannot be fixed, leave it out"):
+            single.reset(options={"context": {name: OTHER.get(name, 1.5)}})
+    contexts = [nominal, *({**nominal, name: OTHER.get(name, 1.5)} for name in legal)]
+    env = native(env_id, len(contexts), AutoresetMode.DISABLED, observation="full")
+    seen = [env.reset(seed=[0] * len(contexts), options={"context": contexts})[0]]
+    over = np.zeros(len(contexts), bool)
+    for action in actions(4 if env_id == "grind/WidePlates-v0" else 60, 1):
+        if over.any():
+            break
+        # the middle of the speeds, and a dress now and then
+        batch = np.repeat(np.clip(action * [0.3, 1.0], -1.0, 1.0), len(contexts), axis=0).astype(np.float32)
+        observations, rewards, over, *_ = env.step(batch)
+        seen += [observations, rewards[:, None]]
+    rows = np.concatenate(seen, axis=1)
+    same = [name for name, row in zip(legal, rows[1:], strict=True) if (row == rows[0]).all()]
+    assert not same
 
 
 def env_id_name(env_id: str) -> str:
@@ -181,6 +209,8 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"sequence": []}}, "sequence is []"),
     ({"context": {"sequence": "plate"}}, "sequence is 'plate'"),
     ({"context": {"executions_left": 4.0}}, "executions_left cannot be fixed"),
+    ({"context": {"slack": 0.5}}, "power_limited has no due dates: slack cannot be fixed, leave it out"),
+    ({"context": {"coolant_ageing": 2.0}}, "power_limited has a coolant that does not age: coolant_ageing cannot"),
     ({"split": "training"}, "split is 'training', but must be one of train, validation, test"),
 ]
 
@@ -251,7 +281,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
 
 def test_contexts_are_described() -> None:
     assert materials() == ["aisi_1020", "aisi_52100", "inconel_718"]
-    for name, factor in FACTORS.items():
+    for name, factor in CONTEXT_FACTORS.items():
         assert factor.meaning and (factor.low <= factor.nominal <= factor.high or name == "executions_left")
 
 

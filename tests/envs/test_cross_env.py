@@ -1,4 +1,5 @@
 import copy
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -10,15 +11,15 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.contexts import nominal_context
-from grind_env.envs.cross_program import shop
-from grind_env.envs.cross_simulation import CrossSimulation
 from grind_env.envs.observations import physical
-from grind_env.envs.program import conditions
+from grind_env.envs.program import conditions, job_from_surface
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates_env import WidePlatesEnv
-from grind_env.machine.compiled import grind_strips
+from grind_env.envs.wide_plates.env import WidePlatesEnv
+from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.strips import grind_strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 
@@ -37,7 +38,7 @@ def play(env: WidePlatesEnv, seed: int, policy_seed: int, parts: int = PARTS) ->
 def ground(env: WidePlatesEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
-    job = shop(env.task)
+    job = job_from_surface(env.task)
     job = replace(job, wheel=replace(job.wheel, diamond_flat=float(drawn.wheels[0, -1])))
     return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
 
@@ -49,9 +50,17 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings == ()
+    # the program as a text, and as the environment stopped it block by block
     for name in ("strokes", "dresses", "parts"):
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name
     parts = record.parts
+    assert env.episodes is not None
+    for number, (info, row) in enumerate(zip(infos, env.episodes.tape[0], strict=False), 1):
+        made, stock = record.strokes[record.strokes["part"] == number], TapeRow(*row).stock
+        assert set(made["E"]) == {info["E"]}
+        assert made["Z"].max() == pytest.approx(stock, abs=1e-12)
+        # one to the primary point, then for each plunge of 0.02 mm three cross picks and one stroke at the end
+        assert len(made) == 1 + 4 * math.ceil(round(stock / 0.02, 6))
     good = parts["survival"]
     dresses = [info["D"] + info.get("predress", 0.0) for info in infos]
     assert parts["dresses"].tolist() == dresses

@@ -17,9 +17,10 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from grind_env.envs import job_env, stroke_env
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.job import env as job_env
+from grind_env.envs.stroke import env as stroke_env
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from tests.envs.harness import (
@@ -221,6 +222,19 @@ def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: di
                 if not over[i]:
                     assert_same(row_of(stepped, i), env.step(action))
             over |= stepped[2]
+    finally:
+        workers.close()
+
+
+@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/Job-v0"])
+def test_workers_that_share_nothing_with_this_process_give_the_same_bits(env_id: str) -> None:
+    plan = sampled(env_id, 3, 2)
+    native_env = native(env_id, 2)
+    workers = gym.make_vec(env_id, 2, vectorization_mode="async", vector_kwargs={"context": "spawn"}, **quiet(env_id))
+    try:
+        assert_same(native_env.reset(seed=5), workers.reset(seed=5))
+        for batch in plan:
+            assert_same(native_env.step(batch), workers.step(batch))
     finally:
         workers.close()
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.envs.episode import TapeRow
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
-from grind_env.envs.rows import Outcome
+from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.cycle import CycleResult
 from grind_env.process.state import WheelState
@@ -300,14 +300,39 @@ def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_physical_inverts_the_scaling(name: str) -> None:
+def test_physical_gives_back_what_observe_scaled(name: str) -> None:
     r = run(name)
     entries = r.simulation.entries
     assert list(r.read) == [entry.name for entry in entries]
-    scaled = np.stack([(r.read[entry.name] - entry.offset) / entry.scale for entry in entries], axis=-1)
-    np.testing.assert_allclose(scaled, r.observations, rtol=1e-6, atol=1e-7)
-    single = physical(r.observations[0, 0], entries)
-    assert {name: values[0, 0] for name, values in r.read.items()} == single
+    episodes = start(r.simulation, 2)
+    remembered = {
+        "mean_power": 1234.5,
+        "first_power": 2345.5,
+        "peak_power": 3456.5,
+        "speed": 11.25,
+        "executions": 1.0,
+        "pick": 0.013,
+        "width": 37.5,
+        "size_error": -2.25,
+        "roughness": 0.71,
+        "since_gauged": 4.0,
+        "volume": 456.7,
+        "blocks_since_dress": 3.0,
+        "dresses": 17.0,
+    }
+    worn = {"ds": 287.125, "A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
+    for fields, table, values in ((Memory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
+        for field, value in values.items():
+            table[1, fields._fields.index(field)] = value
+    shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}
+    shown_as |= {"since_gauged": "parts_since_gauged", "ds": "diameter", "A": "wear_flat", "lam": "loading"}
+    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density", "alw": "waviness"}
+    shown_as |= {"wd": "diamond_flat"}
+    observations = r.simulation.observe(episodes)
+    both, single = physical(observations, entries), physical(observations[1], entries)
+    for field, value in (remembered | worn).items():
+        reading = shown_as.get(field, field)
+        assert single[reading] == both[reading][1] == pytest.approx(value, rel=1e-5), reading
 
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:

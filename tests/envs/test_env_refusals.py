@@ -1,3 +1,4 @@
+from datetime import timedelta
 from typing import Any
 
 import gymnasium as gym
@@ -11,7 +12,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
-from tests.envs.harness import IDS, MODES, assert_same, native
+from tests.envs.harness import IDS, MODES, assert_same, every_id, native, sync
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -53,6 +54,17 @@ BAD_ACTIONS: list[tuple[Any, str]] = [
     ([0.0, np.inf], "inf for D"),
     ([1.0001, 0.0], "1.0001 for E"),
     ([0.0, -1.5], "-1.5 for D"),
+    ([1.0 + 1e-9, 0.0], "1.000000001 for E"),
+    ([np.nextafter(1.0, 2.0), 0.0], "1.0000000000000002 for E"),
+    ([10**400, 10**400], "numbers"),
+    ([10**30, 0], "1e+30 for E"),
+    ([0.5 + 0.0j, 0.0], "numbers"),
+    (np.zeros(2, complex), "numbers"),
+    (np.zeros(2, "m8[s]"), "numbers"),
+    ([timedelta(0), 0.0], "numbers"),
+    (["0", "0"], "numbers"),
+    (np.array(["0", 0], object), "numbers"),
+    ([b"0", b"0"], "numbers"),
 ]
 
 
@@ -64,7 +76,10 @@ def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> 
     env, twin = GrindEnv(), GrindEnv()
     env.reset(seed=1)
     twin.reset(seed=1)
-    assert part in refusal(ActionError, env.step, action)
+    message = refusal(ActionError, env.step, action)
+    assert part in message
+    if part == "shape":
+        assert message == f"the action has shape {np.shape(action)}, but must have shape (2,): E and D"
     good = np.zeros(2, np.float32)
     assert_same(env.step(good), twin.step(good))
     assert env.part_program() == twin.part_program()
@@ -122,12 +137,15 @@ def test_a_bad_action_of_another_form_is_refused_alike_everywhere(form: str, act
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, action)
     assert part in message
+    if part == "shape":
+        assert message.startswith(f"the action has shape {np.shape(action)}, but must have shape ")
     good = env.action_space.sample()
     assert_same(env.step(good), twin.step(good))
     vector = native("grind/PowerLimited-v0", 1, action=form)
     vector.reset(seed=1)
     batch = {name: [value] for name, value in action.items()} if isinstance(action, dict) else [action]
-    assert refusal(ActionError, vector.step, batch) == message
+    told = refusal(ActionError, vector.step, batch)
+    assert told == message or (part == "shape" and f"shape {np.shape(batch)}" in told)
 
 
 def test_stepping_out_of_turn_is_refused() -> None:
@@ -167,5 +185,20 @@ def test_a_bad_reset_mask_is_refused(mask: Any) -> None:
 def test_bad_seeds_are_refused() -> None:
     env = native("grind/Oracle6-v0", 2)
     assert "list of 2" in refusal(GrindError, env.reset, seed=[1, 2, 3])
-    for seed in (-1, [1, -1], 0.5, "one", [1, "two"], True, [True, False]):
+    arrays = (np.array(-3), np.array(0.5), np.array([[1, 2]]), np.array([1.0, 2.0]), np.array("a"))
+    for seed in (-1, [1, -1], 0.5, "one", [1, "two"], True, [True, False], *arrays):
         refusal((GrindError, gym.error.Error), env.reset, seed=seed)
+
+
+@pytest.mark.parametrize("env_id", every_id())
+def test_the_seeds_of_a_vector_env_are_told_as_by_gymnasium(env_id: str) -> None:
+    env, twin = native(env_id, 3), sync(env_id, 3)
+    drawn = [each.unwrapped.np_random_seed for each in (env, native(env_id, 3))]
+    assert drawn[0] != drawn[1] and len(set(drawn[0])) == 3
+    for given in (5, [7, None, 8], None, np.array(3)):
+        env.reset(seed=given)
+        twin.reset(seed=int(given) if isinstance(given, np.ndarray) else given)
+        assert env.unwrapped.np_random_seed == twin.unwrapped.np_random_seed
+    assert env.unwrapped.np_random_seed == (3, 4, 5)
+    env.reset(seed=20, options={"reset_mask": np.array([False, True, False])})
+    assert env.unwrapped.np_random_seed == (3, 21, 5)

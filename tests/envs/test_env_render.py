@@ -55,7 +55,7 @@ def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
         assert view.text == info["block"]
         assert (view.number, view.ground[-1].speed) == (len(infos), info["E"])
         assert sum(block.executions for block in view.ground) == sum(each["D"] for each in infos)
-    assert view.number == view.job.blocks and view.finished_parts == view.job.parts
+    assert view.number == view.extent.blocks and view.finished_parts == view.extent.parts
     assert view.cost == pytest.approx(sum(info["block_cost"] for info in infos), rel=1e-9)
     assert view.good_parts == pytest.approx(sum(info["good_parts"] for info in infos), rel=1e-9)
     assert all(f"{line}" in env.render() for line in info["block"].split("\n"))

@@ -19,11 +19,12 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import grind_env
 from grind_env.control import read, read_file
-from grind_env.envs import job_env
 from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
-from grind_env.envs.job_env import JobEnv, JobVectorEnv
-from grind_env.envs.job_outline import outline
+from grind_env.envs.job import env as job_env
+from grind_env.envs.job.env import JobEnv
+from grind_env.envs.job.outline import outline
+from grind_env.envs.job.vector_env import JobVectorEnv
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job

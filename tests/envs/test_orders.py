@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.contexts import FACTORS, Fixed, Given
-from grind_env.envs.episode import TapeRow
+from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.observations import physical
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, rollout, start
 
@@ -120,7 +120,7 @@ def test_a_dress_serves_the_next_order_of_another_kind() -> None:
     # a wheel dressed in the last block of an order is sharp for the first one of the next, of another kind
     task = load_task("job_shop")
     simulation = Simulation(task)
-    fixed = Fixed(**{name: factor.nominal for name, factor in FACTORS.items()})
+    fixed = Fixed(**{name: factor.nominal for name, factor in CONTEXT_FACTORS.items()})
     kinds = task.numbers(("wear_plate", "wear_plate", "gauge"), "")
     episodes = simulation.start([np.random.default_rng(0), np.random.default_rng(0)], [Given(fixed, kinds)] * 2)
     speeds = np.full(2, 12000.0)

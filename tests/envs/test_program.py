@@ -1,10 +1,13 @@
 from collections.abc import Sequence
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.program import number
+from grind_env.control import Rapid, Source, execute, read
+from grind_env.envs.program import job, number
+from tests.envs.harness import every_id
 
 
 def test_a_wheel_change_stands_in_the_program() -> None:
@@ -22,7 +25,7 @@ def test_rough_and_finish_of_a_part_are_gauged_between() -> None:
     env.reset(seed=0)
     for _ in range(4):
         env.step(np.zeros(2))
-    stops = [line[:3] for line in env.part_program().splitlines() if line.startswith("M0")]
+    stops = [line[:3] for line in env.part_program().splitlines() if line.startswith(("M00", "M01"))]
     assert stops == ["M01", "M00", "M01"]
 
 
@@ -46,3 +49,49 @@ def test_an_order_of_another_kind_has_its_own_words() -> None:
     assert len(picks) == 3
     for info, block in zip(infos, env.blocks, strict=True):
         assert f"J{number(-block.kind.pick)} L{block.kind.sparkout + 1} " in info["block"]
+
+
+def played(env_id: str, steps: int) -> Any:
+    env = gym.make(env_id).unwrapped
+    env.reset(seed=0)
+    for k in range(steps):
+        env.step(np.array([0.3, 0.9 if k % 5 == 4 else -0.9], np.float32))
+    return env
+
+
+WRITERS = sorted(
+    id
+    for id in every_id()
+    if hasattr(gym.make(id).unwrapped, "part_program") and id != "grind/Job-v0"  # its own file
+)
+
+
+@pytest.mark.parametrize("env_id", WRITERS)
+def test_the_wheel_crosses_above_the_part_and_comes_down_with_a_feed(env_id: str) -> None:
+    env = played(env_id, 50 if env_id == "grind/Stroke-v0" else 4)
+    programs, control = read(env.part_program()), job(env.task, *env.task.kinds).control
+    rapids = 0
+    for event in execute(programs, control):
+        if isinstance(event, Rapid) and event.source is Source.PROGRAM:
+            (x, y, z), (end_x, end_y, end_z) = event.start, event.end
+            assert (end_x, end_z) == (x, z) or min(y, end_y) >= 20.0
+            assert end_y >= 1.0
+            rapids += 1
+    assert rapids > 2
+
+
+@pytest.mark.parametrize("env_id", WRITERS)
+def test_wherever_the_operator_leaves_the_wheel_it_lifts_first(env_id: str) -> None:
+    lines = played(env_id, 50 if env_id == "grind/Stroke-v0" else 4).part_program().splitlines()
+    starts = [k for k, line in enumerate(lines) if line.startswith(("M08", "M00", "M01"))]
+    assert len(starts) >= 2
+    for k in starts:
+        assert lines[k + 1].startswith("G00 Y20. ")
+
+
+@pytest.mark.parametrize("env_id", WRITERS)
+def test_wheel_and_coolant_run_from_start_to_end(env_id: str) -> None:
+    lines = played(env_id, 2).part_program().splitlines()
+    start, end = next(k for k, line in enumerate(lines) if line.startswith("G00")), lines.index("M30")
+    assert [line.split()[-1] for line in lines[:start]][-2:] == ["M03", "M08"]
+    assert lines[end - 2 : end] == ["M09", "M05"]

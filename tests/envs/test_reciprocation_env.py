@@ -21,9 +21,9 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
-from grind_env.envs.program import conditions
-from grind_env.envs.reciprocation import shop
-from grind_env.envs.reciprocation_env import ReciprocationEnv, ReciprocationSimulation, ReciprocationVectorEnv
+from grind_env.envs.program import conditions, job_from_surface
+from grind_env.envs.reciprocation.env import ReciprocationEnv, ReciprocationSimulation
+from grind_env.envs.reciprocation.vector_env import ReciprocationVectorEnv
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
@@ -43,7 +43,7 @@ def play(env: ReciprocationEnv, seed: int, policy_seed: int, blocks: int) -> lis
 def ground(env: ReciprocationEnv, blocks: int) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     assert env.episodes is not None
-    job = shop(env.task)
+    job = job_from_surface(env.task)
     wheel = WheelState(*env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheels[0])
     job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd))
     control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
 from grind_env.envs.program import conditions
-from grind_env.envs.stroke_env import StrokeEnv, StrokeVectorEnv
+from grind_env.envs.stroke.env import StrokeEnv
+from grind_env.envs.stroke.vector_env import StrokeVectorEnv
 from grind_env.envs.tasks import TaskError
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
@@ -79,7 +80,7 @@ def test_the_program_of_a_stroke() -> None:
         env.step(env.codec.encode(speed, executions)[0])[4]["block"].split("\n")
         for speed, executions in ((12_000.0, 1), (9000.0, 0), (6000.0, 1))
     ]
-    assert blocks[0] == ["G00 X-30. Y-.02", "G81.1 X330. I-30. E12000. P9100"]
+    assert blocks[0][-2:] == ["G01 Y-.02 F60.", "G81.1 X330. I-30. E12000. P9100"]
     # a stroke of 360 mm at 200 mm/s decelerates after 360/200 s
     assert blocks[1] == ["G04 X1.8", "G01 Y-.04 E9000."]
     assert blocks[2][1] == "G01 Y-.06 E6000."

@@ -1,4 +1,6 @@
+import copy
 import math
+import pickle
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -253,3 +255,14 @@ def test_the_set_ups_are_those_published(
     assert 60.0 * task.wheel_revolutions == pytest.approx(rpm, rel=1e-5)
     assert (p.ke, p.bs, task.machine.power_limit) == (stiffness, width, 7500.0)
     assert p.dd == (0.005 if name == "CBN" else 0.010)
+
+
+@pytest.mark.parametrize("name", [*task_names(), "reciprocation", "stroke", "wide_plates"])
+def test_a_task_that_all_environments_share_cannot_be_changed(name: str) -> None:
+    task = read_task(name)
+    for table in (task.factors, task.setup.wheel_changes, task.setup.machine_changes):
+        with pytest.raises(TypeError):
+            table["kA"] = 2.0
+        assert not hasattr(table, "update") and dict(table) == table
+    for twin in (copy.deepcopy(task), pickle.loads(pickle.dumps(task))):
+        assert twin == task and twin.wheel == task.wheel and repr(twin) == repr(task)

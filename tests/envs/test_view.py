@@ -7,15 +7,9 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
 from grind_env.envs.tasks import load_task
-from grind_env.envs.view import coming_part, job_of, view_of
-from grind_env.render.view import View
+from grind_env.envs.view import coming_part, extent_of
 
 gym.register_envs(grind_env)
-
-
-def view_by_hand(env: GrindEnv, outcomes: list) -> View:
-    assert env.episodes is not None
-    return view_of(env.task, env.episodes, 0, env.blocks, outcomes)
 
 
 @pytest.mark.parametrize("name", task_names())
@@ -23,21 +17,12 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
     env = GrindEnv(name, observation="full")
     task = env.task
     observation, _ = env.reset(seed=3)
-    outcomes = []
-    step = env.simulation.step
-
-    def recorded(*arguments):
-        result = step(*arguments)
-        outcomes.append(env_outcome(result[0][0]))
-        return result
-
-    env.simulation.step = recorded
     rng = np.random.default_rng(0)
     cost, good, executions = 0.0, 0.0, 0
     for k in range(min(task.blocks, 8)):
         coming = coming_part(task, env.episodes, 0)
         observation, _, _, _, info = env.step(rng.uniform(-1.0, 1.0, 2).astype(np.float32))
-        view = view_by_hand(env, outcomes)
+        view = env.view()
         seen = physical(observation, env.observation_info())
         cost, good, executions = cost + info["block_cost"], good + info["good_parts"], executions + int(info["D"])
         assert view.text == info["block"]
@@ -54,22 +39,18 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
         assert 0.0 < view.part.left < 0.5 * view.part.stock
 
 
-def env_outcome(row):
-    from grind_env.envs.rows import Outcome
-
-    return Outcome(*row.tolist())
-
-
 def test_before_the_first_block_the_part_has_all_its_stock() -> None:
     env = GrindEnv("oracle6")
     env.reset(seed=0)
-    view = view_by_hand(env, [])
+    view = env.view()
     assert (view.ground, view.text, view.last, view.number) == ((), "", None, 0)
     assert view.part.left == view.part.stock == 0.2
     assert view.radius_lost == 0.0
 
 
-def test_the_frame_of_a_job_is_its_task() -> None:
-    job = job_of(load_task("oracle6"))
-    assert (job.title, job.blocks, job.parts, job.most_executions) == ("Six blocks with a known optimum", 6, 6, 1)
-    assert (job.lowest_speed, job.highest_speed, job.new_diameter, job.longest) == (6000.0, 21000.0, 300.0, 200.0)
+def test_the_extent_of_an_episode_is_that_of_its_task() -> None:
+    found = extent_of(load_task("oracle6"))
+    assert (found.title, found.blocks, found.parts) == ("Six blocks with a known optimum", 6, 6)
+    assert found.most_executions == 1
+    assert (found.lowest_speed, found.highest_speed) == (6000.0, 21000.0)
+    assert (found.new_diameter, found.longest) == (300.0, 200.0)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import product
 
 import gymnasium as gym
@@ -5,7 +6,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.envs.contexts import FACTORS
+from grind_env.envs.contexts import CONTEXT_FACTORS
 from grind_env.envs.program import conditions, job
 from grind_env.machine.grind import grind
 from grind_env.process.equations import LEAST_DIAMETER
@@ -15,9 +16,9 @@ from tests.envs.harness import IDS, native
 NAMES = ("kA", "pm", "fc", "Gref", "hf")
 """The factors on the wear of the wheel, beside the stock, of which the most wears it most."""
 CORNERS = [
-    {"material": material, "stock": FACTORS["stock"].high, **dict(zip(NAMES, values, strict=True))}
+    {"material": material, "stock": CONTEXT_FACTORS["stock"].high, **dict(zip(NAMES, values, strict=True))}
     for material in ("aisi_1020", "inconel_718")
-    for values in product(*[(FACTORS[name].low, FACTORS[name].high) for name in NAMES])
+    for values in product(*[(CONTEXT_FACTORS[name].low, CONTEXT_FACTORS[name].high) for name in NAMES])
 ]
 
 
@@ -64,6 +65,24 @@ def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
     record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
     assert record.strokes["ds"][-1] == LEAST_DIAMETER
     assert record.strokes["worn"].sum() > volume(300.0, LEAST_DIAMETER, env.task.kinds[0].width)
+
+
+def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() -> None:
+    env = gym.make("grind/PowerLimited-v0").unwrapped
+    context = {"material": "inconel_718", "kA": 20, "wheel_kA": 20, "fc": 0.2, "Gref": 0.2}
+    env.reset(seed=0, options={"context": context})
+    found = WheelState(*env.episodes.wheels[0])
+    for _ in range(3):
+        env.step(np.full(2, -1.0, np.float32))
+    wheel = WheelState(*env.episodes.wheels[0])
+    shop, first = job(env.task, *env.task.kinds), conditions(env.task, env.episodes.tape[0])[:3]
+    start = replace(shop.wheel, diameter=found.ds, wear_flat_area=found.A, diamond_flat=found.wd)
+    record = grind(read(env.part_program()), replace(shop, wheel=start), conditions=first)
+    limit = shop.setup.wheel.wear_flat_limit
+    assert ((record.strokes["A"] <= 0.0) | (record.strokes["A"] >= limit)).any()
+    assert sum("destroys the wheel" in warning for warning in record.warnings) >= 1
+    assert record.strokes["A"][-1] == pytest.approx(wheel.A, rel=1e-9)
+    assert record.strokes["ds"][-1] == pytest.approx(wheel.ds, rel=1e-9)
 
 
 def test_wearing_a_wheel_away_does_not_pay() -> None:

@@ -13,6 +13,7 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.belief import BeliefError, WheelBelief, belief_entries
 from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
 from tests.envs.harness import actions, assert_same, native
@@ -130,3 +131,32 @@ def test_what_is_no_grinding_environment_has_no_belief() -> None:
             make()
     with pytest.raises(BeliefError, match="members is 1"):
         BeliefFilter(gym.make("grind/Oracle6-v0"), members=1)
+
+
+@pytest.mark.parametrize(("env_id", "cycle"), [("grind/Reciprocation-v0", "G81"), ("grind/WidePlates-v0", "G83")])
+def test_the_belief_is_refused_where_it_would_simulate_another_cycle(env_id: str, cycle: str) -> None:
+    for wrap, env in (
+        (BeliefFilter, gym.make(env_id, **MEASURED)),
+        (VectorBeliefFilter, native(env_id, 2, **MEASURED)),
+    ):
+        with pytest.raises(WrapperError, match=f"grinds {cycle} blocks, but the belief follows those of G82"):
+            wrap(env)
+
+
+@pytest.mark.parametrize("value", [1.5, "3", None, True, [4]])
+def test_a_length_or_a_number_of_members_that_is_not_whole_is_refused(value: Any) -> None:
+    for name, wrap, env in (
+        ("n", HistoryStack, gym.make("grind/Oracle6-v0")),
+        ("n", VectorHistoryStack, native("grind/Oracle6-v0", 2)),
+        ("members", BeliefFilter, gym.make("grind/Oracle6-v0")),
+        ("members", VectorBeliefFilter, native("grind/Oracle6-v0", 2)),
+    ):
+        with pytest.raises(WrapperError) as caught:
+            wrap(env, **{name: value})
+        assert str(caught.value) == f"{name} is {value!r}, but must be a whole number"
+    HistoryStack(gym.make("grind/Oracle6-v0"), n=np.int64(2))
+
+
+def test_options_that_are_no_dict_are_refused_as_without_the_wrapper() -> None:
+    with pytest.raises(ContextError, match=r"^options is \[1\], but must be a dict"):
+        VectorHistoryStack(native("grind/Oracle6-v0", 2)).reset(options=[1])

@@ -1,10 +1,15 @@
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 import grind_env
 from grind_env.cli import main
+from grind_env.control import DressEnd, DressStart, Stroke, execute, read_file
+from grind_env.machine.job_file import load_job
+from grind_env.machine.record import STROKE_ROW
+from grind_env.render.tables import runs
 from tests.machine.harness import DRESS, HEAD
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -22,7 +27,8 @@ def test_the_table_of_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", PLATE) == 0
     out = capsys.readouterr().out
     assert "plate_g82.nc" in out
-    assert "1 part, 1.00 of them good" in out
+    assert "1 part, good with 100.0 %; " in out
+    assert "limit" not in out and "taper" not in out
     assert max(map(len, out.splitlines())) <= 80
 
 
@@ -40,7 +46,92 @@ def test_scrap_has_exit_status_1(tmp_path: Path, capsys: pytest.CaptureFixture[s
     text = (EXAMPLES / "plate_g82.toml").read_text()
     job.write_text(text.replace("roughness_limit = 0.50", "roughness_limit = 0.10"))
     assert grind("run", PLATE, "--job", job) == 1
-    assert "0.00 of them good" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "1 part, good with 0.0 %; " in out
+    assert "$, no good part" in out and "per good part" not in out
+    assert "beyond the limit of Ra: part 1" in out
+    assert grind("run", PLATE, "--job", job, "--json") == 1
+    assert json.loads(capsys.readouterr().out)["parts"][0]["beyond"] == ["Ra"]
+
+
+def test_every_cause_of_scrap_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, job = tmp_path / "parts.nc", tmp_path / "parts.toml"
+    cycle = "G00 X-30.\nG00 Y0\nG82 X{}. I-30. Y-{} J-{} L4 F60. E15000.\nG80\nG00 Y20.\nM00\n"
+    cuts = [(230, ".1", ".01")] * 4 + [(100, ".1", ".01"), (230, ".15", ".01"), (230, ".1", ".1")]
+    program.write_text(HEAD + "".join(cycle.format(*cut) for cut in cuts) + "M30\n")
+    text = (EXAMPLES / "plate_g82.toml").read_text()
+    job.write_text(text.replace("stock = 0.2 ", "stock = 0.1 "))
+    assert "stock = 0.1 " in job.read_text()
+    assert grind("run", program, "--json") == 1
+    found = [part["beyond"] for part in json.loads(capsys.readouterr().out)["parts"]]
+    assert found[:6] == [[]] * 4 + [["size", "unground"], ["size"]]
+    assert {"temperature", "power"} <= set(found[6])
+    assert grind("run", program) == 1
+    out = capsys.readouterr().out
+    assert re.search(r"^7 parts, \d\.\d\d good ones expected; .* \$ per good part$", out, re.MULTILINE)
+    assert "beyond the limit of power: part 7\n" in out
+    assert "not ground everywhere: part 5\n" in out
+
+
+def test_the_size_that_is_shown_is_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
+    rail = str(EXAMPLES / "rail_g83.nc")
+    assert grind("run", rail, "--json") == 0
+    part = json.loads(capsys.readouterr().out)["parts"][0]
+    assert grind("run", rail) == 0
+    out = capsys.readouterr().out
+    (row,) = (line.split() for line in out.splitlines() if re.match(r" *1 +\d", line))
+    assert row[4:6] == [f"{part['worst_error']:.1f}", f"{part['taper']:.1f}"]
+    assert part["worst_error"] != pytest.approx(part["size_error"], abs=0.05)
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_part_numbers_in_a_row_are_joined() -> None:
+    assert runs([1]) == "1"
+    assert runs([1, 2]) == "1, 2"
+    assert runs([1, 3, 4, 5, 6, 9]) == "1, 3 to 6, 9"
+
+
+def test_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = tmp_path / "deleted.nc"
+    text = HEAD + "{}G82 X230. I-30. Y-.02 J-.01 F60. E12000.\nM30\n"
+    program.write_text(text.format("/G04 P60.\n"))
+    (tmp_path / "deleted.toml").write_text((EXAMPLES / "plate_g82.toml").read_text())
+    seconds = []
+    for options in ([], ["--block-delete"]):
+        grind("run", program, "--json", *options)
+        seconds.append(json.loads(capsys.readouterr().out)["seconds"])
+    assert seconds[1] < seconds[0] - 30.0
+
+
+@pytest.mark.parametrize("name", ["keyway_g81", "plate_g82", "rail_g83"])
+def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    program, job = str(EXAMPLES / f"{name}.nc"), str(EXAMPLES / f"{name}.toml")
+    grind("run", program, "--json")
+    record = json.loads(capsys.readouterr().out)
+    grind("check", program, "--job", job, "--json")
+    report = json.loads(capsys.readouterr().out)
+    grind("trace", program, "--job", job)
+    motions = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    strokes = sum(cycle["strokes"] for cycle in report["cycles"]) + report["strokes_between"]
+    assert strokes == record["parts"][0]["strokes"]
+    # what the program does not state: the loading, less the approach that it covers, and the dresses as planned
+    settings = load_job(job)
+    events = list(execute(read_file(program), settings.control))
+    first = next(event.begin for event in events if isinstance(event, Stroke))
+    away = sum(event.time for event in events if isinstance(event, DressEnd))
+    away -= sum(event.time for event in events if isinstance(event, DressStart))
+    extra = settings.times.load - first + sum(dress["seconds"] for dress in record["dresses"]) - away
+    assert record["seconds"] - report["seconds"] == pytest.approx(extra, abs=1e-6)
+    assert len(motions) == report["motions"]
+
+
+def test_help_says_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert grind("run", "--help") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    for words in ("after each M00", "At M01 the operator gauges", "M98 with the number of the dress program dresses"):
+        assert words in out
+    columns = out[out.index("Columns of --record") :]
+    assert not [name for name in STROKE_ROW.names or () if not re.search(rf"\b{name}\b", columns)]
 
 
 def test_warnings_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

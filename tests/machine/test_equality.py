@@ -2,12 +2,14 @@
 
 import dataclasses
 import importlib.util
+import itertools
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numba
@@ -20,7 +22,9 @@ import grind_env
 from grind_env.control import Control
 from grind_env.control.rules import motion_time
 from grind_env.kernel import entry
-from grind_env.machine import block
+from grind_env.kernel.compile import fingerprint
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.machine import lanes
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, run_scalar
 from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.cycle import Cycle, PartState
@@ -270,7 +274,7 @@ MANY = [
 ]
 
 
-def outcome(cases: list[Case], kernel: Callable[..., None] = block.run_blocks, threads: int = 1) -> tuple[bytes, ...]:
+def outcome(cases: list[Case], kernel: Callable[..., None] = lanes.run_blocks, threads: int = 1) -> tuple[bytes, ...]:
     """Results, wheels, parts and stroke log of each case as bytes."""
     cycles, parameters, wheels, parts = tables(cases)
     results, log = grind_cycles(cycles, parameters, wheels, parts, threads=threads, log_strokes=60, kernel=kernel)
@@ -302,12 +306,12 @@ def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None
     assert [found[i] for i in np.argsort(order)] == list(scalar)
 
 
-@pytest.mark.parametrize("lanes", [4, 16])
-def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path: Path, lanes: int) -> None:
-    source = Path(block.__file__).read_text(encoding="utf-8")
+@pytest.mark.parametrize("count", [4, 16])
+def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path: Path, count: int) -> None:
+    source = Path(lanes.__file__).read_text(encoding="utf-8")
     assert "\nLANES = 8\n" in source
-    path = tmp_path / f"block_of_{lanes}.py"
-    path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {lanes}\n"), encoding="utf-8")
+    path = tmp_path / f"lanes_{count}.py"
+    path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {count}\n"), encoding="utf-8")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -322,14 +326,14 @@ def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path:
 GRIND_ONE_STROKE = """
 import numba
 import numpy as np
-from grind_env.machine import compiled
+from grind_env.machine.strips import grind_strips
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
 p = job().parameters
 wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
-stroke = compiled.grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p)[1]
-print(stroke.T, sum(compiled.grind_strips.stats.cache_hits.values()))
+stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p)[1]
+print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 
 
@@ -358,13 +362,22 @@ def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_pat
     assert hits == 0
     assert grind_one_stroke() == (first, 1)
 
-    equations = tmp_path / "grind_env/process/equations.py"
+    equations = tmp_path / "grind_env/process/equations/heat.py"
     text = equations.read_text(encoding="utf-8")
     assert "0.45 * flux" in text
     equations.write_text(text.replace("0.45 * flux", "0.05 * flux"), encoding="utf-8")
     second, hits = grind_one_stroke()
     assert second > first * 1.05
     assert hits == 0
+
+
+def test_generated_readers_and_writers_are_part_of_the_fingerprint() -> None:
+    def found(reads: type[Any], writes: type[Any]) -> str:
+        code = compile("write(table, 0, read(table, 0))", "kernel", "exec")
+        return fingerprint(FunctionType(code, {"read": column_reader(reads), "write": column_writer(writes)}))
+
+    pairs = list(itertools.product((WheelState, Stroke), repeat=2))
+    assert len({found(*pair) for pair in pairs}) == len(pairs)
 
 
 def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(

@@ -1,5 +1,6 @@
 import dataclasses
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -259,9 +260,20 @@ def test_a_stop_in_a_dress_program_is_no_new_part() -> None:
 
 
 @pytest.mark.parametrize("feed", ["E1", "E15"])
-def test_a_stroke_that_destroys_the_wheel_is_refused(feed: str) -> None:
-    with pytest.raises(GrindingError, match=rf"test\.nc:3: a stroke .* at {feed} mm/min destroys the wheel"):
-        run(HEAD + CYCLE.replace("E12000", feed) + "M30\n", job())
+def test_a_stroke_that_destroys_the_wheel_warns_once(feed: str) -> None:
+    record = run(HEAD + CYCLE.replace("E12000", feed) + "M30\n", job())
+    found = [warning for warning in record.warnings if "destroys the wheel" in warning]
+    assert len(found) == 1
+    assert re.match(rf"test\.nc:3: a stroke .* at {feed} mm/min destroys the wheel; usual are picks", found[0])
+    limit = job().setup.wheel.wear_flat_limit
+    assert record.strokes["A"].max() == limit
+    assert record.parts["survival"][0] < 0.01
+
+
+def test_numbers_beyond_the_model_are_refused() -> None:
+    beyond = (PartConditions(factors={"u_ch": 1e300, "mu": 1e200}),)
+    with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers; give "):
+        run(HEAD + CYCLE + "M30\n", job(), conditions=beyond)
 
 
 def test_the_control_knows_the_wheel_radius_at_any_time(monkeypatch: pytest.MonkeyPatch) -> None:

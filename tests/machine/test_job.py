@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, JobError, Part, Setup, Times, WheelStart
+from grind_env.machine.job import Job, JobError, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job_file import load_job
 from tests.machine.harness import job
 
@@ -208,3 +208,41 @@ def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
 def test_endless_nesting_is_refused(tmp_path: Path) -> None:
     with pytest.raises(JobError, match="not valid TOML"):
         load_job(write(tmp_path, "a = " + "[" * 5000))
+
+
+def test_stages_arrive_in_order(tmp_path: Path) -> None:
+    text = (
+        SHORTEST
+        + """
+    [[part.stages]]
+    stock = 0.2
+    rise_allowance = 150
+    [[part.stages]]
+    stock = 0.25
+    roughness_limit = 0.8
+    tolerance = 12
+    """
+    )
+    found = load_job(write(tmp_path, text))
+    first, second = Stage(stock=0.2, rise_allowance=150.0), Stage(stock=0.25, roughness_limit=0.8, tolerance=12.0)
+    assert found.part.stages == (first, second)
+    assert found.limits_at(second) == (*found.limits[:2], 0.8, 12.0)
+    assert found.limits_at(first).rise == found.limits.rise + 150.0
+
+
+@pytest.mark.parametrize(
+    ("stages", "key", "words"),
+    [
+        ("stages = 3", "part.stages", ["3", "[[part.stages]]"]),
+        ("stages = [3]", "part.stages", ["3", "a table"]),
+        ("[[part.stages]]\ntolerance = 9", "part.stages.stock", ["missing"]),
+        ("[[part.stages]]\nstock = 0.2\ntolerence = 9", "part.stages.tolerence", ["did you mean tolerance?"]),
+        ("[[part.stages]]\nstock = -0.2", "part.stages.stock", ["-0.2", "0.0001 to 20 mm"]),
+    ],
+)
+def test_wrong_stages_are_named(tmp_path: Path, stages: str, key: str, words: list[str]) -> None:
+    with pytest.raises(JobError) as caught:
+        load_job(write(tmp_path, SHORTEST + stages))
+    assert caught.value.key == key
+    for word in words:
+        assert word in str(caught.value)

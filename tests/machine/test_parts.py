@@ -1,5 +1,6 @@
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -178,3 +179,54 @@ def test_at_a_gauging_stop_the_wheel_is_changed_within_a_part() -> None:
     assert strokes["ds"][strokes["line"] == lines[1]][0] == pytest.approx(300.0, abs=1e-3)
     # without a stop there is nobody to do it
     assert run(HEAD + two.format(""), worn).strokes["ds"].max() < 221.0
+
+
+ENDS = "G82 X{}. I{}. Y-.05 J-.01 L2 F60. E12000. P9100\n"
+
+
+def reach(text: str, **part: Any) -> Any:
+    return run(HEAD + text + "M30\n", job(**{"stock": 0.05, "tolerance": 9.0, **part})).parts[0]
+
+
+def test_a_part_that_the_table_does_not_pass_over_is_not_good() -> None:
+    whole = reach(CYCLE)
+    assert whole["survival"] > 0.99 and whole["unground"] == 0.0
+    for start, length, unground in ((225.0, 200.0, 0.975), (0.0, 400.0, 0.425), (240.0, 200.0, 1.0)):
+        for tolerance in (9.0, 0.0):
+            part = reach(CYCLE, start=start, length=length, tolerance=tolerance)
+            assert part["unground"] == pytest.approx(unground)
+            assert part["worst_error"] == pytest.approx(50.0)
+            assert part["survival"] == 0.0
+            assert part["scrap_cost"] == 40.0
+            assert part["total_cost"] == pytest.approx(
+                part["time_cost"] + part["wheel_cost"] + part["dress_cost"] + part["scrap_cost"]
+            )
+
+
+def test_a_table_may_turn_at_the_very_edge_of_the_part() -> None:
+    assert reach(ENDS.format(200, 0), start=0.0)["survival"] > 0.99
+    assert reach(ENDS.format(200, -30), length=200.4)["unground"] == 0.0
+    assert reach(ENDS.format(200, -30), length=201.0)["unground"] > 0.0
+
+
+def test_two_strokes_that_meet_grind_the_whole_part() -> None:
+    halves = ENDS.format(100, -30) + "G80\nG00 Y20.\nG00 X230.\nG00 Y0\n" + ENDS.format("{}", 230)
+    met, apart = (reach(halves.format(end)) for end in (100, 120))
+    assert met["unground"] == 0.0 and apart["unground"] == pytest.approx(0.1)
+    assert apart["worst_error"] == pytest.approx(50.0) != met["worst_error"]
+
+
+def test_where_only_the_rough_strokes_have_been_their_stock_is_left() -> None:
+    finish = "G82 X{}. I-30. Y-.05 J-.005 L2 F60. E12000.\n"
+    rough = CYCLE.replace("Y-.05", "Y-.03")
+    short, whole = (reach(rough + finish.format(end)) for end in (150, 230))
+    assert whole["survival"] > 0.99
+    assert short["unground"] == 0.0
+    assert short["worst_error"] == pytest.approx(20.0)
+    assert short["survival"] < 0.01
+
+
+def test_a_strip_that_the_wheel_does_not_reach_is_unground() -> None:
+    part = reach(CYCLE, width=50.0)
+    assert part["unground"] == pytest.approx(0.5)
+    assert part["survival"] == 0.0

@@ -3,6 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from grind_env.errors import GrindError
+from grind_env.files import FileError
 from grind_env.machine.record import RecordError
 from tests.machine.harness import CYCLE, HEAD, job, run
 
@@ -41,8 +43,11 @@ def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
 
 
-@pytest.mark.parametrize("name", ["strokes.xlsx", "strokes", "no/such/strokes.csv"])
-def test_records_that_cannot_be_written(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [("strokes.xlsx", RecordError), ("strokes", RecordError), ("no/such/strokes.csv", FileError)],
+)
+def test_records_that_cannot_be_written(tmp_path: Path, name: str, error: type[GrindError]) -> None:
     record = run(HEAD + CYCLE + "M30\n", job())
-    with pytest.raises(RecordError, match="strokes"):
+    with pytest.raises(error, match="strokes"):
         record.write(tmp_path / name)

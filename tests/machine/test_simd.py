@@ -4,7 +4,7 @@ import re
 import numba
 import pytest
 
-from grind_env.machine.block import advance_lanes
+from grind_env.machine.lanes import advance_lanes
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")

@@ -1,4 +1,7 @@
 import re
+from typing import Any
+
+import pytest
 
 from grind_env.control import Control
 from grind_env.machine.job import WheelStart
@@ -21,8 +24,9 @@ def test_the_feed_that_is_named_is_the_least_one() -> None:
     found = re.search(r"; F(\d+) would do", run(text.replace("F60.", "F1."), out_of_reach).warnings[0])
     assert found is not None
     enough = int(found[1])
-    assert run(text.replace("F60.", f"F{enough}."), out_of_reach).warnings == ()
-    assert run(text.replace("F60.", f"F{enough - 1}."), out_of_reach).warnings != ()
+    for feed, slow in ((enough, False), (enough - 1, True)):
+        warnings = run(text.replace("F60.", f"F{feed}."), out_of_reach).warnings
+        assert any("would do" in warning for warning in warnings) is slow
 
 
 def test_a_pick_that_no_feed_finishes_in_time() -> None:
@@ -56,3 +60,104 @@ def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
     )
     (warning,) = run(HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n", job()).warnings
     assert re.fullmatch(r"test\.nc:3: a stroke cuts 0\.\d\d mm deep; the process model holds up to 0\.1 mm", warning)
+
+
+def warnings_of(text: str, **part: Any) -> tuple[str, ...]:
+    return run(HEAD + text + "M30\n", job(**part)).warnings
+
+
+LIFT = "G80\nG00 Y20.\n"
+
+
+@pytest.mark.parametrize("move", ["G00 Y-.1", "G01 Y-.1 F500.", "G00 Z10. Y-.1"])
+def test_a_move_into_the_part_warns_once(move: str) -> None:
+    (warning,) = warnings_of(f"G00 Y2.\nG00 X100.\n{move}\nG00 X-30.\n" + CYCLE.replace("Y-.05", "Y-.15"))
+    assert warning.startswith("test.nc:5: a ")
+    assert ("rapid" if "G00" in move else "feed move") in warning
+    assert "takes the wheel 0.1 mm into the part; come down beside it" in warning
+
+
+def test_a_move_that_crosses_the_part_below_its_surface_warns() -> None:
+    assert len(warnings_of("G00 Y-.03\nG00 X230.\n" + CYCLE)) == 1
+    # half-way down where it comes to the part, and clear of it before it is below the surface
+    assert len(warnings_of("G00 X100. Y-.03\nG00 Y20.\nG00 X-30.\nG00 Y0\n" + CYCLE)) == 1
+    assert warnings_of("G00 X100. Y1.\nG00 X-30. Y-.03\n" + CYCLE) == ()
+
+
+@pytest.mark.parametrize("move", ["G00 X0", "G00 X200.", "G00 Z45. X100.", "G00 Z-50. X100.", "G00 Y.1\nG00 X100."])
+def test_a_move_beside_or_above_the_part_is_none_into_it(move: str) -> None:
+    lines = ["G00 Y20.", *move.split("\n")[:1], "G00 Y-.1" if "Y" not in move else move.split("\n")[1], "G00 Y20."]
+    assert warnings_of("\n".join([*lines, "G00 X-30. Z0", "G00 Y0", CYCLE])) == ()
+
+
+def test_the_operator_may_have_left_the_wheel_anywhere() -> None:
+    assert run(HEAD.replace("X-30. Y0 Z0", "X-30. Y-.02") + CYCLE + "M30\n", job()).warnings == ()
+    second = LIFT + "G00 X100. Y1.\nM00\nG00 X-30. Y-.02\n" + CYCLE
+    assert warnings_of(CYCLE + second) == ()
+
+
+def test_moves_over_what_has_been_ground_keep_clear() -> None:
+    assert warnings_of(CYCLE + "G80\nG00 X230.\nG00 X-30.\n") == ()
+    assert len(warnings_of(CYCLE + "G80\nG00 X-30.\nG00 Y-.06\nG00 X230.\n")) == 1
+
+
+def test_an_infeed_beside_reciprocation_is_no_move_into_the_part() -> None:
+    assert warnings_of("G81 X230. I-30. E12000.\nG01 Y-.1 F1.\nG04 P3.\nG80\n") == ()
+    # a short one, within a stroke
+    assert warnings_of("G81 X230. I-30. E12000.\nG04 P.5\nG01 Y-.01 F60.\nG04 P3.\nG80\n") == ()
+
+
+@pytest.mark.parametrize(
+    ("head", "part", "words"),
+    [
+        ("Y.5", {}, "the lowest is at Y0.45, the surface at Y0; give a depth below it"),
+        ("Y0", {"start": 240.0}, "which lies from X240 to X440; the wheel passes from X-30 to X230"),
+        ("Y0", {"across": 26.0}, "which lies from Z26 to Z46; the wheel passes from Z0 to Z25"),
+    ],
+)
+def test_a_cycle_that_cuts_air_warns_once(head: str, part: dict[str, float], words: str) -> None:
+    depth = "Y.45" if head == "Y.5" else "Y-.05"
+    text = HEAD.replace("Y0", head) + CYCLE.replace("Y-.05", depth) + "M30\n"
+    (warning,) = run(text, job(tolerance=9.0, **part) if head == "Y.5" else job(**part)).warnings
+    assert warning.startswith("test.nc:3: no stroke of this cycle touches the part")
+    assert words in warning
+
+
+def test_parts_without_m00_between_them_are_ground_in_the_air() -> None:
+    part = "G00 X-30. Y0\n" + CYCLE + LIFT
+    text = HEAD + "M98 P500 L3\nM30\nO500\n" + part + "{}M99\n"
+    (warning,) = run(text.format(""), job()).warnings
+    assert warning.startswith("test.nc:7: this cycle finds nothing to grind, for the part has been ground as deep as ")
+    assert "Y-0.05 before; go deeper, or put M00 before it" in warning
+    assert run(text.format("M00\n"), job()).warnings == ()
+
+
+def test_a_second_infeed_to_the_same_depth_grinds_nothing() -> None:
+    feed = "G81 X230. I-30. E12000.\nG01 Y-.1 F1.\nG04 P5.\nG80\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
+    (warning,) = warnings_of(feed * 2)
+    assert warning.startswith("test.nc:10: this cycle finds nothing to grind")
+    assert warnings_of(feed + "M00\n" + feed) == ()
+
+
+def test_a_program_that_leaves_stock_warns() -> None:
+    (warning,) = warnings_of(CYCLE, tolerance=9.0)
+    assert warning.startswith("test.nc:3: the part is ground to a depth of 0.05 mm, but has 0.1 mm of stock")
+    assert warnings_of(CYCLE, stock=0.055, tolerance=9.0) == ()
+    assert warnings_of(CYCLE) == ()  # nobody has asked for a size
+
+
+def test_a_dress_program_called_as_a_subprogram_dresses_nothing() -> None:
+    text = HEAD + "M98 P9100\nG00 X-30. Z0\nG00 Y0\n" + CYCLE + "M30\n"
+    record = run(text, job())
+    (warning,) = record.warnings
+    assert warning.startswith("test.nc:3: M98 P9100 runs the motions of the dress program and dresses nothing; ")
+    assert record.dresses.size == 0
+    # a program that no cycle names is no dress program
+    assert run(text.replace("P9100\nM30", "\nM30"), job()).warnings == ()
+    assert run(text.replace("M98 P9100\n", ""), job()).warnings == ()
+
+
+def test_a_cycle_that_goes_on_from_another_is_not_in_the_air() -> None:
+    assert warnings_of(CYCLE + "G82 Y-.05 J-.005 L4 E9000.\n") == ()  # sparks out once more
+    assert warnings_of(CYCLE + "G82 Y-.055 J-.005 L4 E9000.\n") == ()
+    assert warnings_of(CYCLE + "G80\nG00 Y0\nG00 X-30.\n" + CYCLE.replace("Y-.05", "Y-.06")) == ()

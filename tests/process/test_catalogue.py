@@ -187,6 +187,11 @@ def test_numbers_are_stored_as_floats(value: float) -> None:
             {"wear_flat_limit": 0.02, "dressed_wear_flat": 0.03},
             "dressed_wear_flat is 0.03",
         ),
+        (
+            BUILT_IN.machine("default"),
+            {"idle_power": 7500},
+            "idle_power is 7500, but must be below power_limit, 7500",
+        ),
     ],
 )
 def test_fields_that_must_ascend(entry: Entry, change: dict[str, float], message: str) -> None:

@@ -11,7 +11,9 @@ from grind_env.process.cost import (
     Limits,
     Rates,
     dress_cost,
+    expenses,
     handover_cost,
+    passed_limits,
     running_cost,
     survival,
 )
@@ -31,6 +33,7 @@ ONE_DRESS = 0.86091445
 
 def test_running_cost() -> None:
     # a minute and a half at 80 $/h, 1000 mm3 of wheel, two dresses
+    assert expenses(90.0, 1000.0, 2.0, RATES) == pytest.approx((2.0, 0.1, 0.2), rel=1e-12)
     assert running_cost(90.0, 1000.0, 2.0, RATES) == pytest.approx(2.0 + 0.1 + 0.2, rel=1e-12)
 
 
@@ -68,6 +71,13 @@ def test_a_limit_of_zero_is_none() -> None:
     # the one limit that is set still counts
     assert survival(100.0, 2000.0, 0.5, 5000.0, free._replace(roughness=0.5)) == pytest.approx(0.5, abs=1e-9)
     assert survival(100.0, 2000.0, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_the_limits_passed() -> None:
+    assert passed_limits(450.0, 7500.0, 0.50, -9.0, LIMITS) == ()  # each value at its limit
+    assert passed_limits(451.0, 7501.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
+    free = LIMITS._replace(roughness=NO_LIMIT, size=NO_LIMIT)
+    assert passed_limits(451.0, 7500.0, 50.0, 5000.0, free) == ("rise",)
 
 
 @settings(deadline=None)

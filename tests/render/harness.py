@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grind_env.process.cost import Limits
 from grind_env.process.state import WheelState
-from grind_env.render.view import GroundBlock, Job, Motion, View, Workpiece
+from grind_env.render.view import Extent, GroundBlock, Motion, View, Workpiece
 
 LIMITS = Limits(rise=500.0, power=8000.0, roughness=1.0, size=10.0)
 WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, alw=0.03, W=0.0, wd=0.05)
@@ -24,7 +24,7 @@ GOOD = GroundBlock(
     finished=True,
     good=1.0,
 )
-JOB = Job(
+EXTENT = Extent(
     title="A job",
     blocks=20,
     parts=20,
@@ -36,7 +36,7 @@ JOB = Job(
     thickest=0.5,
 )
 VIEW = View(
-    job=JOB,
+    extent=EXTENT,
     ground=(GOOD,),
     wheel=WHEEL,
     part=Workpiece(name="plate", length=300.0, stock=0.3, left=0.003),

@@ -44,7 +44,7 @@ def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int
     fastest = max(task.action.speed_levels or task.action.speed_range or ())
     for k, view in enumerate(watch(Fixed(fastest, task.action.executions), task, 1, 2)):
         if k % 7 in (0, 1) or k == 2 * task.blocks:
-            assert_legible(replace(view, job=replace(view.job, title=task.title)), size)
+            assert_legible(replace(view, extent=replace(view.extent, title=task.title)), size)
 
 
 @pytest.mark.parametrize("size", [WIDE, TALL])
@@ -59,7 +59,7 @@ def test_there_is_room_for_the_worst(size: tuple[int, int]) -> None:
     ("title", "shown"), [("Plates", "Plates"), ("Plates " * 6, "Plates " * 6), ("Plates " * 40, "Plates Plates")]
 )
 def test_a_long_title_gets_smaller_then_shorter(title: str, shown: str, size: tuple[int, int]) -> None:
-    view = replace(VIEW, job=replace(VIEW.job, title=title))
+    view = replace(VIEW, extent=replace(VIEW.extent, title=title))
     assert_legible(view, size)
     heading = next(text for text in DRAW[size](view, *size).texts if text.text.startswith("Plates"))
     assert heading.text.startswith(shown)
@@ -80,7 +80,7 @@ def test_the_micro_sign_is_a_u_with_a_tail() -> None:
 
 def test_the_dresses_of_a_job_of_many_blocks_are_seen() -> None:
     many = tuple(replace(VIEW.ground[0], executions=1) for _ in range(2000))
-    view = replace(VIEW, ground=many, job=replace(VIEW.job, blocks=2000, parts=2000))
+    view = replace(VIEW, ground=many, extent=replace(VIEW.extent, blocks=2000, parts=2000))
     below = draw_wide(view, *WIDE).pixels()[455:480, 500:930].astype(int)
     # half way from white to orange at least
     assert ((below[..., 0] - below[..., 2]).max(axis=0) > 80).all()

@@ -32,7 +32,7 @@ TOO_SMALL = "circular-departure-too-small"
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A path to run; `share` is the part of F that its centre feed is, `generated` tells it is no programmed one."""
+    """A path to run; `share` is the part of F that its centre feed is, `generated` marks one that is not programmed."""
 
     path: Path
     generated: bool = False
@@ -61,7 +61,7 @@ class Compensation:
         return actual if self.programmed is None else _lifted(_point(self.programmed, self.plane), actual, self.plane)
 
     def forget(self) -> None:
-        """Drop the offset without a motion: the next motion in the plane is an entry, if one of G41 and G42 holds."""
+        """Drop the offset without a motion: the next motion in the plane is an entry, if G41 or G42 is in force."""
         self.offset = None
 
     def plan(
@@ -150,7 +150,7 @@ class Compensation:
         element, start = flat(path, plane), _point(actual, plane)
         place = coming.command.block.place if isinstance(coming, Prospect) else command.block.place
         try:
-            junction = self._junction(command, element, coming, ahead, before, after)
+            junction = self._junction(command, element, coming, ahead, after)
         except CompensationFault as fault:
             own = command.block.place if fault.element is element else place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
@@ -180,7 +180,6 @@ class Compensation:
         element: Element,
         coming: Prospect | Barrier,
         ahead: Iterator[Prospect | Barrier],
-        before: Offset,
         after: Offset,
     ) -> Junction:
         """Where the motion ends and how the next one is reached; sets the offset that the next one starts with."""

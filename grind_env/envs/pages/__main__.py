@@ -9,7 +9,7 @@ from grind_env.envs.pages.summary import file_name, index
 
 
 def write(folder: Path) -> list[Path]:
-    """Write the index and all pages into a folder, which is made; the files written."""
+    """Write the index and all pages into a folder, which is made if need be; returns the files written."""
     texts = {"index.md": index(), **{file_name(env_id): page(env_id) for env_id in page_ids()}}
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
@@ -18,7 +18,7 @@ def write(folder: Path) -> list[Path]:
 
 
 def main(arguments: list[str]) -> str | None:
-    """Write the pages; how it is called if the arguments do not fit."""
+    """Write the pages; returns a line on usage if the arguments do not fit."""
     if len(arguments) != 1:
         return "usage: python -m grind_env.envs.pages FOLDER"
     files = write(Path(arguments[0]))

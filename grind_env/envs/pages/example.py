@@ -3,9 +3,8 @@
 import math
 from typing import Any
 
-from grind_env.envs.job_outline import COST_TERMS
 from grind_env.envs.pages.sheet import Sheet
-from grind_env.envs.rows import reward_terms
+from grind_env.envs.rows import COST_TERMS, reward_terms
 
 COUNT = 4
 """Environments of the vector environment."""

@@ -1,4 +1,4 @@
-"""Markdown tables, and what stands in the docstring of an environment."""
+"""Markdown tables, and the parts of the docstring of an environment."""
 
 import inspect
 import re

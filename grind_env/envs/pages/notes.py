@@ -1,18 +1,13 @@
 """What a page says beyond the code, one entry for each id; `notes.toml` holds them."""
 
 import functools
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from grind_env.errors import GrindError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 FILE = Path(__file__).with_name("notes.toml")
 

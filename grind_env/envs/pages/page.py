@@ -17,7 +17,7 @@ from grind_env.envs.pages.tables import (
     reward_table,
     setup_table,
 )
-from grind_env.scores import measured, normalise
+from grind_env.scores import find_reference, normalise
 
 SECTIONS = (
     "Description",
@@ -148,7 +148,7 @@ def _arguments(about: Sheet) -> str:
 
 def _scores(about: Sheet) -> str:
     """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
-    known = measured(about.id)
+    known = find_reference(about.id)
     if known is None:
         return "None measured yet."
     rows = [

@@ -1,8 +1,8 @@
-"""Between what the reward of a step lies, term by term, worked out from a task.
+"""Bounds on the reward of a step, term by term, worked out from a task.
 
 The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
-dress and as many as the task allows, a good part and scrap. Two of them need an assumption, since a normal number has
-no end and nobody has bounded the wear of a wheel: `STOCK_SIGMAS` and `WORST_WEAR`.
+dress and as many as the task allows, a good part and scrap. Two of them need an assumption, since the
+normal distribution is unbounded and no bound on the wear of a wheel is known: `STOCK_SIGMAS` and `WORST_WEAR`.
 """
 
 import math
@@ -11,16 +11,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from grind_env.control.rules import motion_time
-from grind_env.envs.reciprocation import INFEED
 from grind_env.envs.rows import reward_terms
 from grind_env.envs.tasks import Kind, Task
+from grind_env.process.cost import MOST_HANDOVER_DRESSES
 
 STOCK_SIGMAS = 6.0
 """Standard deviations of stock that are counted; one part in a billion has more."""
 WORST_WEAR = 0.01
 """Least G-ratio that is counted, over the reference one of wheel and material."""
-MOST_HANDED_OVER = 4.0
-"""Dress executions that a dull wheel costs at most when it is handed over (scenarios, section 2)."""
 
 MEANINGS = {
     "time": "hourly rate x time of strokes, dresses, loading and wheel change",
@@ -50,13 +48,12 @@ def stock_span(task: Task, kind: Kind) -> Span:
 
 def stroke_times(task: Task) -> dict[str, Span]:
     """Seconds of a G82 block of each kind without its dresses, with loading."""
-    speeds = task.action.speed_levels or task.action.speed_range or ()
-    low, high = min(speeds), max(speeds)
+    low, high = task.action.speed_ends
     spans = {}
     for kind in task.kinds:
         stock = stock_span(task, kind)
         # a faster table than this spends more time on acceleration than it saves
-        optimum = 0.06 * math.sqrt(task.machine.acceleration * (kind.length + 2.0 * task.setup.overrun))
+        optimum = 0.06 * math.sqrt(task.machine.acceleration * task.stroke_length(kind))
         fastest = min(max(low, optimum), high)
         thick = replace(kind, stock=stock.most)
         spans[kind.name] = Span(
@@ -78,7 +75,7 @@ def single_stroke_times(task: Task) -> dict[str, Span]:
 def infeed_times(task: Task) -> dict[str, Span]:
     """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
     machine, executions = task.machine, task.action.executions
-    feed = INFEED / 60.0
+    feed = task.infeed / 60.0
     spans = {}
     for kind in task.kinds:
         stock, load = stock_span(task, kind), task.setup.load if kind.starts_part else 0.0
@@ -113,7 +110,7 @@ def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
         "wheel": Span(0.0, rates.wheel * (most * dressed + max(_worn(task, kind) for kind in task.kinds))),
         "dress": Span(0.0, rates.dress * most),
         "scrap": Span(0.0, max(kind.scrap for kind in task.kinds)),
-        "handover": Span(0.0, MOST_HANDED_OVER * execution),
+        "handover": Span(0.0, MOST_HANDOVER_DRESSES * execution),
     }
     if task.due is not None:
         due = task.due
@@ -133,10 +130,11 @@ def reward_span(task: Task, costs: Mapping[str, Span]) -> Span:
 
 def _stroke(task: Task, kind: Kind) -> Span:
     """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
-    machine, distance = task.machine, kind.length + 2.0 * task.setup.overrun
-    speeds = task.action.speed_range or task.action.speed_levels or ()
-    times = [motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in speeds]
-    return Span(min(times) + machine.reversal_dwell, max(times) + machine.reversal_dwell)
+    machine, distance = task.machine, task.stroke_length(kind)
+    slowest, fastest = (
+        motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in task.action.speed_ends
+    )
+    return Span(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
 
 
 def _worn(task: Task, kind: Kind) -> float:

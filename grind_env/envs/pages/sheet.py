@@ -1,6 +1,5 @@
 """What is known of a registered id: its environment, made with default arguments, and the notes on it."""
 
-import difflib
 import inspect
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +12,10 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.observations import Reading
 from grind_env.envs.pages.notes import Note, PageError, note_of
 from grind_env.envs.pages.rewards import Span, cost_spans, infeed_times, reward_span, single_stroke_times, stroke_times
-from grind_env.envs.reciprocation_env import ReciprocationEnv
-from grind_env.envs.stroke_env import StrokeEnv
+from grind_env.envs.reciprocation.env import ReciprocationEnv
+from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.tasks import Task
+from grind_env.errors import did_you_mean
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 """Part programs of the package."""
@@ -78,8 +78,7 @@ def sheet(env_id: str) -> Sheet:
         PageError: if the id is not registered or has no notes, or if nothing is known of its reward.
     """
     if env_id not in page_ids():
-        close = difflib.get_close_matches(env_id, page_ids(), 1, 0.5)
-        hint = f" (did you mean {close[0]}?)" if close else ""
+        hint = did_you_mean(env_id, page_ids(), 0.5)
         raise PageError(f"there is no environment {env_id!r}{hint}; the ids are {', '.join(page_ids())}")
     note = note_of(env_id)
     arguments: dict[str, Any] = {"program": str(EXAMPLES / note.program)} if note.program else {}

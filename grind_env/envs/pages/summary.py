@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from grind_env.envs.pages.markdown import table
 from grind_env.envs.pages.sheet import Sheet, page_ids, sheet
-from grind_env.scores import measured, normalise
+from grind_env.scores import find_reference, normalise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ def _row(about: Sheet) -> Summary:
 
 
 def _scripted(env_id: str) -> float | None:
-    known = measured(env_id)
+    known = find_reference(env_id)
     return None if known is None else round(normalise(env_id, known.returns[known.best_scripted].value), 3)
 
 

@@ -135,7 +135,7 @@ def drawn_table(task: Task) -> str:
     spread, start = task.spread, task.start
     rows: list[tuple[str, str, str]] = []
     if task.orders is not None:
-        rows.append(("order", "1 block kind", f"all alike likely, 1 to {task.orders.most_parts} parts"))
+        rows.append(("order", "1 block kind", f"equally likely, 1 to {task.orders.most_parts} parts"))
     if spread.stock > 0.0:
         least = ", ".join(f"{value:g}" for value in sorted({kind.least_stock for kind in task.kinds}))
         rows.append(("part", "stock over nominal", f"normal, 1 ± {spread.stock:g}, at least {least}"))

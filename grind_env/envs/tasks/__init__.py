@@ -1,7 +1,6 @@
 """The tasks, one declarative TOML file each (scenarios, section 4), read into frozen dataclasses."""
 
 import functools
-import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any
@@ -14,6 +13,7 @@ from grind_env.envs.tasks.tables import (
     Due,
     Kind,
     Orders,
+    ReadOnly,
     Setup,
     Spread,
     Start,
@@ -22,11 +22,7 @@ from grind_env.envs.tasks.tables import (
     refuse_unknown,
 )
 from grind_env.errors import GrindError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.toml import tomllib
 
 __all__ = [
     "DRESS_CLEARANCE",
@@ -133,5 +129,11 @@ def _read(kind: type[Any], table: Any, place: str, **given: Any) -> Any:
     for item in expected:
         if item.default is MISSING and item.default_factory is MISSING and item.name not in table:
             raise TaskError(f"{place}the key {item.name} is missing")
-    values = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    values = {key: _unchanging(value) for key, value in table.items()}
     return kind(**given, **values)
+
+
+def _unchanging(value: Any) -> Any:
+    if isinstance(value, dict):
+        return ReadOnly(value)
+    return tuple(value) if isinstance(value, list) else value

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from grind_env.control.rules import motion_time
+from grind_env.control.rules import PICK_TOLERANCE, motion_time
 from grind_env.envs.tasks.tables import (
     ActionRange,
     Dress,
     Due,
     Kind,
     Orders,
+    ReadOnly,
     Setup,
     Spread,
     Start,
@@ -23,7 +24,7 @@ from grind_env.envs.tasks.tables import (
 from grind_env.process.catalogue import Entry, load_catalogue, quantities
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Machine, Wheel
-from grind_env.process.parameters import stroke_parameters
+from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 
 EntryT = TypeVar("EntryT", bound=Entry)
@@ -60,7 +61,7 @@ class Task:
     cross_pick: float = 0.0
     spread: Spread = field(default_factory=Spread)
     start: Start = field(default_factory=Start)
-    factors: Mapping[str, float] = field(default_factory=dict)
+    factors: Mapping[str, float] = field(default_factory=ReadOnly)
 
     def __post_init__(self) -> None:
         if bool(self.sequence) == (self.orders is not None):
@@ -120,8 +121,7 @@ class Task:
     @property
     def rates(self) -> Rates:
         """Prices of time, wheel and dresser."""
-        dresser = load_catalogue().dresser(self.setup.dresser)
-        return Rates(self.machine.hourly_rate, self.wheel.price, dresser.cost_per_dress)
+        return rates_of(self.wheel, load_catalogue().dresser(self.setup.dresser), self.machine)
 
     def parameters(self, kind: Kind) -> StrokeParameters:
         """Stroke parameters of a block kind, with the fixed factors of this task."""
@@ -139,8 +139,13 @@ class Task:
 
     def limits(self, kind: Kind) -> Limits:
         """Limits of a good part of that kind."""
-        tempering = load_catalogue().material(kind.material).tempering_rise
-        return Limits(tempering + kind.rise_allowance, self.machine.power_limit, kind.roughness_limit, kind.tolerance)
+        return limits_of(
+            load_catalogue().material(kind.material),
+            self.machine,
+            rise_allowance=kind.rise_allowance,
+            roughness_limit=kind.roughness_limit,
+            tolerance=kind.tolerance,
+        )
 
     @property
     def wheel_revolutions(self) -> float:
@@ -167,18 +172,24 @@ class Task:
         """What one dress execution takes off the wheel diameter, mm."""
         return 2.0 * self.dress.passes * self.dress.depth
 
+    def stroke_length(self, kind: Kind) -> float:
+        """Distance between the reversal points of a block of that kind, mm."""
+        return kind.length + 2.0 * self.setup.overrun
+
+    def strokes(self, kind: Kind, stock: float) -> int:
+        """Strokes of a block of that kind and `stock` (mm): one to the primary point, the plunges and the spark-out."""
+        plunges = math.ceil(stock / kind.pick - PICK_TOLERANCE)
+        if self.cross_pick > 0.0:
+            # after the stroke to the primary point a traverse for each plunge and each spark-out
+            across = math.ceil((kind.width - self.wheel.width) / self.cross_pick - PICK_TOLERANCE)
+            return 1 + (plunges + kind.sparkout) * (across + 1)
+        return plunges + 1 + kind.sparkout
+
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
         """Time of a block of nominal stock at E `speed` (m/min) without a dress, s; a first one with its loading."""
         vw = 1000.0 * speed / 60.0
-        picks = math.ceil(kind.stock / kind.pick - 1e-6)
-        strokes = picks + 1 + kind.sparkout
-        if self.cross_pick > 0.0:
-            # after the stroke to the primary point a traverse for each plunge and each spark-out
-            across = math.ceil((kind.width - self.wheel.width) / self.cross_pick - 1e-6)
-            strokes = 1 + (picks + kind.sparkout) * (across + 1)
-        distance = kind.length + 2.0 * self.setup.overrun
-        stroke = motion_time(distance, vw, self.machine.acceleration) + self.machine.reversal_dwell
-        return strokes * stroke + (self.setup.load if kind.starts_part else 0.0)
+        stroke = motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
+        return self.strokes(kind, kind.stock) * stroke + (self.setup.load if kind.starts_part else 0.0)
 
 
 def _changed(entry: EntryT, changes: Mapping[str, Any], place: str) -> EntryT:

@@ -1,13 +1,35 @@
 """The tables of a task file, one frozen dataclass each (scenarios, section 4)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from grind_env.errors import GrindError
 
 
 class TaskError(GrindError):
     """An unknown task or a task file that does not fit the dataclasses below."""
+
+
+class ReadOnly(Mapping[str, float]):
+    """Numbers by name that nobody can change: tasks are cached, and shared by all environments."""
+
+    __slots__ = ("_numbers",)
+
+    def __init__(self, numbers: Mapping[str, float] = MappingProxyType({})) -> None:
+        self._numbers = dict(numbers)
+
+    def __getitem__(self, name: str) -> float:
+        return self._numbers[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._numbers)
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    def __repr__(self) -> str:
+        return repr(self._numbers)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,6 +43,12 @@ class ActionRange:
     def __post_init__(self) -> None:
         if (self.speed_range is None) == (self.speed_levels is None):
             raise TaskError("[action] needs either speed_range or speed_levels: give exactly one of the two")
+
+    @property
+    def speed_ends(self) -> tuple[float, float]:
+        """Lowest and highest E, m/min."""
+        speeds = self.speed_levels or self.speed_range or ()
+        return min(speeds), max(speeds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,8 +67,8 @@ class Setup:
     overrun: float
     load: float
     coolant_ageing: float = 0.0
-    wheel_changes: Mapping[str, float] = field(default_factory=dict)
-    machine_changes: Mapping[str, float] = field(default_factory=dict)
+    wheel_changes: Mapping[str, float] = field(default_factory=ReadOnly)
+    machine_changes: Mapping[str, float] = field(default_factory=ReadOnly)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,9 +108,9 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Orders:
-    """Small orders instead of a fixed sequence, each of one kind (all alike likely) and a lot of its own.
+    """Small orders instead of a fixed sequence, each of one kind (all equally likely) and a lot of its own.
 
-    An order has 1 to `most_parts` parts, all numbers alike likely; the last one ends with the episode.
+    An order has 1 to `most_parts` parts, all numbers equally likely; the last one ends with the episode.
     """
 
     most_parts: int
@@ -104,7 +132,7 @@ class Due:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelChange:
-    """$ and s of a wheel change: below its minimum diameter a wheel gives way to a new one, dressed."""
+    """$ and s of a wheel change: a wheel below its minimum diameter is replaced by a new one, dressed."""
 
     price: float
     seconds: float

@@ -1,0 +1,1 @@
+"""`grind/Reciprocation-v0`: G81 with a continuous infeed."""

@@ -1,0 +1,68 @@
+"""The task of `grind/Reciprocation-v0`: PowerLimited's plates with the literal G81, and its blocks as program text."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from grind_env.control import Control, Motion, Programs, Source, execute
+from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.reciprocation.step import feeding_of
+from grind_env.envs.rows import KindRow, Shop, kind_row
+from grind_env.envs.tasks import Task
+from grind_env.machine.reciprocation import Feeding, segments
+
+TASK = "reciprocation"
+"""Name of its task file."""
+
+REQUEST = "OPERATOR ASKS FOR A DRESS"
+"""Comment on the dwell in which the operator's request is served."""
+
+NO_DRESS = Shop(*[0.0] * len(Shop._fields))
+"""A shop without numbers. To look up those of a dress (`rows.shop_row`) would take longer than the step itself."""
+
+
+def feeding(task: Task, block: CycleBlock) -> Feeding:
+    """The block as the compiled step has it, but for the numbers of a dress, on which no word of its text depends."""
+    machine, kind = task.machine, KindRow(*map(float, kind_row(task, block.kind)))
+    shop = NO_DRESS._replace(acceleration=machine.acceleration, dwell=machine.reversal_dwell)
+    requests, pre_dress = float(block.executions), float(block.pre_dress)
+    return feeding_of(kind, block.stock, block.speed, requests, shop, task.infeed / 60.0, pre_dress)
+
+
+def block_text(task: Task, block: CycleBlock) -> str:
+    """The blocks of one step as the control reads them, a line each: G81 or G81.1, infeeds and dwells, G80."""
+    overrun, kind = task.setup.overrun, block.kind
+    words = f"X{number(kind.length + overrun)} I{number(-overrun)} E{number(block.speed)} P{DRESS_PROGRAM}"
+    lines = [f"{'G81.1' if block.pre_dress else 'G81'} {words}"]
+    for k, part in enumerate(segments(feeding(task, block))):
+        request = f" ({REQUEST})" if k < block.executions else ""
+        lines += [f"G01 Y{number(-part.end)} F{number(task.infeed)}", f"G04 X{number(part.dwell)}{request}"]
+    return "\n".join([*lines, "G80"])
+
+
+def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
+    """A main program that runs the blocks, and the dress program.
+
+    The operator asks for a dress at the start of each dwell that says so; `request_times` tells when that is.
+    """
+    start = approach(task, 0.0)
+    return program_of(task, blocks, lambda block: [*start, block_text(task, block)])
+
+
+def request_times(programs: Programs, control: Control) -> tuple[float, ...]:
+    """Times of the control, s, at which the operator asks for a dress; for `Control.operator_dress_at`.
+
+    A request is made when the last motion or dwell before the dwell that says so has ended.
+    """
+    ahead, before = set(), 0
+    for source in programs.main.blocks:
+        if REQUEST in source.text:
+            ahead.add(before)
+        if source.text.startswith("G04") or " Y" in source.text:
+            before = source.line
+    control, times = replace(control), []
+    for event in execute(programs, control):
+        if isinstance(event, Motion) and event.source is Source.PROGRAM and event.line in ahead:
+            control.request_dress()
+            # just after it, not in the same moment, in which the table may turn
+            times.append(event.finish + 1e-6)
+    return tuple(times)

@@ -1,0 +1,137 @@
+"""What a block that was run has cost, and what the shop floor remembers of it."""
+
+from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_roughness, measured_size
+from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
+from grind_env.envs.tape import TapeRow
+from grind_env.kernel import inlined
+from grind_env.machine.cycle import CycleResult, PartState
+from grind_env.process.cost import Limits, Rates, expenses, survival
+
+
+@inlined
+def counted_rise(kind: KindRow, result: CycleResult) -> float:
+    """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
+    return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
+
+
+@inlined
+def good_so_far(kind: KindRow, part: PartState, result: CycleResult, size_error: float, old: Memory) -> float:
+    """Probability that the part is still good after a block; `size_error` in um."""
+    limits = Limits(kind.rise, kind.power, kind.roughness, kind.size)
+    before = 1.0 if kind.starts_part > 0.0 else old.survival
+    return before * survival(counted_rise(kind, result), result.peak_power, part.Rs, size_error, limits)
+
+
+@inlined
+def outcome_of(
+    kind: KindRow,
+    row: TapeRow,
+    shop: Shop,
+    part: PartState,
+    result: CycleResult,
+    old: Memory,
+    size_error: float,
+    good: float,
+    change: float,
+    handover: float,
+) -> Outcome:
+    """What a block has cost and made.
+
+    Args:
+        kind: of the block.
+        row: of the tape.
+        shop: numbers of the task.
+        part: after the block.
+        result: of its cycle.
+        old: what was remembered before it.
+        size_error: stock left on the part, um.
+        good: probability that the part is still good.
+        change: 1 if the wheel is changed after the block.
+        handover: price of handing over the wheel, $.
+    """
+    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+    seconds = result.seconds + kind.load + change * shop.change_seconds
+    clock = old.clock + seconds
+    finished = 1.0 if kind.ends_part > 0.0 else 0.0
+    time_cost, wheel_cost, dress_cost = expenses(seconds, result.worn + result.dressed_off, result.dresses, rates)
+    scrap_cost = finished * kind.scrap * (1.0 - good)
+    late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
+    change_cost = change * shop.change_price
+    cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
+    return Outcome(
+        time_cost=time_cost,
+        wheel_cost=wheel_cost,
+        dress_cost=dress_cost,
+        scrap_cost=scrap_cost,
+        handover_cost=handover,
+        late_cost=late_cost,
+        change_cost=change_cost,
+        cost=cost,
+        reward=-cost / shop.reference_cost,
+        good=finished * good,
+        finished=finished,
+        seconds=seconds,
+        burn_ratio=result.burn_ratio,
+        rise=counted_rise(kind, result),
+        peak_power=result.peak_power,
+        roughness=part.Rs,
+        size_error=size_error,
+    )
+
+
+@inlined
+def remembered(
+    kind: KindRow,
+    row: TapeRow,
+    result: CycleResult,
+    old: Memory,
+    outcome: Outcome,
+    good: float,
+    change: float,
+    E: float,
+    D: float,
+    pre_dress: float,
+) -> Memory:
+    """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
+
+    The other arguments are those of `outcome_of`, and what came of it.
+    """
+    ends = kind.ends_part > 0.0
+    mean = result.last_power / result.last_count if result.last_count > 0.0 else 0.0
+    first = result.first_power / result.first_count if result.first_count > 0.0 else 0.0
+    # of a new wheel nothing is known yet
+    mean_power = measured_power(mean, row.mean_noise) if result.last_count > 0.0 and change == 0.0 else 0.0
+    first_power = measured_power(first, row.first_noise) if result.first_count > 0.0 else 0.0
+    size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
+    known = ends and old.gauged >= 0.0
+    roughness = old.gauged if known else old.roughness
+    since_gauged = 1.0 if known else old.since_gauged + outcome.finished
+    gauged = -1.0 if ends else old.gauged
+    if ends and int(old.parts) % GAUGE_EVERY == 0:
+        gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
+    # the executions stand evenly in the depth: an equal share of it is ground after the last one
+    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
+    sharpened = result.dresses + change > 0.0
+    volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
+    blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
+    return Memory(
+        speed=E / 1000.0,
+        executions=D,
+        pick=kind.pick,
+        width=kind.width,
+        mean_power=mean_power,
+        first_power=first_power,
+        peak_power=measured_power(result.peak_power, row.peak_noise),
+        size_error=size_error,
+        roughness=roughness,
+        gauged=gauged,
+        since_gauged=since_gauged,
+        volume=volume,
+        blocks_since_dress=blocks_since_dress,
+        dresses=old.dresses + result.dresses,
+        parts=old.parts + outcome.finished,
+        survival=good,
+        pre_dress=pre_dress,
+        clock=old.clock + outcome.seconds,
+        wheel_changes=old.wheel_changes + change,
+    )

@@ -1,0 +1,1 @@
+"""`grind/Wen-v0`: a published one-step problem."""

@@ -1,0 +1,108 @@
+"""The action of `grind/Wen-v0`, to a setting and back, and arguments that mean something in the other ids only."""
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.actions import ActionError, check_shape, plain, real_numbers
+from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
+from grind_env.envs.tasks import TaskError
+from grind_env.process.wen import HIGHEST, LOWEST, Setting
+
+Array = NDArray[Any]
+
+LOW, HIGH = np.array(LOWEST), np.array(HIGHEST)
+"""Bounds of a setting."""
+
+
+def action_space() -> spaces.Box[np.float32]:
+    """One number from -1 to 1 for each part of a setting."""
+    return spaces.Box(-1.0, 1.0, (len(Setting._fields),), np.float32)
+
+
+def check_arguments(action: object, observation: object, show_block: object, predress: bool, cycle: object) -> None:
+    """Check arguments that all ids share.
+
+    Args:
+        action: form of the action.
+        observation: `"measured"` or `"full"`, which are the same here.
+        show_block: False.
+        predress: False.
+        cycle: None.
+
+    Raises:
+        ActionError: the form is not `"box"`, or a pre-dress is asked for.
+        TaskError: there is no such observation, or the text of a block or a cycle is asked for.
+    """
+    if not isinstance(action, str) or action != "box":
+        raise ActionError(
+            f"action is {action!r}, but must be 'box' in grind/Wen-v0: its settings are continuous, and none is E or D"
+        )
+    is_full(observation)
+    check_flags(show_block=show_block, predress=predress)
+    refuse_predress(predress, "in grind/Wen-v0 nothing is dressed")
+    refuse_cycle(cycle, "grind/Wen-v0 runs no program")
+    if show_block:
+        raise TaskError(f"show_block is {show_block!r}, but grind/Wen-v0 runs no block of a program: leave it out")
+
+
+def action_array(actions: ArrayLike, count: int) -> NDArray[Any]:
+    """Actions as numbers, shape (count, fields of `Setting`).
+
+    Raises:
+        ActionError: if they are not numbers or have another shape.
+    """
+    names = ", ".join(Setting._fields)
+    values = real_numbers(actions, names)
+    if values.shape != (count, len(Setting._fields)):
+        raise ActionError(
+            f"actions have shape {values.shape}, but must have shape ({count}, {len(Setting._fields)}): "
+            f"{names} of each env"
+        )
+    return values
+
+
+def single_array(action: ArrayLike) -> NDArray[Any]:
+    """One action as a batch of one, shape (1, fields of `Setting`).
+
+    Raises:
+        ActionError: if it is not numbers or has another shape.
+    """
+    names = ", ".join(Setting._fields)
+    values = real_numbers(action, names)
+    check_shape(values, (len(Setting._fields),), names)
+    return values[None]
+
+
+def decode(values: Array) -> Array:
+    """Settings, shape (N, fields of `Setting`), of actions of that shape: linear from -1..1 onto the bounds.
+
+    Raises:
+        ActionError: if an action is not a number or lies outside -1..1.
+    """
+    good = np.abs(values) <= 1.0
+    if not good.all():
+        i, k = np.argwhere(~good)[0]
+        name = Setting._fields[k]
+        raise ActionError(
+            f"action {i} has {plain(values[i, k])} for {name}, but must lie between -1 and 1: clip it first"
+        )
+    settings: Array = LOW + 0.5 * (values + 1.0) * (HIGH - LOW)
+    return settings
+
+
+def encode(setting: Setting) -> NDArray[np.float32]:
+    """The action, shape (4,), that chooses a setting.
+
+    Raises:
+        ActionError: if the setting lies outside the bounds.
+    """
+    values = np.array(setting)
+    good = (values >= LOW) & (values <= HIGH)
+    if not good.all():
+        k = int(np.flatnonzero(~good)[0])
+        raise ActionError(f"{Setting._fields[k]} is {plain(values[k])}, but must be from {LOW[k]:g} to {HIGH[k]:g}")
+    action: NDArray[np.float32] = (2.0 * (values - LOW) / (HIGH - LOW) - 1.0).astype(np.float32)
+    return action

@@ -1,0 +1,46 @@
+"""Parts wider than the wheel as program text: a G83 with cross picks for each."""
+
+from collections.abc import Mapping, Sequence
+
+from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.tasks import Kind, Task
+
+CROSS_FEED = 1500.0
+"""mm/min of plunge and cross picks; the longest pick is over before the wheel is back over the part."""
+
+
+def crossover(task: Task, kind: Kind) -> float:
+    """Z of the G83, mm: from one edge of the wheel on the edge of the part to the other one."""
+    return kind.width - task.wheel.width
+
+
+def chosen_words(block: CycleBlock) -> Mapping[str, str]:
+    """Numbers of the words that an action chooses, by letter; G only where the block is to be a G83.1."""
+    words = {"E": number(block.speed), "D": str(block.executions)}
+    return words | {"G": "83.1"} if block.pre_dress else words
+
+
+def block_text(task: Task, block: CycleBlock) -> str:
+    """The G83 block as the control reads it."""
+    overrun, kind, chosen = task.setup.overrun, block.kind, chosen_words(block)
+    words = (
+        f"G{chosen.get('G', '83')}",
+        f"X{number(kind.length + overrun)}",
+        f"I{number(-overrun)}",
+        f"Y{number(-block.stock)}",
+        f"J{number(-kind.pick)}",
+        f"Z{number(crossover(task, kind))}",
+        f"K{number(task.cross_pick)}",
+        f"L{kind.sparkout}",
+        f"F{number(CROSS_FEED)}",
+        f"E{chosen['E']}",
+        f"P{DRESS_PROGRAM}",
+        f"D{chosen['D']}",
+    )
+    return " ".join(words)
+
+
+def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
+    """A main program that grinds the parts, and the dress program."""
+    start = approach(task, 0.0)
+    return program_of(task, blocks, lambda block: [*start, block_text(task, block), "G80"])

@@ -1,0 +1,53 @@
+"""How deep strokes have reached at every place of a part, where the table does not pass over its whole length."""
+
+import math
+
+import numpy as np
+
+from grind_env.machine.strips import Strips
+
+CELL = 1.0
+"""mm; length of a cell at most. A stroke reaches the cells whose middle it passes, so that a table may turn at the very
+edge of the part."""
+
+
+class Coverage:
+    """The deepest stroke over each cell of each strip of a part.
+
+    The process model keeps one depth along the length of a strip; where no stroke so deep has been, the part is not
+    ground to it.
+    """
+
+    def __init__(self, start: float, length: float, strips: int) -> None:
+        """Begin with a part from coordinate `start` on, both mm, that no stroke has reached."""
+        self._cells = math.ceil(length / CELL)
+        self._start, self._cell = start, length / self._cells
+        self._whole = np.zeros(strips)  # by strokes over the whole length
+        self._short: dict[tuple[int, int, int, int], float] = {}
+
+    def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
+        """A stroke at depth `Z`, mm, between two reversal points has passed over the strips `first` to `last - 1`."""
+        low = max(math.ceil((min(ends) - self._start) / self._cell - 0.5), 0)
+        high = min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
+        if high - low == self._cells:
+            np.maximum(self._whole[first:last], Z, out=self._whole[first:last])
+        elif low < high:
+            place = first, last, low, high
+            self._short[place] = max(self._short.get(place, 0.0), Z)
+
+    def least(self) -> Strips:
+        """Depth of each strip where it has been reached least, mm; 0 where a place of it has not been reached."""
+        least: Strips = self._depths().min(axis=1)
+        return least
+
+    @property
+    def unground(self) -> float:
+        """Share of the surface that no stroke has reached, from 0 to 1."""
+        return float((self._depths() <= 0.0).mean())
+
+    def _depths(self) -> Strips:
+        """Depths of the cells, mm, shape (strips, cells); of one cell for all if strokes were over the whole length."""
+        depths = np.repeat(self._whole[:, None], self._cells if self._short else 1, axis=1)
+        for (first, last, low, high), Z in self._short.items():
+            np.maximum(depths[first:last, low:high], Z, out=depths[first:last, low:high])
+        return depths

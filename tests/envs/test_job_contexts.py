@@ -1,0 +1,152 @@
+"""Contexts and splits of the user's own job: the grammar of the other tasks, for what a job leaves to chance."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grind_env.envs.contexts import CONTEXT_FACTORS, SPLITS, ContextError, Given, read_options
+from grind_env.envs.job.env import JobEnv
+from grind_env.envs.job.readings import job_task
+from grind_env.envs.job.tape import LOT_SPREAD, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors, draw
+from grind_env.envs.job.vector_env import JobVectorEnv
+from tests.envs.harness import MODES, assert_same
+from tests.envs.test_contexts import DECILES
+
+FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
+ENV = JobEnv()
+
+
+def given_of(options: dict[str, Any]) -> Given:
+    return read_options(job_task(ENV.job, 1.0), options, Given(), barred_factors(1.0))
+
+
+def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
+    return draw(np.random.default_rng(seed), 4, parts, spread, given_of(options))
+
+
+def column(tape: JobTape, name: str) -> np.ndarray:
+    return np.array([condition.factors[name] for condition in tape.conditions])
+
+
+def episode(env: JobEnv, seed: int, options: Any = None) -> list[Any]:
+    """What an episode of the example shows and earns."""
+    steps = [env.reset(seed=seed, options=options)[0]]
+    for D in (0.0, 1.0):
+        steps.append(env.step(np.array([0.2, 2.0 * (D + 0.5) / 4.0 - 1.0], np.float32))[:2])
+    return steps
+
+
+@pytest.mark.parametrize("name", [*CONTEXT_FACTORS, "material", "sequence"])
+def test_a_factor_either_changes_something_or_is_refused(name: str) -> None:
+    env = JobEnv(observation="full")
+    if name in FIXABLE:
+        shown = [episode(env, 0, {"context": {"noise": 1.0, name: value}}) for value in (1.0, 1.5)]
+        with pytest.raises(AssertionError):
+            assert_same(*shown)
+        return
+    with pytest.raises(ContextError, match=f"say what is ground and with which wheel: {name} cannot be fixed"):
+        env.reset(options={"context": {name: 1.0}})
+
+
+def test_exact_gauges_have_no_noise_to_fix() -> None:
+    with pytest.raises(ContextError, match="with spread=0 the gauges are exact: noise cannot be fixed, leave it out"):
+        JobEnv(spread=0.0).reset(options={"context": {"noise": 1.0}})
+
+
+def test_the_nominal_context_is_the_job_without_spread() -> None:
+    env, nominal = JobEnv(), JobEnv(spread=0.0)
+    for seed in (0, 1):
+        assert_same(episode(env, seed, {"context": "nominal"}), episode(nominal, seed))
+
+
+def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
+    plain, fixed = tape_of({}, 3), tape_of({"context": {"kA": 2.0, "noise": 0.5, "fc": 1.1}}, 3)
+    for name in ("pm", "hf", "Gref", "ra_scale"):
+        np.testing.assert_array_equal(column(plain, name), column(fixed, name))
+    assert (column(fixed, "fc") == 1.1).all() and len(set(column(plain, "kA"))) > 3
+    # every lot has the factor 2, on top of that of the wheel
+    np.testing.assert_allclose(column(fixed, "kA"), 2.0 * np.exp(0.20 * cut(3)), rtol=1e-9)
+    np.testing.assert_array_equal(fixed.noise, 0.5 * plain.noise)
+    assert fixed.new_lot == plain.new_lot and sum(plain.new_lot) > 3
+    both = tape_of({"context": {"kA": 2.0, "pm": 1.0}}, 3)
+    assert both.new_lot == (True, *[False] * 49)  # a lot that differs in nothing is no new one
+
+
+def cut(seed: int) -> float:
+    """The standard normal number of the wheel, cut as all of them."""
+    return float(np.clip(np.random.default_rng(seed).standard_normal(), -1.8, 1.8))
+
+
+def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
+    followers = []
+    for options in ({}, {"context": "nominal"}, {"split": "test"}):
+        rng = np.random.default_rng(0)
+        draw(rng, 4, 9, 1.0, given_of(options))
+        followers.append(rng.random())
+    assert len(set(followers)) == 1
+
+
+@pytest.mark.parametrize(("name", "ranges"), SPLITS.items())
+def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str, ranges: tuple[int, ...]) -> None:
+    tapes = [tape_of({"split": name}, seed) for seed in range(300)]
+    for factor, sigma in {**WHEEL_SPREAD, **LOT_SPREAD}.items():
+        if factor == "kA":
+            continue  # the product of two factors
+        z = np.log(np.array([column(tape, factor) for tape in tapes]).ravel()) / sigma
+        near = np.abs(z[:, None] - DECILES).min(axis=-1) < 1e-3
+        assert set(np.digitize(z[~near], DECILES)) == set(ranges), factor
+
+
+def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
+    assert {*WHEEL_FACTORS.values(), *LOT_SPREAD, "noise"} == set(FIXABLE)
+    assert set(barred_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)
+
+
+def test_a_context_holds_until_another_is_given() -> None:
+    env = JobEnv()
+
+    def growth(**reset: Any) -> float:
+        env.reset(**reset)
+        assert env.tape is not None
+        return float(column(env.tape, "hf")[0])
+
+    drawn = growth(seed=0)
+    assert growth(seed=0, options={"context": {"hf": 2.0}}) == 2.0 and growth() == 2.0
+    with pytest.raises(ContextError, match="no factor 'HF'"):
+        growth(seed=1, options={"context": {"HF": 3.0}})
+    assert growth() == 2.0
+    assert growth(seed=0, options={"context": None}) == drawn and env.given == Given()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
+    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": [None, "test", "train"]}
+    vector, singles = JobVectorEnv(num_envs=3, autoreset_mode=mode), [JobEnv() for _ in range(3)]
+    begun = vector.reset(seed=4, options=options)[0]
+    for i, env in enumerate(singles):
+        own = {name: values[i] for name, values in options.items()}
+        assert_same(env.reset(seed=4 + i, options=own)[0], begun[i])
+    action = np.zeros((3, 2), np.float32)
+    over, rounds = np.zeros(3, bool), 0
+    while rounds < 2:
+        shown, rewards, over, _, info = vector.step(action)
+        last = info["final_obs"] if over.all() and mode.value == "SameStep" else shown
+        for i, env in enumerate(singles):
+            stepped = env.step(action[i])
+            assert_same(stepped[0], last[i])
+            assert stepped[1] == rewards[i]
+        if over.all():
+            rounds += 1
+            if mode.value != "SameStep":
+                shown = vector.step(action)[0] if mode.value == "NextStep" else vector.reset()[0]
+            for i, env in enumerate(singles):
+                assert_same(env.reset()[0], shown[i])
+    mask = np.array([False, True, False])
+    vector.reset(options={"reset_mask": mask, "context": {"hf": 3.0}})
+    assert [env.given.fixed.hf for env in vector.singles] == [2.0, 3.0, 1.0]
+
+
+def test_the_job_of_the_example_has_two_blocks() -> None:
+    assert len(ENV.outline.blocks) == 2 and Path(ENV.programs.name).name == "plate_g82.nc"

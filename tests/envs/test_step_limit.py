@@ -1,0 +1,80 @@
+"""`max_episode_steps` of the vector environments, which Gymnasium hands to them, does what its `TimeLimit` does."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.tasks import TaskError
+from tests.envs.harness import MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
+
+STEPS = {
+    "grind/PowerLimited-v0": 3,
+    "grind/Oracle6-v0": 6,  # the last step of an episode both terminates and truncates it
+    "grind/JobShop-v0": 1,
+    "grind/Reciprocation-v0": 2,
+    "grind/WidePlates-v0": 2,
+    "grind/Stroke-v0": 4,
+    "grind/Job-v0": 1,
+    "grind/Wen-v0": 1,
+}
+
+
+@pytest.mark.parametrize(("env_id", "steps"), STEPS.items())
+def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, steps: int) -> None:
+    options = {**quiet(env_id), "max_episode_steps": steps}
+    check_vector_env(
+        lambda mode: native(env_id, 2, mode, **options),
+        single=lambda: gym.make(env_id, **options),
+        steps=2 * steps + 2,
+    )
+
+
+@pytest.mark.parametrize("env_id", every_id())
+def test_every_id_takes_the_keyword_and_keeps_it_in_its_spec(env_id: str) -> None:
+    env = gym.make_vec(env_id, 2, max_episode_steps=1)
+    again = gym.make_vec(EnvSpec.from_json(env.spec.to_json()))
+    [batch] = sampled(env_id, 1, 2)
+    for each in (env, again, gym.make_vec(env_id, 2, max_episode_steps=np.int64(1))):
+        each.reset(seed=0)
+        assert each.step(batch)[3].tolist() == [True, True]
+    with_limit = gym.spec(env_id)
+    made = gym.make_vec(EnvSpec(**{**limited(with_limit), "max_episode_steps": 2}), 2)
+    made.reset(seed=0)
+    assert not made.step(batch)[3].any()
+
+
+def limited(spec: EnvSpec) -> dict[str, Any]:
+    names = ("entry_point", "vector_entry_point", "kwargs")
+    return {"id": spec.id, **{name: getattr(spec, name) for name in names}}
+
+
+@pytest.mark.parametrize("env_id", every_id())
+@pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, [4]])
+def test_a_limit_that_is_no_whole_number_above_0_is_refused(env_id: str, value: Any) -> None:
+    with pytest.raises(TaskError) as caught:
+        gym.make_vec(env_id, 2, max_episode_steps=value)
+    sentence = f"max_episode_steps is {value!r}, but must be a whole number of at least 1, or left out"
+    assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_masked_resets_in_mid_episode_start_the_count_anew(mode: Any) -> None:
+    a, b = (make("grind/PowerLimited-v0", 3, mode, max_episode_steps=4) for make in (native, sync))
+    batches = sampled("grind/PowerLimited-v0", 12, 3)
+    assert_same(a.reset(seed=0), b.reset(seed=0))
+    over = np.zeros(3, bool)
+    for k, batch in enumerate(batches):
+        mask = np.array([k == 1, k == 2, k == 6]) | (over & (mode.value == "Disabled"))
+        if mask.any():
+            assert_same(*(env.reset(options={"reset_mask": mask.copy()}) for env in (a, b)))
+        ours, theirs = a.step(batch), b.step(batch)
+        assert_same(ours, theirs)
+        over = ours[2] | ours[3]
+
+
+def test_single_envs_have_the_time_limit_of_gymnasium() -> None:
+    assert not any(accepts(env_id, "max_episode_steps") for env_id in every_id())
