@@ -229,7 +229,6 @@ def tasks(
     table = Table(
         Column("id", no_wrap=True),
         "steps",
-        Column("actions", no_wrap=True),
         "obs.",
         Column("rule", justify="right"),
         "easy or hard",
@@ -238,7 +237,7 @@ def tasks(
     )
     for row in rows:
         score = "" if row.scripted is None else f"{row.scripted:.0f}"
-        table.add_row(row.id, str(row.steps or "-"), "\n".join(row.actions), str(row.observation), score, row.hard)
+        table.add_row(row.id, str(row.steps or "-"), str(row.observation), score, row.hard)
     Console(markup=False, highlight=False).print(table)
 
 

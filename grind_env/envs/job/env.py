@@ -24,12 +24,12 @@ from grind_env.envs.arguments import (
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.infos import info_of_costs
 from grind_env.envs.job.outline import Choice, Outline, costs, handover, outline
+from grind_env.envs.job.program import with_words_chosen
 from grind_env.envs.job.readings import Gauges, coming, hidden, job_task, readings, scaled
 from grind_env.envs.job.tape import JobTape, barred_factors, draw
 from grind_env.envs.job.view import block_of_run, job_view
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode, step_all
-from grind_env.envs.program_text import with_words_chosen
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.tape import FACTORS
 from grind_env.machine.job_file import load_job
@@ -51,6 +51,8 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     The control executes the program; before every G81, G82 or G83 it stops, takes E and D from the agent in place of
     those in the block, and goes on to the next cycle block. A step is therefore everything from one cycle block to
     the next one. `part_program()` is the program with the words chosen; `machine.grind` runs it to the same record.
+    A cycle block that runs more than once, in a subprogram that M98 calls several times, is several steps, and no one
+    text holds what was chosen for them: write such calls out where the program is to be taken back to the machine.
 
     ## Action space
 
