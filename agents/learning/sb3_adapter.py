@@ -17,10 +17,17 @@ from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 
 
-def gathered(options: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The reset options of N environments as the native one takes them: of each option a list of N values."""
-    names = sorted({name for each in options for name in each})
-    return {name: [each.get(name) for each in options] for name in names}
+def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArray[np.bool_]]]:
+    """Environments with equal reset options: these options, and which they are, bool of shape (N,)."""
+    found: list[tuple[dict[str, Any], NDArray[np.bool_]]] = []
+    for i, each in enumerate(options):
+        for known, mask in found:
+            if known == each:
+                mask[i] = True
+                break
+        else:
+            found.append((each, np.arange(len(options)) == i))
+    return found
 
 
 class SB3VecEnv(VecEnv):
@@ -45,7 +52,8 @@ class SB3VecEnv(VecEnv):
     def reset(self) -> VecEnvObs:
         """Start an episode in every environment, with the last `seed()` and `set_options()`."""
         seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
-        observations, _ = self.env.reset(seed=seeds, options=gathered(self._options))
+        for options, mask in alike(self._options):
+            observations, _ = self.env.reset(seed=seeds, options={**options, "reset_mask": mask})
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()

@@ -312,8 +312,9 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
     logs = np.log(growth[np.array(tape.new_lot)])
     # a normal distribution cut at 1.8 sigma has 0.93 of its standard deviation
     assert logs.std() == pytest.approx(0.93 * 0.45, rel=0.06)
-    nominal = job_env.draw(np.random.default_rng(0), 1, 3, 0.0)
+    nominal = job_env.draw(np.random.default_rng(0), 1, 60, 0.0)
     assert all(set(condition.factors.values()) == {1.0} for condition in nominal.conditions)
+    assert nominal.new_lot == (True, *[False] * 59)
     assert (nominal.noise == 0.0).all()
 
 

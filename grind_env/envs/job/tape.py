@@ -75,7 +75,7 @@ def draw(rng: np.random.Generator, blocks: int, parts: int, spread: float, given
     episode = rng.standard_normal(len(WHEEL_SPREAD))
     lots = rng.standard_normal((parts, len(LOT_SPREAD)))
     # a lot that differs from the last one in nothing is no new lot
-    same = not any(math.isnan(getattr(fixed, name)) for name in LOT_SPREAD)
+    same = spread == 0.0 or not any(math.isnan(getattr(fixed, name)) for name in LOT_SPREAD)
     begins = rng.random(parts) < (0.0 if same else LOT_PROBABILITY)
     begins[:1] = True
     noise = spread * (1.0 if math.isnan(fixed.noise) else fixed.noise) * rng.standard_normal((blocks, len(GAUGES)))
