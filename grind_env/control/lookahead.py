@@ -15,7 +15,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
 from grind_env.control.flow import BlockStream, Call
 from grind_env.control.geometry import Path, Straight
-from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS, Modes
+from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
 from grind_env.control.reader import HIGHEST_PROGRAM, Program, Source, read_block
@@ -46,14 +46,14 @@ class Outlook:
     """Where the view ahead begins.
 
     Attributes:
-        modes: in force.
+        command: the block under execution.
         position: programmed position, machine coordinates, mm.
         origin: of the work system, machine coordinates, mm.
         length: the length offset that is part of it, mm.
         reciprocating: the axis that words do not move; None if none reciprocates.
     """
 
-    modes: Modes
+    command: Command
     position: Position
     origin: Position
     length: Position
@@ -76,8 +76,9 @@ def upcoming(
         control: settings.
         find: returns a program by its number.
     """
-    modes, position, origin, length, gap = outlook.modes, outlook.position, outlook.origin, outlook.length, 0
+    modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
     walk = _Walk(calls, find)
+    walk.follow(outlook.command)
     for source in walk:
         if gap > control.non_motion_blocks:
             break

@@ -225,7 +225,7 @@ class Mover:
                 f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
             )
         if compensated and in_plane(path, modes.plane):
-            outlook = Outlook(modes, path.end, self._origin(command), self.work.length, table)
+            outlook = Outlook(command, path.end, self._origin(command), self.work.length, table)
             return compensation.plan(command, path, actual, self.tooling.radius, ahead(outlook))
         if not compensated:
             compensation.programmed = None

@@ -23,13 +23,13 @@ def block(element: tuple[str, int, int, int], plane: str) -> str:
     return f"{code} {first}{other * size}. {second}{sign * size}. {offset}{other * size}."
 
 
-def path(text: str, radius: float) -> list[Any]:
+def path(text: str, radius: float, budget: int = 1000) -> list[Any]:
     """The trace without the places of the blocks; a refusal as its name."""
     found: list[Any] = []
     try:
-        for event in execute(read(text), Control(radius=radius)):
+        for event in execute(read(text), Control(radius=radius, block_budget=budget)):
             if motion := record(event):
-                found.append({key: value for key, value in motion.items() if key != "block"})
+                found.append({key: value for key, value in motion.items() if key not in ("block", "line")})
     except ControlError as error:
         found.append(error.name)
     return found
@@ -51,3 +51,28 @@ def test_a_contour_in_subprograms(
         [head, f"M98 P1 L{times}", tail, "O1", *blocks[:cut], "M98 P2", "M99", "O2", *blocks[cut:], "M99"]
     )
     assert path(called, 1.0) == path(inline, 1.0)
+
+
+@settings(max_examples=100)
+@given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3))
+def test_m99_in_the_block_of_the_last_motion(
+    contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int
+) -> None:
+    """Blocks behind the M99 are never executed, so they must not be what the last motion is joined to."""
+    first, second = PLANES[plane][0]
+    blocks = [block(element, plane) for element in contour]
+    head = f"{plane} G91 {side} G01 {first}5. {second}3. F100."
+    tail = f"G40 G01 {first}30. {second}7.\nM30"
+    called = [head, f"M98 P1 L{times}", tail, "O1", *blocks]
+    own = "\n".join([*called, "M99"])
+    shared = "\n".join([*called[:-1], f"{called[-1]} M99", f"G01 {first}-9. {second}4."])
+    assert path(shared, 1.0) == path(own, 1.0)
+
+
+def test_a_restart_by_m99_leads_to_the_work_system_that_the_program_sets_first() -> None:
+    """The G92 after the restart makes the motion in the block of the M99 the exit move (lathe 21-51)."""
+    blocks = ["G19 G91 F60.", "G92 Y48.57", "G42 Y5.", "Z-26.", "{} Y13. Z-39. {}"]
+    arc = "\n".join(blocks).format("M99 G03", "R25.")
+    assert path(arc, 3.0)[-1] == "block-format"
+    line = "\n".join(blocks).format("M99 G01", "")
+    assert path(line, 3.0, 6)[2]["end"] == [0.0, 18.0, -65.0]

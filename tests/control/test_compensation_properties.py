@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import Control, ControlError, execute, read, record
@@ -17,6 +17,9 @@ from tests.control.contours import FIRST_AND_SECOND, Run, runs
 START = -30.0 - 7j
 WORD = 2e-3
 """mm that three decimals in end and centre leave uncertain."""
+APART = 4.0
+"""Radii between two elements that cannot come in each other's way: the centre keeps one from either and stands up to
+2.4 from its own element, where the offsets of two arcs meet at right angles outside."""
 LETTERS = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 planes = st.sampled_from(sorted(LETTERS))
 sides = st.sampled_from(["G41", "G42"])
@@ -131,6 +134,14 @@ def points(run: Run) -> list[complex]:
 
 @settings(max_examples=150)
 @given(contours, sides, planes, st.floats(0.2, 6.0), st.sampled_from(["G39", "G39.1"]))
+@example([Piece(0.0, 15.0, -102.0), Piece(-130.0, 22.0, 0.0)], "G41", "G17", 3.0, "G39")
+@example(
+    [Piece(0.0, 32.607, -46.606), Piece(-86.089, 19.277, -88.034), Piece(80.687, 30.798, -85.218)],
+    "G42",
+    "G19",
+    5.859,
+    "G39",
+)
 def test_the_centre_keeps_one_radius_from_the_contour(
     pieces: list[Piece], side: str, plane: str, radius: float, corner: str
 ) -> None:
@@ -150,9 +161,9 @@ def test_the_centre_keeps_one_radius_from_the_contour(
 
 
 def opens(first: Element, second: Element, radius: float) -> bool:
-    """Whether the second element, once 2 radii away from the first one, does not come back to it."""
-    away = [first.distance(point) > 2.0 * radius for point in second.points()]
-    return away == sorted(away)
+    """Whether the second element runs away from the first one until `APART` lies between them, and stays there."""
+    gaps = [min(first.distance(point), APART * radius) for point in second.points()]
+    return gaps == sorted(gaps)
 
 
 def beyond(element: Element, point: complex) -> bool:
