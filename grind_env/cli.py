@@ -129,6 +129,10 @@ def run(
     that of the control, with the loading of each part and the set-up of each dress as the job has them. The strokes
     are those of the cycles and those of a table that goes on between them.
 
+    A job file is a TOML text with the part, its limits, wheel, machine and times, such as
+    grind_env/examples/plate_g82.toml. Each table [[part.stages]] in it is a stage with limits of its own, such as
+    roughing; the first M01 after grinding has begun ends the first of them, and so on.
+
     The limits that a part is beyond are named below the table. Exit status 1 means that a part is more likely scrap
     than good.
 
@@ -271,7 +275,10 @@ def _control(
     if job is not None:
         from grind_env.machine.job_file import load_job
 
-        machine = load_job(job).control
+        try:
+            machine = load_job(job).control
+        except GrindError as error:  # reported as errors of the program are
+            raise ControlError("job", str(error)) from None
     return replace(
         machine,
         strokes=strokes,

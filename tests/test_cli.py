@@ -127,6 +127,18 @@ def test_bad_options_are_bad_input(grind) -> None:
     assert grind("check", "M30", "--nonsense")[0] == 2
 
 
+def test_a_job_that_cannot_be_read_is_reported_like_an_error_of_the_program(grind, tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("[part]\nstock = 1")
+    for name, words in (("missing.toml", "cannot be read"), ("bad.toml", "part.material is missing")):
+        job = str(tmp_path / name)
+        status, out, err = grind("check", "M30", "--json", "--job", job)
+        (error,) = json.loads(out)["errors"]
+        assert (status, error["error"], err.count("\n")) == (2, "job", 1)
+        assert name in error["message"] and words in error["message"]
+        status, out, err = grind("trace", "M30", "--job", job)
+        assert (status, err, json.loads(out)) == (2, "", error)
+
+
 def test_check_sums_up(grind) -> None:
     status, out, err = grind("check", DRESSED)
     assert (status, err) == (0, "")

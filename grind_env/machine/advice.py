@@ -140,6 +140,15 @@ def stock_left(depth: float, stock: float) -> str:
     return f"the part is ground to a depth of {depth:.4g} mm, but has {stock:.4g} mm of stock; go as deep"
 
 
+def unended_stages(stages: int, stops: int) -> str:
+    """What to say of a program that ends with stages of the job which no M01 has ended; it had `stops` that did."""
+    found = f"{stages} stage{'s' * (stages > 1)}"
+    return (
+        f"the job has {found} before the last one, but the program stopped at {stops} M01 after it had begun to grind; "
+        "put M01 after the last cycle of each, or its limits are not judged"
+    )
+
+
 def called_dress(program: int) -> str:
     """What to say of M98 with the number of a dress program."""
     return (

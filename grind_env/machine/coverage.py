@@ -24,11 +24,12 @@ class Coverage:
         self._start, self._cell = start, length / self._cells
         self._whole = np.zeros(strips)  # by strokes over the whole length
         self._short: dict[tuple[int, int, int, int], float] = {}
+        self._known: Strips | None = None
 
     def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
         """A stroke at depth `Z`, mm, between two reversal points has passed over the strips `first` to `last - 1`."""
-        low = max(math.ceil((min(ends) - self._start) / self._cell - 0.5), 0)
-        high = min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
+        low, high = self._passed(ends)
+        self._known = None
         if high - low == self._cells:
             np.maximum(self._whole[first:last], Z, out=self._whole[first:last])
         elif low < high:
@@ -40,14 +41,33 @@ class Coverage:
         least: Strips = self._depths().min(axis=1)
         return least
 
+    def least_between(self, first: int, last: int, ends: tuple[float, float]) -> float:
+        """Least depth reached in the strips `first` to `last - 1` between two coordinates along them, mm.
+
+        Between the middles of two cells it is that of the deeper one: there a stroke may have turned.
+        """
+        depths = self._depths()[first:last]
+        if not self._short:
+            return float(depths.min())
+        low, high = self._passed(ends)
+        if low < high:
+            return float(depths[:, low:high].min())
+        return float(depths[:, max(low - 1, 0) : low + 1].max(axis=1).min())
+
     @property
     def unground(self) -> float:
         """Share of the surface that no stroke has reached, from 0 to 1."""
         return float((self._depths() <= 0.0).mean())
 
+    def _passed(self, ends: tuple[float, float]) -> tuple[int, int]:
+        """The first cell whose middle lies between two coordinates, and the one after the last."""
+        low = max(math.ceil((min(ends) - self._start) / self._cell - 0.5), 0)
+        return low, min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
+
     def _depths(self) -> Strips:
         """Depths of the cells, mm, shape (strips, cells); of one cell for all if strokes were over the whole length."""
-        depths = np.repeat(self._whole[:, None], self._cells if self._short else 1, axis=1)
-        for (first, last, low, high), Z in self._short.items():
-            np.maximum(depths[first:last, low:high], Z, out=depths[first:last, low:high])
-        return depths
+        if self._known is None:
+            self._known = np.repeat(self._whole[:, None], self._cells if self._short else 1, axis=1)
+            for (first, last, low, high), Z in self._short.items():
+                np.maximum(self._known[first:last, low:high], Z, out=self._known[first:last, low:high])
+        return self._known

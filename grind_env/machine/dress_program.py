@@ -29,6 +29,9 @@ from grind_env.machine.job import Job
 DEEPEST_INFEED = 0.1
 """mm; more than this in one pass is an approach and not an infeed (0.005 to 0.04 mm is usual)."""
 
+ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})
+"""Words that end a program."""
+
 STEP = 1e-6
 """mm; axes stand on multiples of a thousand times this, so that smaller differences are rounding."""
 
@@ -80,19 +83,26 @@ def plan_dress(programs: Programs, number: int, job: Job, control: Control, posi
     return measure_dress(motions, number, job, axis)
 
 
-def plain_calls(programs: Programs, numbers: Collection[int]) -> Iterator[tuple[int, int]]:
-    """Where M98 calls one of these programs: its line, 0 in another file than the main program's, and the number."""
+def plain_calls(
+    programs: Programs, numbers: Collection[int], *, block_delete: bool = False
+) -> Iterator[tuple[int, int]]:
+    """Where M98 calls one of these programs: its line, 0 in another file than the main program's, and the number.
+
+    A program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
+    """
     for program in programs if numbers else ():
         for source in program.blocks:
-            if "98" not in source.text:
+            if "M" not in source.text.upper() or (block_delete and source.deletable):
                 continue
             try:
-                words = {str(word).upper() for word in read_block(source).words}
+                words = {(word.letter, int(word.whole)) for word in read_block(source).words if word.whole}
             except ControlError:  # never executed, or the run had ended there
                 continue
-            if "M98" in words:
+            if ("M", 98) in words:
                 line = source.line if source.file == programs.name else 0
-                yield from ((line, number) for number in numbers if f"P{number}" in words)
+                yield from ((line, number) for number in numbers if ("P", number) in words)
+            if not words.isdisjoint(ENDS):
+                break
 
 
 def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressPlan:
@@ -134,6 +144,26 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
         raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
     seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
     return DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
+
+
+def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
+    """Refuse a dress program that depends on the modes in force where the cycle interrupts for it.
+
+    Args:
+        found: what it has made when the cycle called it.
+        plan: what it makes by itself.
+        number: its O number.
+
+    Raises:
+        DressProgramError: the two differ.
+    """
+    same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
+    if found.passes != plan.passes or not same:
+        raise _error(
+            number,
+            f"it makes {found} when the cycle calls it, but {plan} by itself; "
+            "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
+        )
 
 
 def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Iterator[float]:

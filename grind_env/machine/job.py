@@ -39,7 +39,8 @@ class Stage:
     """What is asked of a part at a gauging stop (M01) of its program, such as between roughing and finishing.
 
     Attributes:
-        stock: to be ground off by then, mm.
+        stock: to be ground off by then, mm; that of a part whose true stock is another (`PartConditions.stock`), too:
+            only the size at the end shifts with that.
         roughness_limit: as of `Part`, like the next two.
         tolerance: on the size error there.
         rise_allowance: for the plunges from the stop before up to this one.
@@ -93,8 +94,15 @@ class Part:
     stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
+        """Check every number; a `JobError` names the one out of range. No stage has less off than the one before."""
         _check_numbers(self, "part")
+        least = 0.0
+        for number, stage in enumerate(self.stages, 1):
+            if not least <= stage.stock <= self.stock:
+                legal = f"from that of the stage before, {least:g} mm, to part.stock, {self.stock:g} mm"
+                message = f"stage {number}: part.stages.stock is {stage.stock!r}, but must be {legal}"
+                raise JobError(message, "part.stages.stock", stage.stock, legal)
+            least = stage.stock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -94,10 +94,16 @@ def _stages(part: Table) -> tuple[Stage, ...]:
     place, found = "part.stages", part.get("stages", [])
     if not isinstance(found, list):
         raise wrong(place, found, f"tables, each headed [[{place}]]")
-    tables = [_table({place: table}, place, _names(Stage)) for table in found]
-    for table in tables:
+    return tuple(_stage(number, {place: table}, place) for number, table in enumerate(found, 1))
+
+
+def _stage(number: int, parent: Table, place: str) -> Stage:
+    try:
+        table = _table(parent, place, _names(Stage))
         _refuse_missing(table, Stage, place)
-    return tuple(Stage(**table) for table in tables)
+        return Stage(**table)
+    except JobError as error:
+        raise JobError(f"stage {number}: {error.message}", error.key, error.found, error.legal) from None
 
 
 def _catalogue(table: Table, folder: Path) -> Catalogue:

@@ -1,22 +1,21 @@
 """One part on the machine: its surface in strips across, and what it has become in the end."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from grind_env.control import Infeed
-from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.errors import did_you_mean
 from grind_env.machine.compiled import judge
 from grind_env.machine.coverage import Coverage
-from grind_env.machine.cycle import FINISHING_DEPTH
+from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
 from grind_env.machine.strips import Strips, grind_strips
-from grind_env.process.cost import survival
+from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
@@ -77,21 +76,6 @@ class Pass(NamedTuple):
     """Ground length, mm."""
 
 
-class Surface(NamedTuple):
-    """What the operator gauges on a part."""
-
-    S: float
-    """Mean depth ground off, mm."""
-    Ra: float
-    """Mean roughness, um."""
-    size_error: float
-    """Mean of the stock left, um."""
-    taper: float
-    """Range of the depth, um."""
-    worst_error: float
-    """Stock left where the part is farthest from its size, um."""
-
-
 class PartRun:
     """A part from its loading to the next one.
 
@@ -102,6 +86,7 @@ class PartRun:
         cutting: whether its first cycle or stroke has begun, which ends the loading.
         p: parameters.
         deepest: deepest programmed depth so far, mm.
+        passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
     """
 
     def __init__(
@@ -116,6 +101,7 @@ class PartRun:
         self.p = conditions.parameters(job.parameters, new_wheel=new_wheel)
         self.cutting = False
         self.deepest = 0.0
+        self.passed: list[tuple[str, ...]] = []
         self.strokes = self.infeeds = self.dresses = 0
         self._S = np.zeros(strips)
         self._Rs = np.full(strips, INITIAL_ROUGHNESS)
@@ -124,7 +110,7 @@ class PartRun:
         self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._stage, self._earlier, self._stage_power = 0, 1.0, 0.0
+        self._earlier, self._stage_power = 1.0, 0.0
         self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
 
     def grind(
@@ -158,14 +144,16 @@ class PartRun:
         self._count(stroke, plunged)
         return wheel, Pass(stroke, b, Lw)
 
-    def reached(self, edge: float) -> float:
-        """Least depth to which strokes have been in the strips under a wheel with that edge, mm; 0 beside the part.
+    def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
+        """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
 
         Args:
-            edge: cross coordinate of the wheel's edge on the minus side, mm.
+            edges: cross coordinates of the wheel's edge on the minus side, where it starts and ends.
+            ends: coordinates along the table there.
         """
-        first, last = self._under(edge)
-        return float(self._reached[first:last].min()) if first < last else 0.0
+        first, last = self._under(min(edges))[0], self._under(max(edges))[1]
+        first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
+        return self._coverage.least_between(first, max(last, first + 1), ends)
 
     def _under(self, edge: float) -> tuple[int, int]:
         """The first strip under the wheel, and the one after the last."""
@@ -198,15 +186,16 @@ class PartRun:
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
-        if not self.cutting or self._stage == len(self.job.part.stages):
+        if not self.cutting or len(self.passed) == len(self.job.part.stages):
             return
-        asked = self.job.part.stages[self._stage]
-        found = self._surface(asked.stock)
-        limits = self.job.limits_at(asked)
-        self._earlier *= survival(self._rise(asked), self._stage_power, found.Ra, found.worst_error, limits)
-        self._stage += 1
+        asked = self.job.part.stages[len(self.passed)]
+        found, limits = self._surface(asked.stock), self.job.limits_at(asked)
+        values = self._rise(asked), self._stage_power, found.Ra, found.worst_error
+        self._earlier *= survival(*values, limits)
+        self.passed.append(passed_limits(*values, limits))
         self._peak_power, self._stage_power = max(self._peak_power, self._stage_power), 0.0
-        self._plunges.clear()
+        for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
+            plunges.clear()
 
     def change_wheel(self) -> None:
         """Go on with a new wheel."""
@@ -234,8 +223,8 @@ class PartRun:
 
     def _rise(self, asked: Stage | Part) -> float:
         every = asked.rise_allowance > 0.0
-        grooves = (_rise(groove.plunges, groove.reached[0], every) for groove in self._grooves)
-        return max((_rise(self._plunges, self.deepest, every), *grooves))
+        grooves = (counted_rise(groove.plunges, groove.reached[0], every) for groove in self._grooves)
+        return max((counted_rise(self._plunges, self.deepest, every), *grooves))
 
     def _ground(self) -> tuple[Strips, Strips]:
         """Depth in mm and roughness in um of what is judged: the strips, or the grooves if there was no stroke."""
@@ -246,20 +235,7 @@ class PartRun:
 
     def _surface(self, stock: float) -> Surface:
         """The surface as it is now, if `stock`, mm, is to be off it."""
-        depths, roughness = self._ground()
-        S = float(depths.mean())
-        error, taper = 1000.0 * (stock - S), 1000.0 * float(np.ptp(depths))
-        # the mean where all is equally deep: so rounded, it is what a part without strips has
-        worst = _farthest(1000.0 * (stock - depths)) if taper > 0.0 else error
-        if self.strokes:
-            worst = self._worst_along(stock, worst)
-        return Surface(S, float(roughness.mean()), error, taper, worst)
-
-    def _worst_along(self, stock: float, error: float) -> float:
-        """A size error, um, or that of a place along the part where strokes have not come as deep, if it is worse."""
-        least = self._coverage.least()
-        short = least < self._S - DEPTH_TOLERANCE
-        return _farthest(np.append(1000.0 * (stock - least[short]), error))
+        return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
@@ -299,14 +275,3 @@ class PartRun:
             self._earlier,
             *verdict,
         )
-
-
-def _farthest(errors: Strips) -> float:
-    """The size error, um, of the strip or groove that is farthest from its size, which a part is judged by."""
-    return float(errors[np.argmax(np.abs(errors))])
-
-
-def _rise(plunges: Iterable[tuple[float, float]], deepest: float, every: bool) -> float:
-    """Highest temperature rise of the plunges (depth mm, rise K) near the deepest one, or of every one, K."""
-    counts_from = deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
-    return max((T for Z, T in plunges if every or counts_from <= Z), default=0.0)

@@ -86,12 +86,15 @@ class GrindingRecord:
         strokes: dtype `STROKE_ROW`, strokes and infeeds in the order in which they were made.
         dresses: dtype `DRESS_ROW`.
         parts: dtype `PART_ROW`.
+        stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
+            `process.cost.Limits`).
         warnings: sentences on what the program does not do as it should.
     """
 
     strokes: Table
     dresses: Table
     parts: Table
+    stages: tuple[tuple[tuple[str, ...], ...], ...]
     warnings: tuple[str, ...]
 
     @property

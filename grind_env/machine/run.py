@@ -31,7 +31,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.compiled import dress_wheel
-from grind_env.machine.dress_program import DressPlan, DressProgramError, measure_dress, plain_calls, plan_dress
+from grind_env.machine.dress_program import DressPlan, measure_dress, plain_calls, plan_dress, require_same
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.mounting import first_wheel, is_worn_out, new_wheel
@@ -57,6 +57,7 @@ class GrindingRun:
         strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
         dresses: `record.DRESS_ROW`.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
+        stages: as of the record, a row with each of `parts`.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
@@ -74,6 +75,7 @@ class GrindingRun:
         self.strokes: list[tuple[object, ...]] = []
         self.dresses: list[tuple[object, ...]] = []
         self.parts: list[tuple[object, ...]] = []
+        self.stages: list[tuple[tuple[str, ...], ...]] = []
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
 
@@ -89,6 +91,7 @@ class GrindingRun:
             np.array(self.strokes, STROKE_ROW),
             np.array(self.dresses, DRESS_ROW),
             np.array(self.parts, PART_ROW),
+            tuple(self.stages),
             tuple(self.watch.warnings),
         )
 
@@ -169,7 +172,7 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self._unload(event.time)
-        for line, number in plain_calls(self.programs, self.plans):
+        for line, number in plain_calls(self.programs, self.plans, block_delete=self.control.block_delete):
             self.watch.warn(line, "call", called_dress(number))
 
     def _unload(self, time: float) -> None:
@@ -179,6 +182,7 @@ class GrindingRun:
             self.unloaded_at = self.clock(time)
             self.watch.unload()
             self.parts.append(self.part.row(self.unloaded_at - self.part.began))
+            self.stages.append(tuple(self.part.passed))
 
     # --------------------------------------------------------------------------------------- wheel and dress
 
@@ -232,18 +236,12 @@ class GrindingRun:
         self.watch.diameter(self.wheel.ds)
 
     def _compare(self, plan: DressPlan, program: int) -> None:
-        """Refuse a dress program that depends on the modes in force where the cycle interrupts for it."""
+        """Compare the first execution of a dress program with its plan."""
         motions, self.dress_motions = self.dress_motions or [], None
         if program in self.checked:
             return
         self.checked.add(program)
-        found = measure_dress(motions, program, self.job, self.axis)
-        same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
-        if found.passes != plan.passes or not same:
-            raise DressProgramError(
-                f"dress program O{program}: it makes {found} when the cycle calls it, but {plan} by itself; "
-                "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds"
-            )
+        require_same(measure_dress(motions, program, self.job, self.axis), plan, program)
 
     def _wheel(self) -> WheelState:
         assert self.wheel is not None  # a cycle has mounted it

@@ -41,6 +41,11 @@ class _Cycle:
     removed: float = 0.0
 
     @property
+    def is_idle(self) -> bool:
+        """Whether it has only set the table going above what there is to grind, as a G81 may do for a later cycle."""
+        return self.plan.code == "G81" and self.in_air and self.highest == self.deepest
+
+    @property
     def in_air(self) -> bool:
         """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
@@ -64,6 +69,8 @@ class Watch:
         self._stroke: Stroke | None = None
         self._cycle: _Cycle | None = None
         self._in_air = False  # the last cycle
+        self._judged = False  # a cycle that is not idle
+        self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._moves: list[Motion] = []  # not yet judged
         self._found = False  # where the wheel stands before them
 
@@ -167,19 +174,27 @@ class Watch:
             left = part.stock - max(part.deepest, 0.0)
             if part.deepest > 0.0 and part.strokes and 0.0 < part.job.part.tolerance < 1000.0 * left:
                 self.warn(cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock))
+        if self._idle is not None and not self._judged:
+            self.warn(self._idle[0], "air", self._idle[1])
+        if len(part.passed) < len(part.job.part.stages):
+            self.warn(0, "stages", advice.unended_stages(len(part.job.part.stages), len(part.passed)))
         if part.missed:
             self.warn(0, "missed", advice.missed_surface(part.job.part.surface))
         self._moves.clear()
-        self._found = self._in_air = False
+        self._found = self._in_air = self._judged = False
+        self._idle = None
 
     def _end_cycle(self) -> None:
         """Judge the cycle as a whole."""
         cycle, self._cycle = self._cycle, None
         if cycle is None or cycle.stroke is None:
             return
+        if cycle.is_idle:
+            self._idle = self._idle or (cycle.plan.line, self._air(cycle, cycle.stroke))
+            return
         if cycle.in_air and not self._in_air:  # of the first one in a row
             self.warn(cycle.plan.line, "air", self._air(cycle, cycle.stroke))
-        self._in_air = cycle.in_air
+        self._in_air, self._judged = cycle.in_air, True
 
     def _air(self, cycle: _Cycle, stroke: Stroke) -> str:
         assert self.part is not None

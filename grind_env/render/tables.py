@@ -36,7 +36,11 @@ CAUSES = {
     "unground": ("unground", "survival"),
     "earlier": ("earlier stage", "survival"),
 }
-"""Word for what keeps a part from being good, and its column, by the field of `process.cost.Limits`."""
+"""Word for what keeps a part from being good, and its column, by its name: a field of `process.cost.Limits`, or what
+else `causes` returns."""
+
+SENTENCES = {"unground": "not ground everywhere", "earlier stage": "not good in an earlier stage"}
+"""What is printed of causes that are no limits, by their word."""
 
 NONE_GOOD = 0.005
 """Good parts below which they count as none."""
@@ -70,11 +74,13 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     console.print(table)
     console.print()
     console.print(totals(record), highlight=False)
-    for reason, (word, _) in CAUSES.items():
-        numbers = [int(part["part"]) for part, reasons in zip(record.parts, found, strict=True) if reason in reasons]
-        if numbers:
-            limit = "not ground everywhere" if reason == "unground" else f"beyond the limit of {word}"
-            console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
+    bad: dict[str, list[int]] = {}
+    for k, part in enumerate(record.parts):
+        for words in beyond(record, k, job):
+            bad.setdefault(words, []).append(int(part["part"]))
+    for words, numbers in bad.items():
+        limit = SENTENCES.get(words, f"beyond the limit of {words}")
+        console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
     for warning in record.warnings:
         console.print(Text(f"warning: {warning}", "yellow"), soft_wrap=True)
 
@@ -112,6 +118,15 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
     return (*passed, *(name for name, is_so in others.items() if is_so))
 
 
+def beyond(record: GrindingRecord, k: int, job: Job) -> list[str]:
+    """The words for what keeps a part, that of row `k`, from being good, with the stage that it was not good in."""
+    named = [
+        f"{CAUSES[limit][0]} in stage {number}" for number, passed in enumerate(record.stages[k], 1) for limit in passed
+    ]
+    reasons = [CAUSES[name][0] for name in causes(record.parts[k], job) if name != "earlier" or not named]
+    return reasons + named
+
+
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
@@ -124,8 +139,8 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
         "parts": [
-            dict(zip(names, part.tolist(), strict=True)) | {"beyond": [CAUSES[name][0] for name in causes(part, job)]}
-            for part in record.parts
+            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(record, k, job)}
+            for k, part in enumerate(record.parts)
         ],
         "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
         "warnings": list(record.warnings),

@@ -128,7 +128,13 @@ def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture
 def test_help_says_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", "--help") == 0
     out = " ".join(capsys.readouterr().out.split())
-    for words in ("after each M00", "At M01 the operator gauges", "M98 with the number of the dress program dresses"):
+    for words in (
+        "after each M00",
+        "examples/plate_g82.toml",
+        "At M01 the operator gauges",
+        "[[part.stages]]",
+        "M98 with the number of the dress program dresses",
+    ):
         assert words in out
     columns = out[out.index("Columns of --record") :]
     assert not [name for name in STROKE_ROW.names or () if not re.search(rf"\b{name}\b", columns)]

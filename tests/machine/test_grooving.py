@@ -12,7 +12,7 @@ from grind_env.cli import main
 from grind_env.control import Control, Infeed, Source
 from grind_env.machine.grind import GrindingError
 from grind_env.machine.grooving import infeed_depth
-from grind_env.machine.job import Job, JobError
+from grind_env.machine.job import Job, JobError, Stage
 from grind_env.machine.job_file import load_job
 from tests.machine.harness import CATALOGUE, job, run
 
@@ -210,6 +210,17 @@ def test_heat_counts_near_the_bottom_of_each_groove() -> None:
     assert record.parts[0]["rise"] == rows["T"][counts].max()
     allowed = run(START + blocks, groove_job(rise_allowance=100.0), control=control)
     assert allowed.parts[0]["rise"] == rows["T"].max()
+
+
+def test_the_heat_of_a_groove_counts_in_its_own_stage() -> None:
+    text = START + "G77 X24.9 I.02 D0 F12.\n{}G77 X24.88 I.01 D0 F1.\nM30\n"
+    control = dataclasses.replace(NEAR, groove_retract=0.005)
+    plain = run(text.format(""), groove_job(), control=control)
+    staged = run(text.format("M01\n"), groove_job(stock=0.12, stages=(Stage(stock=0.1),)), control=control)
+    hard, gentle = (staged.strokes["T"][staged.strokes["line"] == line].max() for line in (3, 5))
+    assert 0.0 < gentle < 0.95 * hard
+    assert plain.parts[0]["rise"] == pytest.approx(hard)  # it is within 0.05 mm of the bottom
+    assert staged.parts[0]["rise"] == gentle
 
 
 def test_grooves_alone_are_judged_by_their_depth_and_ground_surfaces_by_themselves() -> None:

@@ -237,7 +237,14 @@ def test_stages_arrive_in_order(tmp_path: Path) -> None:
         ("stages = [3]", "part.stages", ["3", "a table"]),
         ("[[part.stages]]\ntolerance = 9", "part.stages.stock", ["missing"]),
         ("[[part.stages]]\nstock = 0.2\ntolerence = 9", "part.stages.tolerence", ["did you mean tolerance?"]),
-        ("[[part.stages]]\nstock = -0.2", "part.stages.stock", ["-0.2", "0.0001 to 20 mm"]),
+        ("[[part.stages]]\nstock = -0.2", "part.stages.stock", ["stage 1: ", "-0.2", "0.0001 to 20 mm"]),
+        (
+            "[[part.stages]]\nstock = 0.2\n[[part.stages]]\nstock = 0.1",
+            "part.stages.stock",
+            ["stage 2: ", "0.1, ", "0.2 mm, to part.stock, 0.3 mm"],
+        ),
+        ("[[part.stages]]\nstock = 0.31", "part.stages.stock", ["stage 1: ", "0.31"]),
+        ("[[part.stages]]\nstock = 0.2\n[[part.stages]]", "part.stages.stock", ["stage 2: ", "missing"]),
     ],
 )
 def test_wrong_stages_are_named(tmp_path: Path, stages: str, key: str, words: list[str]) -> None:

@@ -1,12 +1,14 @@
 import dataclasses
+import io
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from grind_env.machine.job import Job, Stage
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.tables import causes
+from grind_env.render.tables import beyond, causes, print_record
 from tests.machine.harness import CATALOGUE, HEAD, job, run
 
 ROUGH = "G82 X230. I-30. Y-.03 J-.015 L0 F60. E15000. P9100\nG80\n"
@@ -82,8 +84,11 @@ def test_the_heat_of_a_stage_counts_against_its_own_limit(plain: GrindingRecord)
 def test_only_a_stop_after_grinding_ends_a_stage() -> None:
     refused = staged(Stage(stock=0.03, roughness_limit=0.01))
     assert run(TWO, refused).parts[0]["survival"] < 0.01
-    assert run(TWO.replace("M01\n", ""), refused).parts[0]["survival"] > 0.99
-    assert run(HEAD + "M01\n" + ROUGH + FINISH + "M30\n", refused).parts[0]["survival"] > 0.99
+    for text in (TWO.replace("M01\n", ""), HEAD + "M01\n" + ROUGH + FINISH + "M30\n"):
+        record = run(text, refused)
+        assert record.parts[0]["survival"] > 0.99
+        (warning,) = record.warnings
+        assert "1 stage before the last one, but the program stopped at 0 M01" in warning
     again = TWO.replace("M30", "M01\nM01\nM30")
     allowed = staged()
     assert run(again, allowed).parts[0]["survival"] == run(TWO, allowed).parts[0]["survival"]
@@ -99,3 +104,23 @@ def test_what_was_not_good_at_a_stop_is_named() -> None:
     refused = staged(Stage(stock=0.03, roughness_limit=0.01))
     assert causes(run(TWO, refused).parts[0], refused) == ("earlier",)
     assert causes(run(TWO, staged()).parts[0], staged()) == ()
+    record = run(TWO, refused)
+    assert beyond(record, 0, refused) == ["Ra in stage 1"]
+    out = io.StringIO()
+    print_record(record, refused, "two.nc", Console(file=out))
+    assert "beyond the limit of Ra in stage 1: part 1\n" in out.getvalue()
+
+
+def test_the_stage_that_was_not_good_is_named() -> None:
+    first, second = Stage(stock=0.03), Stage(stock=0.05, tolerance=0.001, roughness_limit=0.01)
+    asked = job(**BOTH, stages=(first, second))
+    record = run(TWO.replace("M30", "M01\nM30"), asked)
+    assert record.warnings == ()
+    assert beyond(record, 0, asked) == ["Ra in stage 2", "size in stage 2"]
+
+
+def test_stages_that_no_stop_ends_are_warned_of() -> None:
+    asked = job(**BOTH, stages=(Stage(stock=0.03), Stage(stock=0.05)))
+    (warning,) = run(TWO, asked).warnings
+    assert warning.startswith("test.nc: the job has 2 stages before the last one, but the program stopped at 1 M01 ")
+    assert run(TWO, staged()).warnings == ()

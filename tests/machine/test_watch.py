@@ -101,6 +101,35 @@ def test_moves_over_what_has_been_ground_keep_clear() -> None:
     assert len(warnings_of(CYCLE + "G80\nG00 X-30.\nG00 Y-.06\nG00 X230.\n")) == 1
 
 
+@pytest.mark.parametrize(
+    ("cycle", "width", "move", "into"),
+    [
+        # along the part, of which only the half up to X100 has been ground
+        (CYCLE.replace("X230.", "X100."), 20.0, "G00 X230.", True),
+        (CYCLE.replace("X230.", "X100."), 20.0, "G00 X100.", False),
+        (CYCLE.replace("X230.", "X100."), 20.0, "G00 X230. Y20.", False),
+        # across a part of 80 mm, of which only the first 25 mm have been ground
+        (CYCLE, 80.0, "G00 X100.\nG00 Z60.", True),
+        (CYCLE, 80.0, "G00 X100.\nG00 Z-30.", False),
+        (CYCLE, 80.0, "G00 X100.\nG00 Z60. Y20.", False),
+    ],
+)
+def test_a_move_over_what_has_not_been_ground_warns(cycle: str, width: float, move: str, into: bool) -> None:
+    text = cycle + f"G80\nG00 X-30.\n{move}\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n" + CYCLE
+    found = [warning for warning in warnings_of(text, width=width) if "into the part" in warning]
+    assert len(found) == into
+    assert all("takes the wheel 0.05 mm into the part" in warning for warning in found)
+
+
+@pytest.mark.parametrize("turn", [150.0, 150.3, 150.5, 150.9])
+def test_the_wheel_may_come_down_where_strokes_have_turned(turn: float) -> None:
+    down = f"G80\nG00 Y20.\nG00 X{{}}\nG00 Y-.05\nG00 X0\nG00 Y20.\nG00 X-30.\nG00 Y0\n{CYCLE}"
+    cycle = CYCLE.replace("X230.", f"X{turn}")
+    for x, crashes in ((turn, 0), (turn + 2.0, 1)):
+        found = [warning for warning in warnings_of(cycle + down.format(x)) if "into the part" in warning]
+        assert len(found) == crashes
+
+
 def test_an_infeed_beside_reciprocation_is_no_move_into_the_part() -> None:
     assert warnings_of("G81 X230. I-30. E12000.\nG01 Y-.1 F1.\nG04 P3.\nG80\n") == ()
     # a short one, within a stroke
@@ -146,6 +175,19 @@ def test_a_program_that_leaves_stock_warns() -> None:
     assert warnings_of(CYCLE) == ()  # nobody has asked for a size
 
 
+def test_a_table_set_going_for_a_later_cycle_is_not_in_the_air() -> None:
+    table = "G81 X230. I-30. E12000.\nG04 P3.\n"
+    assert warnings_of(table + CYCLE) == ()
+    assert warnings_of(CYCLE + "G80\nG00 X-30.\n" + table + "G80\n") == ()
+    (warning,) = warnings_of(table)
+    assert warning.startswith("test.nc:3: no stroke of this cycle touches the part: the lowest is at Y0")
+    (warning,) = warnings_of("G00 Y1.\n" + table + CYCLE.replace("Y-.05", "Y.95"))
+    assert warning.startswith("test.nc:6: no stroke of this cycle touches the part")
+    per_part = table + CYCLE + "G80\nG00 Y20.\nM00\nG00 X-30.\nG00 Y0\n"
+    (warning,) = warnings_of(per_part + table)
+    assert warning.startswith("test.nc:11: ")
+
+
 def test_a_dress_program_called_as_a_subprogram_dresses_nothing() -> None:
     text = HEAD + "M98 P9100\nG00 X-30. Z0\nG00 Y0\n" + CYCLE + "M30\n"
     record = run(text, job())
@@ -155,6 +197,15 @@ def test_a_dress_program_called_as_a_subprogram_dresses_nothing() -> None:
     # a program that no cycle names is no dress program
     assert run(text.replace("P9100\nM30", "\nM30"), job()).warnings == ()
     assert run(text.replace("M98 P9100\n", ""), job()).warnings == ()
+    # numbers are compared, and not how they are written
+    assert len(run(text.replace("M98 P9100", "M098 P09100"), job()).warnings) == 1
+
+
+def test_a_dress_program_that_is_not_called_is_not_warned_of() -> None:
+    text = HEAD + CYCLE + "/M98 P9100\nM30\n"
+    assert len(run(text, job()).warnings) == 1
+    assert run(text, job(), control=Control(block_delete=True)).warnings == ()
+    assert run(HEAD + CYCLE + "M30\nM98 P9100\n", job()).warnings == ()
 
 
 def test_a_cycle_that_goes_on_from_another_is_not_in_the_air() -> None:

@@ -1,0 +1,55 @@
+"""What is found on a part when it is gauged: size, roughness, and the heat that counts."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.cycle import FINISHING_DEPTH
+from grind_env.machine.strips import Strips
+
+
+class Surface(NamedTuple):
+    """What the operator gauges on a part."""
+
+    S: float
+    """Mean depth ground off, mm."""
+    Ra: float
+    """Mean roughness, um."""
+    size_error: float
+    """Mean of the stock left, um."""
+    taper: float
+    """Range of the depth, um."""
+    worst_error: float
+    """Stock left where the part is farthest from its size, um."""
+
+
+def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None = None) -> Surface:
+    """The surface of a part.
+
+    Args:
+        depths: ground off each strip or groove, mm.
+        roughness: of each, um.
+        stock: what is to be off, mm.
+        least: depth to which strokes have been where a strip has been reached least, mm; None for grooves.
+    """
+    S = float(depths.mean())
+    error, taper = 1000.0 * (stock - S), 1000.0 * float(np.ptp(depths))
+    # the mean where all is equally deep: so rounded, it is what a part without strips has
+    worst = _farthest(1000.0 * (stock - depths)) if taper > 0.0 else error
+    if least is not None:
+        short = least < depths - DEPTH_TOLERANCE
+        worst = _farthest(np.append(1000.0 * (stock - least[short]), worst))
+    return Surface(S, float(roughness.mean()), error, taper, worst)
+
+
+def _farthest(errors: Strips) -> float:
+    """The size error, um, of the strip or groove that is farthest from its size, which a part is judged by."""
+    return float(errors[np.argmax(np.abs(errors))])
+
+
+def counted_rise(plunges: Iterable[tuple[float, float]], deepest: float, every: bool) -> float:
+    """Highest temperature rise of the plunges (depth mm, rise K) near the deepest one, or of every one, K."""
+    counts_from = deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
+    return max((T for Z, T in plunges if every or counts_from <= Z), default=0.0)
