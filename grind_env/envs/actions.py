@@ -83,6 +83,8 @@ class ActionCodec:
         self._low = np.array([column.low for column in self.columns])
         self._high = np.array([column.high for column in self.columns])
         self._whole = np.array([column.whole for column in self.columns])
+        self._shape = () if action == "discrete" else (len(self.columns),)
+        self._said = " and ".join(column.name for column in self.columns)
         self.neutral = np.clip(0.0, self._low, self._high)
         """Some legal row of `table`."""
 
@@ -152,8 +154,7 @@ class ActionCodec:
         if self.action == "dict":
             return self.table([action], 1)
         values = _numbers(action)
-        shape = () if self.action == "discrete" else (len(self.columns),)
-        check_shape(values, shape, " and ".join(column.name for column in self.columns))
+        check_shape(values, self._shape, self._said)
         return values.reshape(1, len(self.columns))
 
     def choose(self, values: Table) -> tuple[Table, ...]:
@@ -253,8 +254,9 @@ def real_numbers(values: Any, names: str) -> Table:
     """
     try:
         array = np.asarray(values)
-        objects = array.flat if array.dtype.kind == "O" else ()
-        if array.dtype.kind in "biufO" and all(each is None or isinstance(each, Real) for each in objects):
+        if array.dtype.kind in "biuf":
+            return np.asarray(array, np.float64)
+        if array.dtype.kind == "O" and all(each is None or isinstance(each, Real) for each in array.flat):
             return np.asarray(array, np.float64)
     except (TypeError, ValueError, OverflowError):
         pass
