@@ -7,7 +7,7 @@ also comes down to the diamond, it is the last plunge move, which must be a feed
 
 import itertools
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from grind_env.control import (
@@ -83,14 +83,23 @@ def plan_dress(programs: Programs, number: int, job: Job, control: Control, posi
     return measure_dress(motions, number, job, axis)
 
 
-def plain_calls(
-    programs: Programs, numbers: Collection[int], *, block_delete: bool = False
-) -> Iterator[tuple[int, int]]:
-    """Where M98 calls one of these programs: its line, 0 in another file than the main program's, and the number.
+def is_dress_program(
+    programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int
+) -> bool:
+    """Whether a program that no cycle names moves as a dress program does; arguments as for `plan_dress`."""
+    try:
+        plan_dress(programs, number, job, control, position, axis)
+    except DressProgramError:
+        return False
+    return True
+
+
+def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[tuple[int, int]]:
+    """Where M98 calls a program: its line, 0 in another file than the main program's, and the number called.
 
     A program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
     """
-    for program in programs if numbers else ():
+    for program in programs:
         for source in program.blocks:
             if "M" not in source.text.upper() or (block_delete and source.deletable):
                 continue
@@ -100,7 +109,7 @@ def plain_calls(
                 continue
             if ("M", 98) in words:
                 line = source.line if source.file == programs.name else 0
-                yield from ((line, number) for number in numbers if ("P", number) in words)
+                yield from ((line, number) for letter, number in words if letter == "P")
             if not words.isdisjoint(ENDS):
                 break
 

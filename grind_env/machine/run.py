@@ -31,7 +31,14 @@ from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.compiled import dress_wheel
-from grind_env.machine.dress_program import DressPlan, measure_dress, plain_calls, plan_dress, require_same
+from grind_env.machine.dress_program import (
+    DressPlan,
+    is_dress_program,
+    measure_dress,
+    plain_calls,
+    plan_dress,
+    require_same,
+)
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.mounting import first_wheel, is_worn_out, new_wheel
@@ -172,8 +179,11 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self._unload(event.time)
-        for line, number in plain_calls(self.programs, self.plans, block_delete=self.control.block_delete):
-            self.watch.warn(line, "call", called_dress(number))
+        for line, number in plain_calls(self.programs, block_delete=self.control.block_delete):
+            if number in self.plans or is_dress_program(
+                self.programs, number, self.job, self.control, self.position, self.axis
+            ):
+                self.watch.warn(line, "call", called_dress(number))
 
     def _unload(self, time: float) -> None:
         """Take the part off the machine, unless that has been done."""

@@ -194,8 +194,10 @@ def test_a_dress_program_called_as_a_subprogram_dresses_nothing() -> None:
     (warning,) = record.warnings
     assert warning.startswith("test.nc:3: M98 P9100 runs the motions of the dress program and dresses nothing; ")
     assert record.dresses.size == 0
-    # a program that no cycle names is no dress program
-    assert run(text.replace("P9100\nM30", "\nM30"), job()).warnings == ()
+    # it moves as a dress program does, whether a cycle names it or not
+    unnamed = text.replace("P9100\nM30", "\nM30")
+    assert run(unnamed, job()).warnings == (warning,)
+    assert run(unnamed.replace("M98 P9100", "M98 P7") + "O7\nG00 Y20.\nM99\n", job()).warnings == ()
     assert run(text.replace("M98 P9100\n", ""), job()).warnings == ()
     # numbers are compared, and not how they are written
     assert len(run(text.replace("M98 P9100", "M098 P09100"), job()).warnings) == 1
