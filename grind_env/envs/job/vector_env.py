@@ -7,9 +7,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from grind_env.envs.arguments import (
-    refuse_render,
-)
+from grind_env.envs.arguments import refuse_render
 from grind_env.envs.contexts import read_all_options
 from grind_env.envs.job.env import JobEnv
 from grind_env.envs.serial_vector import SerialVectorEnv
