@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup test lint format benchmark speed notebooks docs core clean
+.PHONY: setup test bits lint format benchmark speed notebooks docs core clean
 
 setup: $(STAMP)
 
@@ -15,6 +15,10 @@ $(STAMP): pyproject.toml constraints.txt
 
 test: setup
 	$(BIN)/python -m pytest -n 2
+
+# The tests that promise equal bits, as they run on other processors.
+bits: setup
+	$(BIN)/python -m tests.code_paths
 
 lint: setup
 	$(BIN)/ruff check .

@@ -33,8 +33,11 @@ CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
-MEMORIES = tuple(f"grind_env.envs.{name}" for name in ("belief", "belief_kernel", "belief_rows", "memory"))
-"""Modules that decide what a policy sees, and that the probe of a task does not run."""
+UNPROBED = tuple(
+    f"grind_env.{name}"
+    for name in ("envs.belief", "envs.belief_kernel", "envs.belief_rows", "envs.memory", "kernel.layers")
+)
+"""Modules that decide what a policy sees or does, and that the probe of a task does not run."""
 RANGES_OF = {"test": SPLITS["test"]}
 """What the contexts of a split of seeds are drawn from, where it is not everything."""
 
@@ -120,7 +123,7 @@ def sources(module: str) -> str:
 
 
 def imported(module: str) -> set[str]:
-    """Names of the modules that a module stands on, its own among them: those of `agents`, and `MEMORIES`.
+    """Names of the modules that a module stands on, its own among them: those of `agents`, and `UNPROBED`.
 
     What else of `grind_env` decides, `behaviour` sees.
     """
@@ -128,7 +131,7 @@ def imported(module: str) -> set[str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or not (name.startswith("agents.") or name in MEMORIES):
+        if name in found or name not in sys.modules or not (name.startswith("agents.") or name in UNPROBED):
             continue
         found.add(name)
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.kernel import exp, log, logistic, power, softplus
+from grind_env.kernel import exp, log, logistic, power, softplus, tanh
 
 TOLERANCE = 4e-16
 
@@ -58,3 +58,9 @@ def test_power(x, exponent):
 def test_softplus(x):
     with mpmath.workdps(300):
         assert softplus(x) == pytest.approx(float(mpmath.log1p(mpmath.exp(x))), rel=1e-12, abs=1e-15)
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_tanh(x):
+    with mpmath.workdps(40):
+        assert abs(mpmath.mpf(tanh(x)) - mpmath.tanh(x)) < 3e-16

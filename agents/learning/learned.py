@@ -1,4 +1,4 @@
-"""Learned agents as policies: the acting part of a network, in NumPy, so that playing one needs no torch.
+"""Learned agents as policies: the acting part of a network without torch, with the same bits on every machine.
 
 Every kind that is trained acts through the same few layers: perhaps an LSTM, then linear layers with an activation
 between them. What its last layer says is read as logits of E and of D, as a value of every choice, or as a point of a
@@ -18,18 +18,14 @@ from agents.policy import Decision, Sees
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
+from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
 
 Tensor = NDArray[np.float32]
+Numbers = NDArray[np.float64]
 Shape = tuple[int, ...]
-
-BATCH = 64
-"""Episodes of one pass through the network. A pass always has as many, so that what an episode gets does not depend on
-how many run beside it: a matrix product may add up in another order for another number of rows."""
 
 LSTM = "lstm_actor"
 """Name of the LSTM in the state of a recurrent policy of sb3-contrib."""
-
-SIGMOID_SCALE = np.float32(0.5)
 
 
 class Layers(NamedTuple):
@@ -50,9 +46,9 @@ FAMILIES: Mapping[str, Layers] = {
 }
 """The families that a file may name; none of them is looked up anywhere else."""
 
-ACTIVATIONS: Mapping[str, Callable[[Tensor], Tensor]] = {
-    "tanh": np.tanh,
-    "relu": lambda values: np.maximum(values, np.float32(0.0)),
+ACTIVATIONS: Mapping[str, Callable[[Numbers], Numbers]] = {
+    "tanh": tanh_layer,
+    "relu": lambda values: np.maximum(values, 0.0),
 }
 
 
@@ -102,8 +98,8 @@ class Network:
 class LstmState(NamedTuple):
     """Output and cell of the LSTM, each shape (N, units)."""
 
-    output: Tensor
-    cell: Tensor
+    output: Numbers
+    cell: Numbers
 
 
 class Actor:
@@ -116,11 +112,13 @@ class Actor:
 
     def __init__(self, network: Network, tensors: Mapping[str, Tensor]) -> None:
         self.network = network
-        self.tensors = {name: np.ascontiguousarray(tensors[name], np.float32) for name in network.shapes()}
+        self.tensors = {name: tensors[name] for name in network.shapes()}
+        # a layer multiplies weights of shape (inputs, outputs) in double precision
+        self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
 
     def begin(self, n: int) -> LstmState:
         """The state of N episodes before their first block; without units where there is no LSTM."""
-        zeros = np.zeros((n, self.network.lstm), np.float32)
+        zeros = np.zeros((n, self.network.lstm))
         return LstmState(zeros, zeros)
 
     def outputs(self, features: Tensor, state: LstmState) -> tuple[Tensor, LstmState]:
@@ -130,40 +128,29 @@ class Actor:
             features: shape (N, entries).
             state: of `begin` or of the last call.
         """
-        n = len(features)
-        spare = -n % BATCH
-        padded = [np.pad(values, ((0, spare), (0, 0))) for values in (features, *state)]
-        passes = [self._pass(*(values[k : k + BATCH] for values in padded)) for k in range(0, n + spare, BATCH)]
-        values, output, cell = (np.concatenate(part)[:n] for part in zip(*passes, strict=True))
-        return values, LstmState(output, cell)
-
-    def _pass(self, values: Tensor, output: Tensor, cell: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """One pass of `BATCH` rows."""
+        values: Numbers = np.ascontiguousarray(features, np.float64)
         if self.network.lstm:
-            output, cell = self._remember(values, output, cell)
-            values = output
+            state = self._remember(values, state)
+            values = state.output
         activation = ACTIVATIONS[self.network.activation]
         *body, head = self.network.linear()
         for name in body:
             values = activation(self._linear(values, f"{name}.weight", f"{name}.bias"))
         values = self._linear(values, f"{head}.weight", f"{head}.bias")
-        return (np.tanh(values) if FAMILIES[self.network.family].squashed else values), output, cell
+        squashed = tanh_layer(values) if FAMILIES[self.network.family].squashed else values
+        return squashed.astype(np.float32), state
 
-    def _remember(self, values: Tensor, output: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
+    def _remember(self, values: Numbers, state: LstmState) -> LstmState:
         """One step of an LSTM (Hochreiter, Schmidhuber, Neural Computation 9, 1997, 1735); gates in torch's order."""
         gates = self._linear(values, f"{LSTM}.weight_ih_l0", f"{LSTM}.bias_ih_l0")
-        gates = gates + self._linear(output, f"{LSTM}.weight_hh_l0", f"{LSTM}.bias_hh_l0")
-        enter, keep, candidate, show = np.split(gates, 4, axis=1)
-        cell = _sigmoid(keep) * cell + _sigmoid(enter) * np.tanh(candidate)
-        return _sigmoid(show) * np.tanh(cell), cell
+        gates += self._linear(state.output, f"{LSTM}.weight_hh_l0", f"{LSTM}.bias_hh_l0")
+        enter, keep, _, show = np.split(logistic_layer(gates), 4, axis=1)
+        candidate = np.split(tanh_layer(gates), 4, axis=1)[2]
+        cell = keep * state.cell + enter * candidate
+        return LstmState(show * tanh_layer(cell), cell)
 
-    def _linear(self, values: Tensor, weight: str, bias: str) -> Tensor:
-        return np.asarray(values @ self.tensors[weight].T + self.tensors[bias])
-
-
-def _sigmoid(values: Tensor) -> Tensor:
-    # through tanh, which cannot overflow
-    return np.asarray(SIGMOID_SCALE * np.tanh(SIGMOID_SCALE * values) + SIGMOID_SCALE)
+    def _linear(self, values: Numbers, weight: str, bias: str) -> Numbers:
+        return linear(values, self._factors[weight], self._factors[bias])
 
 
 @dataclass

@@ -32,6 +32,7 @@ def tiny(kind: str) -> Settings:
     return replace(settings, envs=4, steps=60, hidden=(8,), hyper=hyper)
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("kind", DEFAULTS)
 def test_every_kind_learns_and_acts_the_same_when_saved(kind: str, tmp_path: Path):
     settings = tiny(kind)

@@ -62,6 +62,7 @@ train(TASK, kind, 3, TINY[kind], folder, quiet=True)
 """
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("kind", ["ppo", "dqn"])
 def test_a_killed_training_goes_on_bit_by_bit(kind: str, tmp_path: Path):
     whole = train(TASK, kind, 3, TINY[kind], tmp_path / "whole", quiet=True)

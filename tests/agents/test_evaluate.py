@@ -115,6 +115,7 @@ def test_the_split_of_a_seed(seed, split):
     assert split_of(seed) == split
 
 
+@pytest.mark.bits
 def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
     alone = evaluate(handbook(TASK), TASK, [5])
     beside = evaluate(handbook(TASK), TASK, [4, 5, 6])

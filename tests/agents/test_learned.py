@@ -1,3 +1,4 @@
+import hashlib
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -7,9 +8,10 @@ import pytest
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from agents.cells import RESULTS
 from agents.evaluate import episode_seeds, evaluate, start_episodes
 from agents.learning.algorithms import build
-from agents.learning.learned import BATCH, LearnedPolicy
+from agents.learning.learned import LearnedPolicy
 from agents.learning.saved import load_policy, save_policy
 from agents.learning.settings import Settings, settings_for
 from agents.learning.training_env import LearnerVecEnv
@@ -17,6 +19,8 @@ from agents.learning.view import LearnerView
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+
+pytestmark = pytest.mark.bits
 
 TASK = load_task("power_limited")
 KINDS = ("ppo", "ppo_stack", "recurrent_ppo", "dqn", "sac", "tqc")
@@ -72,14 +76,21 @@ def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
 @pytest.mark.parametrize("kind", ["ppo", "recurrent_ppo", "sac"])
 def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path):
     policy = saved(tmp_path, kind)
-    n = BATCH + 5
+    n = 69
     features = np.random.default_rng(0).normal(size=(n, policy.actor.network.entries)).astype(np.float32)
     together, after = policy.actor.outputs(features, policy.actor.begin(n))
     again, _ = policy.actor.outputs(features, after)
-    for i in (0, 1, 31, BATCH - 1, BATCH, n - 1):
+    for i in (0, 1, 31, 64, n - 1):
         alone, state = policy.actor.outputs(features[i : i + 1], policy.actor.begin(1))
         assert np.array_equal(alone[0], together[i])
         assert np.array_equal(policy.actor.outputs(features[i : i + 1], state)[0][0], again[i])
+
+
+def test_a_shipped_agent_says_the_same_on_every_machine():
+    actor = load_policy(RESULTS / "policies" / "power_limited.safetensors").actor
+    features = np.random.default_rng(0).uniform(-3.0, 3.0, (16, actor.network.entries)).astype(np.float32)
+    said, _ = actor.outputs(features, actor.begin(16))
+    assert hashlib.sha256(said.tobytes()).hexdigest()[:16] == "bcfc60dc91ee42c4"
 
 
 def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):

@@ -90,6 +90,7 @@ def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
     assert run(cbn, layer=0.1).executions.mean() < 0.9 * run(cbn, layer=0.0).executions.mean()
 
 
+@pytest.mark.bits
 def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
     task = load_task("power_limited")
     seeds = episode_seeds("training", 3)

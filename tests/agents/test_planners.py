@@ -173,6 +173,7 @@ def test_plan_cost_is_the_cost_of_following_the_plan():
     assert cost[0] == pytest.approx(evaluate(Fixed(9.0, 1), TASK, [3, 4]).cost, rel=1e-12)
 
 
+@pytest.mark.bits
 def test_forward_plans_do_not_depend_on_the_episodes_beside():
     simulation = Simulation(ORACLE)
     many = forward_plans(simulation, start_episodes(simulation, range(20)))

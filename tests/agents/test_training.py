@@ -32,6 +32,7 @@ TINY = replace(
 )
 
 
+@pytest.mark.bits
 def test_training_is_reproducible_and_its_agent_sees_measurements_only(tmp_path: Path):
     paths = [train(TASK, "ppo", 3, TINY, tmp_path / name, quiet=True) for name in ("one", "two")]
     assert paths[0].read_bytes() == paths[1].read_bytes()

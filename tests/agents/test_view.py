@@ -10,6 +10,8 @@ from grind_env.envs.observations import readings
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
 
+pytestmark = pytest.mark.bits
+
 TASK = load_task("power_limited")
 ENTRIES = len(readings(TASK, full=False))
 MEMORIES: tuple[Memory, ...] = ("belief", "stack", "estimates")

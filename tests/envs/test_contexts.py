@@ -186,6 +186,7 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
         assert [given.fixed.stock for given in env.unwrapped.given][::2] == [1.2, 1.0]
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("env_id", ["grind/Rush-v0", "grind/Blades-v0"])
 def test_contexts_and_splits_are_the_same_in_sync_and_native(env_id: str) -> None:
     options = {"context": {"kA": 1.5, "material": "inconel_718"}, "split": "validation"}

@@ -63,6 +63,7 @@ def test_the_nominal_context_leaves_nothing_to_chance() -> None:
     assert_same(*runs)
 
 
+@pytest.mark.bits
 def test_the_same_seed_is_the_same_episode_whatever_was_ground_before() -> None:
     env = WidePlatesEnv()
     runs = []

@@ -43,6 +43,7 @@ def ground(env: WidePlatesEnv, parts: int = PARTS) -> GrindingRecord:
     return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
 
 
+@pytest.mark.bits
 @settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:

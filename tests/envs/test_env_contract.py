@@ -198,6 +198,7 @@ def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any])
     )
 
 
+@pytest.mark.bits
 @every_kind
 def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: dict[str, Any]) -> None:
     n, plan = 2, sampled(env_id, 4, 2, **kwargs)
@@ -226,6 +227,7 @@ def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: di
         workers.close()
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/Job-v0"])
 def test_workers_that_share_nothing_with_this_process_give_the_same_bits(env_id: str) -> None:
     plan = sampled(env_id, 3, 2)

@@ -56,6 +56,7 @@ def test_successive_and_unseeded_episodes_differ() -> None:
     )
 
 
+@pytest.mark.bits
 def test_stock_and_lots_do_not_depend_on_the_policy() -> None:
     seen = []
     for k in range(3):
@@ -72,6 +73,7 @@ def test_stock_and_lots_do_not_depend_on_the_policy() -> None:
     assert len(np.unique(seen[0])) > 1000
 
 
+@pytest.mark.bits
 def test_measurement_noise_does_not_depend_on_the_policy() -> None:
     simulation = Simulation(load_task("power_limited"))
     noise = []

@@ -23,6 +23,8 @@ from tests.envs.harness import (
     sync,
 )
 
+pytestmark = pytest.mark.bits
+
 
 def masked_reset(env: VectorEnv, mask: list[bool], seed: Any = None) -> Any:
     # SyncVectorEnv takes the mask out of the dict that it is given

@@ -7,6 +7,8 @@ import pytest
 
 from tests.envs.harness import Array, actions, native
 
+pytestmark = pytest.mark.bits
+
 MEASURED = [
     "mean_power",
     "first_power",

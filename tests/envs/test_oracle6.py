@@ -24,6 +24,7 @@ def costs(speeds: Array, executions: Array) -> Array:
     return outcome.cost.sum(axis=0)
 
 
+@pytest.mark.bits
 def test_two_seeds_give_identical_episodes() -> None:
     a, b = native("grind/Oracle6-v0", 2), native("grind/Oracle6-v0", 2)
     assert_same(a.reset(seed=1), b.reset(seed=1234))

@@ -274,6 +274,7 @@ def masked_reset(env: Any, mask: list[bool], seed: Any = None) -> Any:
     return env.reset(seed=seed, options={"reset_mask": np.array(mask)})
 
 
+@pytest.mark.bits
 @modes
 def test_native_and_sync_give_the_same_bits(mode: AutoresetMode) -> None:
     n = 4

@@ -290,22 +290,26 @@ def scalar() -> tuple[bytes, ...]:
     return found
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_block_kernel_has_the_bits_of_the_scalar_loop(scalar: tuple[bytes, ...], threads: int) -> None:
     assert outcome(MANY, threads=threads) == scalar
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 20])
 def test_the_number_of_machines_changes_no_bit(scalar: tuple[bytes, ...], count: int) -> None:
     assert outcome(MANY[:count]) == scalar[:count]
 
 
+@pytest.mark.bits
 def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None:
     order = np.random.default_rng(1).permutation(len(MANY))
     found = outcome([MANY[k] for k in order])
     assert [found[i] for i in np.argsort(order)] == list(scalar)
 
 
+@pytest.mark.bits
 @pytest.mark.parametrize("count", [4, 16])
 def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path: Path, count: int) -> None:
     source = Path(lanes.__file__).read_text(encoding="utf-8")

@@ -1,17 +1,38 @@
 import platform
 import re
 
+import llvmlite.binding as llvm
 import numba
 import pytest
 
 from grind_env.machine.lanes import advance_lanes
 
+pytestmark = pytest.mark.bits
 
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86 assembly")
-def test_the_lanes_run_in_vector_registers():
+
+@pytest.fixture(scope="module")
+def assembly() -> str:
+    if platform.machine() not in ("x86_64", "AMD64"):
+        pytest.skip("reads x86 assembly")
     compiled = numba.njit(error_model="numpy")(advance_lanes.py_func)
     compiled.compile("void(float64[::1])")
-    (assembly,) = compiled.inspect_asm().values()
+    (text,) = compiled.inspect_asm().values()
+    return str(text)
+
+
+def test_the_lanes_run_in_vector_registers(assembly: str):
     packed, scalar = (len(re.findall(rf"\bv?(?:div|sqrt){kind}\b", assembly)) for kind in ("pd", "sd"))
     assert packed > 40
     assert scalar == 0
+
+
+def test_no_register_is_wider_than_those_of_the_processor_that_is_compiled_for(assembly: str):
+    features = numba.config.CPU_FEATURES or llvm.get_host_cpu_features().flatten()
+    widths = set(re.findall(r"[xyz]mm", assembly))
+    assert "ymm" in widths or "zmm" in widths
+    # LLVM need not use the widest
+    assert "zmm" not in widths or "+avx512f" in features.split(",")
+
+
+def test_multiplication_and_addition_are_rounded_one_by_one(assembly: str):
+    assert not re.search(r"\bvfn?m(?:add|sub)", assembly)

@@ -6,9 +6,12 @@ import sys
 from pathlib import Path
 
 import numba
+import pytest
 
 from grind_env.process.stroke import grind_stroke
 from tests.process.harness import grinder, parameters
+
+pytestmark = pytest.mark.bits
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -1,0 +1,54 @@
+"""Layers of a network with the same bits on every machine, whatever runs beside a row.
+
+A matrix product of a BLAS adds up in another order on another processor and for another number of rows. Here every
+sum runs over the inputs in their order, in double precision, and tanh and the logistic function are built on the exp
+of this package.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.kernel.compile import entry
+from grind_env.kernel.elementary import logistic, tanh
+
+Numbers = NDArray[np.float64]
+
+
+@entry
+def linear(values: Numbers, weights: Numbers, bias: Numbers) -> Numbers:
+    """What a linear layer says of N rows, shape (N, outputs).
+
+    Args:
+        values: shape (N, inputs), C-contiguous like the others.
+        weights: shape (inputs, outputs).
+        bias: shape (outputs,).
+    """
+    sums = np.empty((len(values), len(bias)))
+    for i in range(len(values)):
+        # spelled out, because a product of a number and a row would be put into an array of its own
+        for j in range(len(bias)):
+            sums[i, j] = bias[j]
+        for k in range(len(weights)):
+            for j in range(len(bias)):
+                sums[i, j] += values[i, k] * weights[k, j]
+    return sums
+
+
+@entry
+def tanh_layer(values: Numbers) -> Numbers:
+    """Hyperbolic tangent of every number, shape (N, units)."""
+    result = np.empty_like(values)
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            result[i, j] = tanh(values[i, j])
+    return result
+
+
+@entry
+def logistic_layer(values: Numbers) -> Numbers:
+    """1 / (1 + e**-x) of every number, shape (N, units)."""
+    result = np.empty_like(values)
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            result[i, j] = logistic(values[i, j])
+    return result

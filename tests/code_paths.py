@@ -1,0 +1,62 @@
+"""Runs the tests that promise equal bits as other machines would: `python -m tests.code_paths [NAME ...]`.
+
+The code of a matrix product, of numpy's and of torch's loops and of the compiled kernels is chosen by the processor.
+Each path here makes them choose as another processor would, or as another number of threads does.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+
+ROOT = Path(__file__).resolve().parents[1]
+
+HASWELL = """
+    64bit avx avx2 bmi bmi2 cmov crc32 cx16 cx8 f16c fma fsgsbase fxsr invpcid lzcnt mmx movbe pclmul popcnt rdrnd sahf
+    sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave xsaveopt
+"""
+"""What a Haswell can do, in the names of LLVM."""
+
+Environment = dict[str, str]
+
+
+def threads(count: int) -> Environment:
+    """As many threads as wanted, wherever a library starts some by itself."""
+    return dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(count))
+
+
+def paths() -> dict[str, Environment]:
+    """The variables of each path that this processor can take."""
+    here = llvm.get_host_cpu_features()
+    avx2 = {
+        # the name alone would leave numba the features of this processor
+        "NUMBA_CPU_NAME": "haswell",
+        "NUMBA_CPU_FEATURES": ",".join(f"{'+' if name in HASWELL.split() else '-'}{name}" for name in here),
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+        "ATEN_CPU_CAPABILITY": "avx2",
+        "MKL_ENABLE_INSTRUCTIONS": "AVX2",
+    }
+    found = {
+        "haswell": {"OPENBLAS_CORETYPE": "Haswell", **avx2, **threads(1)},
+        "zen": {"OPENBLAS_CORETYPE": "Zen", **threads(2)},
+    }
+    if here.get("avx512f"):
+        found["skylake-x"] = {"OPENBLAS_CORETYPE": "SkylakeX", **threads(2)}
+    return found
+
+
+def main(names: list[str]) -> int:
+    """Run the tests on the paths of those names, on all by default; how many paths failed."""
+    failed = 0
+    for name, variables in paths().items():
+        if not names or name in names:
+            print(f"\n{name}: {' '.join(f'{key}={value[:40]}' for key, value in variables.items())}", flush=True)
+            command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "bits"]
+            failed += subprocess.run(command, cwd=ROOT, env={**os.environ, **variables}, check=False).returncode != 0
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
