@@ -22,7 +22,7 @@ import grind_env
 from grind_env.control import Control
 from grind_env.control.rules import motion_time
 from grind_env.kernel import entry
-from grind_env.kernel.compile import fingerprint
+from grind_env.kernel.fingerprint import fingerprint
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine import lanes
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, run_scalar

@@ -1,0 +1,110 @@
+"""Compiled kernels on disk: a file for each kernel and each kind of arguments, checked before it is loaded.
+
+numba's own cache has an index that processes which write at once can spoil, loads whatever the files hold, and
+notices edits in the file of the kernel alone. Here the name of a file is the fingerprint of all that its code depends
+on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of the rest.
+Whatever happens to the files, a kernel can be compiled anew, and one line says so.
+
+The checksum is against damage, not against malice: who may write into the folder may run code here.
+"""
+
+import contextlib
+import functools
+import hashlib
+import logging
+import os
+import pickle
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import numba
+import platformdirs
+
+from grind_env.files import FileError, write_atomically
+from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
+
+DIGEST = hashlib.sha256().digest_size
+UNUSED = 30 * 24 * 3600.0  # s, after which a file is deleted
+
+
+def keep_on_disk(kernel: Any) -> None:
+    """Give a function that numba compiles this cache, in the folder `kernels` under NUMBA_CACHE_DIR or the user's."""
+    if hasattr(kernel, "_cache"):
+        folder = Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
+        kernel._cache = KernelCache(kernel, folder)
+    else:
+        _say(f"numba {numba.__version__} takes no cache but its own: kernels are compiled at every start")
+
+
+class KernelCache:
+    """The cache of one kernel, in the place of numba's own (`Dispatcher._cache`, which sets the names of its methods).
+
+    Of numba's internals it uses `CompileResult._reduce` and `_rebuild`, `has_dynamic_globals` of a code library,
+    `magic_tuple` of a code generator (platform, name and features of the CPU) and `serialize.dumps`.
+    """
+
+    def __init__(self, kernel: Any, folder: Path) -> None:
+        self._kernel, self._folder = kernel, folder
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+
+    @property
+    def cache_path(self) -> str | None:
+        """The folder; None where it cannot be made."""
+        return str(self._folder) if self._folder.is_dir() else None
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """The compiled kernel for these types of arguments; None if it has to be compiled."""
+        try:
+            target.refresh()
+            path = self._path(signature, target.codegen())
+            content = path.read_bytes()
+        except Exception:  # there is no file yet, or there cannot be one: then `save_overload` says why
+            return None
+        try:
+            if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+                raise ValueError("damaged")
+            compiled = numba.core.compiler.CompileResult._rebuild(target, *pickle.loads(content[DIGEST:]))
+        except Exception:
+            _say(f"{path} is damaged: the kernel is compiled anew")
+            return None
+        with contextlib.suppress(OSError):
+            os.utime(path)
+        return compiled
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Write what was compiled for these types of arguments."""
+        try:
+            if compiled.library.has_dynamic_globals:
+                raise UnknownIngredient("its code holds addresses of this process")
+            path = self._path(signature, compiled.codegen)
+            payload = numba.core.serialize.dumps(compiled._reduce())
+            write_atomically(path, lambda temporary: temporary.write_bytes(hashlib.sha256(payload).digest() + payload))
+            _delete_unused(self._folder)
+        except (FileError, OSError):
+            _say(f"{self._folder} cannot be written to: kernels are compiled at every start (NUMBA_CACHE_DIR moves it)")
+        except Exception as error:
+            _say(f"{self._kernel.__qualname__} is compiled at every start: {error}")
+
+    def flush(self) -> None:
+        """Nothing: what `recompile` makes of changed constants has another name."""
+
+    def _path(self, signature: Any, codegen: Any) -> Path:
+        name = self._kernel.__name__.strip("<>")
+        return self._folder / f"{name}-{fingerprint(self._kernel, signature, codegen.magic_tuple())}.nbc"
+
+
+def _delete_unused(folder: Path) -> None:
+    """Delete kernels of former versions, and what writers that were killed have left."""
+    for path in [*folder.glob("*.nbc"), *folder.glob(".grind-*")]:
+        with contextlib.suppress(OSError):
+            if path.stat().st_mtime < time.time() - UNUSED:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+@functools.cache
+def _say(line: str) -> None:
+    """Once a process: a full disk refuses every kernel."""
+    logging.getLogger(__name__).warning(line)

@@ -1,0 +1,220 @@
+"""Compiled kernels on disk: damage, places that cannot be written to, many writers, other compilers."""
+
+import itertools
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numba
+import pytest
+from numba.extending import overload
+
+from grind_env.kernel import cache, entry
+
+DAY = 24 * 3600.0
+
+TOY = """
+import sys
+from grind_env.kernel import entry
+
+def scaled(factor):
+    @entry
+    def kernel(x, shift=1.0):
+        return factor * x + shift
+    return kernel
+
+if "full" in sys.argv:
+    import resource
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+kernels = [scaled(factor) for factor in range(6)]
+print([kernel(2.0) for kernel in kernels])
+print(sum(sum(kernel.stats.cache_hits.values()) for kernel in kernels if hasattr(kernel, "stats")))
+"""
+RESULTS = "[1.0, 3.0, 5.0, 7.0, 9.0, 11.0]"
+
+DAMAGES: list[Callable[[bytes], bytes]] = [
+    lambda content: content[: len(content) // 2],
+    lambda content: b"",
+    lambda content: bytes(range(256)) * 40,
+    lambda content: bytes(400) + content[400:],
+    lambda content: content[: len(content) // 2] + bytes(400) + content[len(content) // 2 + 400 :],
+    lambda content: content[:-400] + bytes(400),
+]
+
+
+class Start(NamedTuple):
+    """What a start of the toy printed."""
+
+    results: str
+    hits: int
+    lines: list[str]
+
+
+class Toy:
+    """Six kernels in a file, started in fresh processes."""
+
+    def __init__(self, folder: Path) -> None:
+        self.cache = folder / "cache"
+        self.script = folder / "toy.py"
+        self.script.write_text(TOY, encoding="utf-8")
+
+    def begin(self, *arguments: str, **environment: str) -> "subprocess.Popen[str]":
+        place = {"NUMBA_CACHE_DIR": str(self.cache), "PYTHONPATH": os.pathsep.join(sys.path)}
+        command = [sys.executable, str(self.script), *arguments]
+        environment = {**os.environ, **place, **environment}
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def start(self, *arguments: str, **environment: str) -> Start:
+        return self.end(self.begin(*arguments, **environment))
+
+    def end(self, process: "subprocess.Popen[str]") -> Start:
+        out, error = process.communicate()
+        assert process.returncode == 0, error
+        results, hits = out.splitlines()
+        return Start(results, int(hits), error.splitlines())
+
+    def files(self) -> list[Path]:
+        return sorted(path for path in self.cache.rglob("*") if path.is_file())
+
+
+@pytest.fixture
+def toy(tmp_path: Path) -> Toy:
+    return Toy(tmp_path)
+
+
+def test_damaged_files_are_said_once_and_written_anew(toy: Toy) -> None:
+    assert toy.start() == (RESULTS, 0, [])
+    files = toy.files()
+    for path, damage in zip(files, itertools.cycle(DAMAGES), strict=False):
+        path.write_bytes(damage(path.read_bytes()))
+    results, hits, lines = toy.start()
+    assert (results, hits) == (RESULTS, 0)
+    assert len(lines) == len(files) == len(DAMAGES)
+    assert all(sum(str(path) in line for line in lines) == 1 for path in files)
+    assert toy.start() == (RESULTS, 6, [])
+
+
+def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy) -> None:
+    pytest.importorskip("resource")
+    results, hits, (line,) = toy.start("full")
+    assert (results, hits) == (RESULTS, 0)
+    assert str(toy.cache) in line
+    assert "NUMBA_CACHE_DIR" in line
+    assert toy.files() == []
+    toy.start()
+    assert toy.start("full") == (RESULTS, 6, [])
+
+
+def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) -> None:
+    toy.cache.touch()
+    results, hits, (line,) = toy.start()
+    assert (results, hits) == (RESULTS, 0)
+    assert str(toy.cache) in line
+
+
+def test_kernels_in_a_folder_that_is_only_read_are_loaded(toy: Toy) -> None:
+    toy.start()
+    folder = toy.files()[0].parent
+    folder.chmod(0o555)
+    try:
+        if os.access(folder, os.W_OK):
+            pytest.skip("root may write anywhere")
+        assert toy.start() == (RESULTS, 6, [])
+    finally:
+        folder.chmod(0o755)
+
+
+def test_processes_that_start_at_once_share_the_folder(toy: Toy) -> None:
+    processes = [toy.begin() for _ in range(2)]
+    for results, _, lines in map(toy.end, processes):
+        assert (results, lines) == (RESULTS, [])
+    assert toy.start() == (RESULTS, 6, [])
+    assert len(toy.files()) == 6
+
+
+@pytest.fixture(scope="module")
+def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
+    toy = Toy(tmp_path_factory.mktemp("toy"))
+    toy.start()
+    return toy
+
+
+@pytest.mark.parametrize(
+    "environment",
+    [
+        {"NUMBA_OPT": "1"},
+        {"NUMBA_CPU_NAME": "generic"},
+        {"NUMBA_CPU_FEATURES": ""},
+        {"NUMBA_BOUNDSCHECK": "1"},
+    ],
+    ids=str,
+)
+def test_code_of_another_cpu_or_other_settings_is_not_loaded(started: Toy, environment: dict[str, str]) -> None:
+    assert started.start(**environment) == (RESULTS, 0, [])
+
+
+def test_code_does_not_depend_on_threads_or_hash_seeds(started: Toy) -> None:
+    assert started.start(NUMBA_NUM_THREADS="1", PYTHONHASHSEED="5") == (RESULTS, 6, [])
+
+
+def test_plain_python_neither_reads_nor_writes_kernels(toy: Toy) -> None:
+    assert toy.start(NUMBA_DISABLE_JIT="1") == (RESULTS, 0, [])
+    assert toy.files() == []
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    return tmp_path / "kernels"
+
+
+def test_kernels_that_no_start_has_used_for_30_days_are_deleted(folder: Path) -> None:
+    def kernel(x: complex) -> complex:
+        return x + 1
+
+    entry(kernel)(1)
+    (used,) = folder.iterdir()
+    entry(kernel)(1.0)
+    (unused,) = set(folder.iterdir()) - {used}
+    foreign, abandoned = folder / "notes.txt", folder / ".grind-killed"
+    foreign.touch()
+    abandoned.mkdir()
+    for path in (used, unused, foreign, abandoned):
+        os.utime(path, (time.time() - 31 * DAY,) * 2)
+    entry(kernel)(1)
+    entry(kernel)(1j)
+    left = set(folder.iterdir())
+    assert {used, foreign} < left
+    assert not {unused, abandoned} & left
+
+
+def half(x: float) -> float:
+    return x / 2
+
+
+overload(half)(lambda x: lambda x: x / 2)
+
+
+def test_a_kernel_of_unknown_ingredients_runs_and_one_line_says_why_it_is_not_kept(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    @entry
+    def kernel(x: float) -> float:
+        return half(x)
+
+    assert kernel(3.0) == 1.5
+    (line,) = caplog.messages
+    assert "kernel is compiled at every start: half in " in line
+    assert list(folder.iterdir()) == []
+
+
+def test_a_numba_that_takes_no_other_cache_is_left_alone(caplog: pytest.LogCaptureFixture) -> None:
+    for _ in range(2):
+        cache.keep_on_disk(SimpleNamespace())
+    (line,) = caplog.messages
+    assert numba.__version__ in line
