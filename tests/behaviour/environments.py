@@ -1,0 +1,167 @@
+"""What the environments do: observations, rewards and infos of fixed actions, of every id and form of the action.
+
+One table a form holds what two environments showed beside each other, with all that can be observed. It is what the
+vector form and two single environments return, and what `observation="measured"` shows is a part of it.
+"""
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from grind_env.envs.actions import ACTIONS, ActionError
+from tests.behaviour.tables import Table, Tables, flat, table
+from tests.envs.harness import Array, native, row_of, rows_of
+
+COUNT = 2
+"""Environments beside each other."""
+
+SEED = 11
+
+BRIEF = 8
+"""Steps with a form of the action other than the box, which differs in how it says the same decisions."""
+
+LEAST, AFTER = 24, 3
+"""Steps with a box at least, and after the last of the first episodes."""
+
+EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
+PROGRAMS = Path(__file__).with_name("programs")
+
+JOBS = {
+    **{name: EXAMPLES / f"{name}.nc" for name in ("keyway_g81", "rail_g83")},
+    **{name: PROGRAMS / f"{name}.nc" for name in ("stages", "lots")},
+}
+"""Programs that `grind/Job-v0` is recorded with besides its own example."""
+
+Kinds = dict[str, dict[str, Any]]
+
+
+def kinds_of(env_id: str) -> Kinds:
+    """The arguments of every form of the action that an environment takes, by a name."""
+    kinds: Kinds = {}
+    for form, predress in itertools.product(ACTIONS, (False, True)):
+        kind = {"action": form, "predress": predress}
+        try:
+            gym.make(env_id, **kind)
+        except ActionError:
+            continue
+        kinds[f"{form} with pre-dress" if predress else form] = kind
+    if env_id == "grind/Job-v0":
+        kinds |= {f"box, {name}": {"action": "box", "program": str(path)} for name, path in JOBS.items()}
+    return kinds
+
+
+def recorded(env_id: str) -> Tables:
+    """What an environment does now: a table for every form of the action, and a part program."""
+    tables: Tables = {}
+    for name, kind in kinds_of(env_id).items():
+        steps = None if kind["action"] == "box" else BRIEF
+        tables[name] = vector_play(env_id, steps, observation="full", **kind)
+    return tables | {"part program": part_program(env_id)}
+
+
+def columns(env_id: str, *, observation: str, **kwargs: Any) -> list[str]:
+    """A column for every entry of the observation, in their order; those that are not measured are hidden."""
+
+    def entries(observation: str) -> list[str]:
+        return [each.name for each in gym.make(env_id, observation=observation, **kwargs).unwrapped.observation_info()]
+
+    measured = set(entries("measured"))
+    return [f"{'observation' if name in measured else 'hidden'}.{name}" for name in entries(observation)]
+
+
+def part_program(env_id: str) -> Table:
+    """What was run in the first steps, as the environment writes it as a part program; nothing if it does not."""
+    env = gym.make(env_id).unwrapped
+    env.reset(seed=SEED)
+    for batch in itertools.islice(actions(env.action_space), BRIEF):
+        if env.step(rows_of(batch, COUNT)[0])[2]:
+            break
+    lines = env.part_program().splitlines() if hasattr(env, "part_program") else []
+    return table({"line": number, "text": line} for number, line in enumerate(lines, 1))
+
+
+def vector_play(env_id: str, steps: int | None, **kwargs: Any) -> Table:
+    """What the native vector form shows in that many steps; None for all of the first episodes and into the next."""
+    env = native(env_id, COUNT, **shown(env_id), **kwargs)
+    names = columns(env_id, **kwargs)
+    observations, _ = env.reset(seed=SEED)
+    rows = [row(0, i, names, observations[i]) for i in range(COUNT)]
+    over, ended = np.zeros(COUNT, bool), np.zeros(COUNT, bool)
+    for step, batch in enumerate(actions(env.unwrapped.single_action_space), 1):
+        resetting = over
+        stepped = env.step(batch)
+        over = stepped[2] | stepped[3]
+        for i in range(COUNT):
+            observation, *rest = (stepped[0][i],) if resetting[i] else row_of(stepped, i)
+            rows.append(row(step, i, names, observation, *rest))
+        if steps is None and (ended := ended | over).all():
+            steps = max(step + AFTER, LEAST)
+        if step == steps:
+            break
+    return table(rows)
+
+
+def single_play(env_id: str, steps: int, **kwargs: Any) -> Table:
+    """What single environments show beside each other; one whose episode is over is reset in place of a step."""
+    envs = [gym.make(env_id, **shown(env_id), **kwargs) for _ in range(COUNT)]
+    names = columns(env_id, **kwargs)
+    rows = [row(0, i, names, env.reset(seed=SEED + i)[0]) for i, env in enumerate(envs)]
+    over = [False] * COUNT
+    for step, batch in enumerate(itertools.islice(actions(envs[0].action_space), steps), 1):
+        for i, (env, action) in enumerate(zip(envs, rows_of(batch, COUNT), strict=True)):
+            if over[i]:
+                rows.append(row(step, i, names, env.reset()[0]))
+                over[i] = False
+            else:
+                observation, *rest = env.step(action)
+                rows.append(row(step, i, names, observation, *rest))
+                over[i] = rest[1] or rest[2]
+    return table(rows)
+
+
+def shown(env_id: str) -> dict[str, bool]:
+    """The argument that puts the text of the blocks into the info; one environment has no blocks."""
+    return {"show_block": env_id != "grind/Wen-v0"}
+
+
+def row(
+    step: int,
+    env: int,
+    names: list[str],
+    observation: Array,
+    reward: float | None = None,
+    terminated: bool | None = None,
+    truncated: bool | None = None,
+    info: dict[str, Any] | None = None,
+) -> dict[str, Any]:
+    """A row of the table; a reset has no more than an observation."""
+    seen = dict(zip(names, observation.tolist(), strict=True))
+    came = {"reward": reward, "terminated": terminated, "truncated": truncated}
+    return {"step": step, "env": env, **seen, **came, **dict(flat("info", info or {}))}
+
+
+def actions(space: spaces.Space[Any]) -> Iterator[Any]:
+    """Batches of actions of a single action space, always the same ones."""
+    rng = np.random.default_rng(5)
+    while True:
+        yield drawn(space, rng)
+
+
+def drawn(space: spaces.Space[Any], rng: np.random.Generator) -> Any:
+    """A batch of `COUNT` actions, the first uniform, the second mostly slow and with few dresses.
+
+    Gymnasium's own samples may change with its version.
+    """
+    if isinstance(space, spaces.Dict):
+        return {name: drawn(each, rng) for name, each in space.items()}
+    uniform = rng.random((COUNT, *(space.shape or ())))
+    uniform[1] *= uniform[1] * uniform[1]
+    if isinstance(space, spaces.Box):
+        return (space.low + (space.high - space.low) * uniform).astype(space.dtype)
+    choices = space.nvec if isinstance(space, spaces.MultiDiscrete) else space.n
+    return (uniform * choices).astype(np.int64)

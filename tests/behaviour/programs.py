@@ -1,0 +1,162 @@
+"""What programs do: the events of the control, and all that `grind run` prints and writes.
+
+The programs are the examples of the package and those of `programs/`. Some are recorded with settings of the control,
+too, among them what the operator does: `grind run` has no option for most of them.
+"""
+
+import csv
+import io
+import json
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from grind_env.cli import BAD_INPUT, main
+from grind_env.control import Control, CyclePlan, CycleStart, Event, Interrupt, execute, read_file
+from grind_env.control.control import WHEEL_RADIUS
+from grind_env.control.words import Block
+from grind_env.machine.grind import grind
+from grind_env.machine.job_file import load_job
+from grind_env.render.tables import as_data
+from tests.behaviour.tables import Tables, flat, table
+
+FOLDERS = (Path(__file__).parents[2] / "grind_env" / "examples", Path(__file__).with_name("programs"))
+
+Panel = Mapping[int, Callable[[Control], None]]
+"""What the operator does after so many events."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Settings of the control; what the operator does at the panel shows in the events alone."""
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    panel: Panel = field(default_factory=dict)
+
+
+PLAIN = "as it is"
+
+VARIANTS: dict[str, dict[str, Variant]] = {
+    "contour": {
+        "type A": Variant({"compensation_type": "A", "radii": {1: 2.0}, "dress_amount": 0.04}),
+        "type B": Variant({"compensation_type": "B", "radii": {1: 2.0}}),
+    },
+    "coordinates": {
+        "with tables": Variant(
+            {
+                "work_offsets": {"G55": (1.0, 0.0, 2.0), "G59.3": (-1.0, 0.0, 0.0)},
+                "external_offset": (0.5, 0.0, 0.25),
+                "lengths": {3: (0.0, 0.125, 0.0)},
+                "reference_points": ((-60.0, 30.0, 0.0), (-70.0, 35.0, 1.0), (-80.0, 40.0, 2.0), (-90.0, 45.0, 3.0)),
+            }
+        )
+    },
+    "grooves": {"short retract": Variant({"groove_retract": 0.05})},
+    "grooving_wheel": {PLAIN: Variant({"groove_retract": 0.01})},
+    "interrupts": {
+        "type 1": Variant({"interrupts": (Interrupt(7, 1, True, 0.4), Interrupt(7, 1, False, 0.9))}),
+        "type 2": Variant({"interrupts": (Interrupt(7, 2, True, 0.4), Interrupt(7, 2, False, 6.0))}),
+        "at the panel": Variant(
+            panel={
+                3: Control.feedhold,
+                4: Control.resume,
+                8: lambda control: control.override(0.0),
+                9: lambda control: control.override(150.0),
+                12: Control.request_dress,
+                16: lambda control: control.interrupt(7),
+                40: lambda control: control.interrupt(7, 1),
+                50: lambda control: control.override(100.0),
+            }
+        ),
+        "block by block": Variant(panel={0: Control.single_block}),
+    },
+    "lots": {"deletable blocks skipped": Variant({"block_delete": True})},
+    "plunge": {
+        "no pass before spark-out": Variant({"coverage_pass": False}),
+        "cycles announced": Variant({"announce_cycles": True}),
+        "control follows the wheel": Variant(
+            {"dress_amount": 0.04, "minimum_radius": 149.9, "radii": {WHEEL_RADIUS: 150.0}}
+        ),
+    },
+    "reciprocation": {"dresses asked for": Variant({"operator_dress_at": (1.0, 12.0)})},
+    "traverse": {"dresses asked for": Variant({"operator_dress_at": (9.0, 25.0, 25.5, 60.0)})},
+}
+"""What is recorded of a program besides `PLAIN`, or in its place."""
+
+TOLERANCES = {"contour": 1e-9}
+"""Of programs with arcs, whose sines are those of the C library: mm, s, and relative. All others keep every bit."""
+
+
+def programs() -> dict[str, Path]:
+    """The programs by name."""
+    return {path.stem: path for folder in FOLDERS for path in sorted(folder.glob("*.nc"))}
+
+
+def recorded(name: str) -> Tables:
+    """What a program does now: of every variant its events and, but for the panel's, what comes of grinding it."""
+    tables: Tables = {}
+    path = programs()[name]
+    for title, variant in ({PLAIN: Variant()} | VARIANTS.get(name, {})).items():
+        tables[f"{title}: events"] = table(map(described, events(path, variant)))
+        if not variant.panel:
+            ground = ground_with(path, variant.settings) if variant.settings else commanded(path)
+            tables |= {f"{title}: {part}": rows for part, rows in ground.items()}
+    return tables
+
+
+def events(path: Path, variant: Variant) -> list[Event]:
+    """The events of the control of the job's machine."""
+    job = load_job(path.with_suffix(".toml"))
+    control = replace(job.control, **variant.settings)
+    execution, found = execute(read_file(path), control), []
+    execution.set_wheel_radius(0.5 * job.setup.wheel.diameter)
+    while True:
+        variant.panel.get(len(found), lambda _: None)(control)
+        try:
+            found.append(next(execution))
+        except StopIteration:
+            return found
+
+
+def described(event: Event) -> dict[str, Any]:
+    """An event as a row; a plan is told where its cycle begins."""
+    row: dict[str, Any] = {"event": type(event).__name__}
+    for item in fields(event):
+        value = getattr(event, item.name)
+        if isinstance(value, Block):
+            value = value.source.text
+        if isinstance(value, CyclePlan) and not isinstance(event, CycleStart):
+            continue
+        if is_dataclass(value):
+            value = {each.name: getattr(value, each.name) for each in fields(value)}
+        row |= flat(item.name, value.value if isinstance(value, Enum) else value)
+    return row
+
+
+def commanded(path: Path) -> Tables:
+    """What `grind run` prints with `--json`, its exit status, and what it writes with `--record`."""
+    out, status = io.StringIO(), 0
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(out):
+        record = Path(folder) / "strokes.csv"
+        try:
+            main(["run", str(path), "--json", "--record", str(record)])
+        except SystemExit as exit_:
+            status = int(exit_.code or 0)
+        assert status < BAD_INPUT, f"grind run refuses {path.name}"
+        with record.open(newline="", encoding="utf-8") as file:
+            strokes = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    result = {"exit status": status, **dict(flat("", json.loads(out.getvalue())))}
+    return {"result": table([result]), "strokes": table(strokes)}
+
+
+def ground_with(path: Path, settings: Mapping[str, Any]) -> Tables:
+    """The same of `machine.grind` with settings of the control."""
+    job = load_job(path.with_suffix(".toml"))
+    record = grind(read_file(path), job, control=replace(job.control, **settings))
+    names = record.strokes.dtype.names or ()
+    strokes = [dict(zip(names, row, strict=True)) for row in record.strokes.tolist()]
+    return {"result": table([dict(flat("", as_data(record, job, path.name)))]), "strokes": table(strokes)}

@@ -1,0 +1,48 @@
+"""Records anew what environments and programs do, after it has been changed on purpose.
+
+    python -m tests.behaviour.record [NAME ...]
+
+A name is that of a registered id or of a part program, such as `PowerLimited-v0` or `plate_g82`; without names all are
+recorded. What has moved, and by how much at most, is printed for the line that such a change gets in CHANGELOG.md. An
+environment of another version is another id: agents have been trained on every entry and every bit of a `-v0`.
+"""
+
+import sys
+
+from tests.behaviour import environments, programs
+from tests.behaviour.tables import RECORDS, Tables, changes, load, save
+from tests.envs.harness import every_id
+
+
+def subjects() -> list[str]:
+    """The names of all records."""
+    return [*(env_id.removeprefix("grind/") for env_id in every_id()), *programs.programs()]
+
+
+def found(name: str) -> Tables:
+    """What the environment or the program of that name does now."""
+    return programs.recorded(name) if name in programs.programs() else environments.recorded(f"grind/{name}")
+
+
+def main(names: list[str]) -> int:
+    """Record what is named; returns the exit status."""
+    known = subjects()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        print(f"there is no {unknown[0]} to record; there are {', '.join(known)}", file=sys.stderr)
+        return 2
+    for name in names or known:
+        tables = found(name)
+        moved = changes(load(name), tables, programs.TOLERANCES.get(name, 0.0))
+        if moved:
+            save(name, tables)
+        print("\n  ".join([f"{name}: {'recorded anew' if moved else 'as recorded'}", *moved]))
+    for path in () if names else RECORDS.glob("*.npz"):
+        if path.stem not in known:
+            path.unlink()
+            print(f"{path.stem}: removed, there is no such id or program any more")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,144 @@
+"""Tables of numbers and texts: made from rows, kept in compressed files that git can hold, and compared."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+RECORDS = Path(__file__).with_name("records")
+
+AXES = ("X", "Y", "Z")
+
+PLACES = ("step", "env", "event", "part", "line", "number")
+"""Columns that say what a row is of."""
+
+SHOWN = 8
+"""Columns of a table that are told of; more are counted."""
+
+Table = NDArray[np.void]
+Tables = dict[str, Table]
+"""By name, such as `box` or `plate_g82/strokes`."""
+
+
+def table(rows: Iterable[Mapping[str, Any]]) -> Table:
+    """A column a key, of float64 or of text; where a row lacks it or has None, NaN or nothing."""
+    rows = list(rows)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    columns: dict[str, NDArray[Any]] = {}
+    for name in names:
+        values = [row.get(name) for row in rows]
+        if any(isinstance(value, str) for value in values):
+            columns[name] = np.array(["" if value is None else value for value in values], np.str_)
+        else:
+            columns[name] = np.array([math.nan if value is None else value for value in values], np.float64)
+    made = np.empty(len(rows), [(name, column.dtype) for name, column in columns.items()])
+    for name, column in columns.items():
+        made[name] = column
+    return made
+
+
+def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """What a nested value holds, each with its path: `parts.0.Ra`, `end.X`."""
+    if isinstance(value, Mapping):
+        items: Iterable[tuple[Any, Any]] = value.items()
+    elif isinstance(value, list | tuple):
+        items = zip(AXES, value, strict=True) if isinstance(value, tuple) else enumerate(value)
+    else:
+        yield place, value
+        return
+    for name, each in items:
+        yield from flat(f"{place}.{name}" if place else str(name), each)
+
+
+def load(name: str) -> Tables:
+    """The tables of a record; none if there is no such record yet."""
+    path = RECORDS / f"{name}.npz"
+    if not path.exists():
+        return {}
+    with np.load(path) as file:
+        return dict(file)
+
+
+def save(name: str, tables: Tables) -> None:
+    """Write a record; the same tables make the same bytes."""
+    RECORDS.mkdir(exist_ok=True)
+    np.savez_compressed(RECORDS / f"{name}.npz", **tables)  # type: ignore[arg-type]
+
+
+def changes(recorded: Tables, found: Tables, tolerance: float = 0.0) -> list[str]:
+    """What has changed in which table; see `differences`."""
+    said = [f"{name}: is recorded, but no longer there" for name in recorded if name not in found]
+    said += [f"{name}: is not recorded" for name in found if name not in recorded]
+    for name in recorded:
+        if name in found:
+            said += [f"{name}: {sentence}" for sentence in differences(recorded[name], found[name], tolerance)]
+    return said
+
+
+def differences(recorded: Table, found: Table, tolerance: float = 0.0) -> list[str]:
+    """What differs between two tables, a sentence a column: where first, and by how much at most.
+
+    What differs first comes first, for it is nearer to the cause.
+
+    Args:
+        recorded: what was.
+        found: what is.
+        tolerance: numbers may differ by it, and by it relative to the larger of them; 0 for equal bits.
+    """
+    was, now = recorded.dtype.names or (), found.dtype.names or ()
+    said = [f"{name} is no longer there" for name in was if name not in now]
+    said += [f"{name} is new" for name in now if name not in was]
+    both = [name for name in was if name in now]
+    if both != [name for name in now if name in was]:
+        said.append("the columns are in another order")
+    if len(recorded) != len(found):
+        said.append(f"{len(recorded)} rows are recorded, {len(found)} are found")
+    rows = min(len(recorded), len(found))
+    moved = []
+    for name in both:
+        old, new = recorded[name][:rows], found[name][:rows]
+        unequal = np.flatnonzero(_unequal(old, new, tolerance))
+        if unequal.size:
+            moved.append((unequal, name))
+    moved.sort(key=lambda each: each[0][0])
+    said += [_sentence(name, unequal, recorded, found) for unequal, name in moved[:SHOWN]]
+    if len(moved) > SHOWN:
+        largest = max(_largest(recorded[name][unequal], found[name][unequal]) for unequal, name in moved[SHOWN:])
+        said.append(f"{len(moved) - SHOWN} columns more differ, by {largest:.2g} at most")
+    return said
+
+
+def _unequal(old: NDArray[Any], new: NDArray[Any], tolerance: float) -> NDArray[Any]:
+    if _are_texts(old, new):
+        return np.asarray(old != new)
+    if tolerance > 0.0:
+        return ~np.isclose(old, new, rtol=tolerance, atol=tolerance, equal_nan=True)
+    return ~((old == new) & (np.signbit(old) == np.signbit(new)) | np.isnan(old) & np.isnan(new))
+
+
+def _are_texts(old: NDArray[Any], new: NDArray[Any]) -> bool:
+    return "U" in (old.dtype.kind, new.dtype.kind)
+
+
+def _sentence(name: str, rows: NDArray[np.intp], recorded: Table, found: Table) -> str:
+    """Where a column differs, from what to what, and by how much at most."""
+    first = rows[0]
+    old, new = recorded[name][rows], found[name][rows]
+    places = {key: str(recorded[key][first]) for key in PLACES if key in (recorded.dtype.names or ())}
+    place = ", ".join(f"{key} {value}" for key, value in places.items() if value not in ("", "nan"))
+    where = f", first at {place}" if place else ""
+    said = f"{name} differs in {len(rows)} of {len(recorded)} rows{where}: was {old[0].item()!r}, is {new[0].item()!r}"
+    return said if _are_texts(old, new) else f"{said}; the largest relative difference is {_largest(old, new):.2g}"
+
+
+def _largest(old: NDArray[Any], new: NDArray[Any]) -> float:
+    """The largest relative difference; 0 of texts, infinite where a number came or went."""
+    if _are_texts(old, new):
+        return 0.0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.abs(old - new) / np.maximum(np.abs(old), np.abs(new))
+    share[old == new] = 0.0
+    return float(np.nan_to_num(share, nan=math.inf).max())

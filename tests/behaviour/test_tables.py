@@ -1,0 +1,92 @@
+"""A record says what has moved, where, and by how much."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.behaviour import record, tables
+from tests.behaviour.tables import Table, changes, differences, load, save, table
+
+ROWS = [{"step": k, "text": f"N{k}", "power": 100.0 + k, "wear": 0.0 if k else None} for k in range(5)]
+RECORDED = table(ROWS)
+
+
+def changed(row: int, **values: object) -> Table:
+    return table([{**each, **values} if k == row else each for k, each in enumerate(ROWS)])
+
+
+def test_nothing_is_said_of_what_is_as_recorded() -> None:
+    assert differences(RECORDED, table(ROWS)) == []
+    assert changes({"a": RECORDED}, {"a": table(ROWS)}) == []
+
+
+def test_a_moved_number_is_named_with_its_first_row_and_the_largest_relative_difference() -> None:
+    found = changed(3, power=103.0 * (1.0 + 1e-9))
+    found["power"][4] = 208.0
+    (said,) = differences(RECORDED, found)
+    assert said == (
+        "power differs in 2 of 5 rows, first at step 3.0: was 103.0, is 103.000000103; "
+        "the largest relative difference is 0.5"
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"text": "N9"}, "text differs in 1 of 5 rows, first at step 1.0: was 'N1', is 'N9'"),
+        ({"power": math.nextafter(101.0, 200.0)}, "the largest relative difference is 1.4e-16"),
+        ({"power": None}, "was 101.0, is nan"),
+        ({"power": math.inf}, "was 101.0, is inf"),
+        ({"power": "much"}, "power differs in 5 of 5 rows, first at step 0.0: was 100.0, is '100.0'"),
+        ({"wear": -0.0}, "was 0.0, is -0.0"),
+        ({"heat": 1.0}, "heat is new"),
+    ],
+)
+def test_no_change_of_a_cell_is_overlooked(values: dict[str, object], said: str) -> None:
+    (found,) = differences(RECORDED, changed(1, **values))
+    assert said in found
+
+
+def test_rows_and_columns_that_come_or_go_are_named() -> None:
+    assert differences(RECORDED, RECORDED[:4]) == ["5 rows are recorded, 4 are found"]
+    assert differences(RECORDED, RECORDED[["step", "text", "wear"]]) == ["power is no longer there"]
+    assert differences(RECORDED, RECORDED[["step", "power", "text", "wear"]]) == ["the columns are in another order"]
+    assert changes({"a": RECORDED}, {"b": RECORDED}) == ["a: is recorded, but no longer there", "b: is not recorded"]
+
+
+def test_what_differs_first_comes_first_and_what_is_not_shown_is_counted() -> None:
+    names = [f"column {k}" for k in range(10)]
+    was = table([dict.fromkeys(names, float(row)) for row in range(1, 4)])
+    now = was.copy()
+    for k, name in enumerate(names):
+        now[name][2 if k < 5 else 1] *= 1.0 + 0.01 * k  # the first is not moved
+    said = differences(was, now)
+    assert [sentence.partition(" differs")[0] for sentence in said[:5]] == names[5:]
+    assert said[8] == "1 columns more differ, by 0.038 at most"
+
+
+def test_a_tolerance_hides_what_is_below_it_and_no_more() -> None:
+    near = changed(1, power=101.0 * (1.0 + 1e-10))
+    assert differences(RECORDED, near, 1e-9) == [] and differences(RECORDED, near, 1e-12)
+    assert differences(RECORDED, changed(1, power=None), 1e-9)
+
+
+def test_a_record_is_written_on_purpose_and_says_what_moved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tables, "RECORDS", tmp_path)
+    assert load("keyway_g81") == {} and record.main(["keyway_g81"]) == 0
+    first = (tmp_path / "keyway_g81.npz").read_bytes()
+    was = load("keyway_g81")
+    was["as it is: strokes"]["power"] *= 2.0
+    save("keyway_g81", was)
+    capsys.readouterr()
+    assert record.main(["keyway_g81"]) == 0
+    assert "as it is: strokes: power differs in" in capsys.readouterr().out
+    assert (tmp_path / "keyway_g81.npz").read_bytes() == first
+    assert record.main(["keyway_g82"]) == 2 and "there is no keyway_g82" in capsys.readouterr().err
+
+
+def test_everything_has_a_record_and_every_record_is_of_something() -> None:
+    assert sorted(path.stem for path in tables.RECORDS.glob("*.npz")) == sorted(record.subjects())
