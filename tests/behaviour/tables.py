@@ -127,7 +127,8 @@ def _sentence(name: str, rows: NDArray[np.intp], recorded: Table, found: Table) 
     """Where a column differs, from what to what, and by how much at most."""
     first = rows[0]
     old, new = recorded[name][rows], found[name][rows]
-    places = {key: str(recorded[key][first]) for key in PLACES if key in (recorded.dtype.names or ())}
+    cells = {key: recorded[key][first].item() for key in PLACES if key in (recorded.dtype.names or ())}
+    places = {key: cell if isinstance(cell, str) else f"{cell:g}" for key, cell in cells.items()}
     place = ", ".join(f"{key} {value}" for key, value in places.items() if value not in ("", "nan"))
     where = f", first at {place}" if place else ""
     said = f"{name} differs in {len(rows)} of {len(recorded)} rows{where}: was {old[0].item()!r}, is {new[0].item()!r}"
