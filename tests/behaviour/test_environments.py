@@ -7,6 +7,8 @@ from tests.behaviour.environments import COUNT, kinds_of, recorded, single_play,
 from tests.behaviour.tables import Table, Tables, changes, load
 from tests.envs.harness import every_id
 
+pytestmark = pytest.mark.bits
+
 every_environment = pytest.mark.parametrize("env_id", every_id())
 
 LOT = {f"hidden.{name}" for name in ("growth", "pressure", "fracture", "wear", "convection", "roughness_scale")}

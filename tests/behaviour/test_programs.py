@@ -11,6 +11,8 @@ from grind_env.control.modes import ACTIONS, CYCLES, SWITCHES
 from tests.behaviour.programs import TOLERANCES, programs, recorded
 from tests.behaviour.tables import changes, load
 
+pytestmark = pytest.mark.bits
+
 M_CODES = {"M00", "M01", "M02", "M30", "M98", "M99", "M800", "M801", "M900", "M901", "M902", "M903", "M904"}
 """Codes with a meaning to the control."""
 
