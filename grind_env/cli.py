@@ -98,7 +98,10 @@ def trace(
     groove_retract: GrooveRetract = None,
     job: MachineJob = None,
 ) -> None:
-    """Print the motions of a program, one JSON object a line."""
+    """Print the motions of a program, one JSON object a line, in the order in which they end.
+
+    A pick follows the stroke at whose end it is made, whenever it ends.
+    """
     from grind_env import control
 
     try:

@@ -54,8 +54,8 @@ def execute(programs: Programs, control: Control | None = None) -> Execution:
         control: settings and operator panel; the defaults if None.
 
     Returns:
-        the events in the order in which they end; taking one raises a `ControlError` when execution reaches a
-        faulty block, what came before having been returned.
+        the events in the order in which they end, each pick behind its stroke; taking one raises a `ControlError` when
+        execution reaches a faulty block, what came before having been returned.
     """
     return Execution(programs, control or Control())
 

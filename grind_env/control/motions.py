@@ -1,6 +1,7 @@
 """What a part program makes the machine do, as a stream of events in the order in which they end.
 
-Only a pick may end after later events: it follows the stroke that it belongs to, however slow it is.
+Picks alone stand elsewhere: each follows the stroke at whose end it is made. A short one ends before that stroke, a
+slow one after events that follow.
 
 Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min,
 whatever units the program uses.

@@ -247,7 +247,7 @@ class Mover:
         """
         timeline = self.timeline
         while True:
-            yield from timeline.wait()
+            yield from timeline.wait(timeline.time)
             time = self.interruption(timeline.time, timeline.time + timeline.duration(path, feed))
             rest: Path | None = None
             if time is not None:

@@ -89,11 +89,11 @@ class Timeline:
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
-    def wait(self) -> Iterator[Event]:
-        """Hold before a motion as long as the operator wants (PD-16)."""
+    def wait(self, time: float) -> Iterator[Event]:
+        """Hold before a motion that would begin at a time, as long as the operator wants (PD-16)."""
         cause = self.control.panel.holding
         if cause is not None:
-            yield Hold(self.time, cause)
+            yield Hold(time, cause)
             if self.control.panel.holding is not None:
                 raise ControlError(
                     "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
@@ -132,7 +132,7 @@ class Timeline:
             dwell: s.
             groove: axis and number, for the infeed of a groove.
         """
-        yield from self.wait()
+        yield from self.wait(self.time)
         rate = self._rate(feed)
         seconds = self.duration(path, feed) if path.length > 0.0 else dwell
         begin, finish = self.time, self.time + seconds
@@ -167,7 +167,7 @@ class Timeline:
     def finish_stroke(self) -> Generator[Event, None, Underway]:
         """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
         table = self._table()
-        yield from self.wait()
+        yield from self.wait(self.time)
         stroke = table.underway or self._set_out(table)
         yield from self._reciprocate(stroke.finish)
         self.time = stroke.finish
@@ -183,7 +183,7 @@ class Timeline:
 
     def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
         """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
-        yield from self.wait()
+        yield from self.wait(self.time)
         table = self._table()
         acceleration = self.control.acceleration
         rate = self._rate(feed)
@@ -258,7 +258,7 @@ class Timeline:
             if stroke is None:
                 if table.free_at >= until - INSTANT:
                     return
-                yield from self.wait()
+                yield from self.wait(table.free_at)
                 stroke = self._set_out(table)
             if stroke.middle is None and stroke.middle_time <= until:
                 stroke.middle = self._true(stroke.middle_time)

@@ -140,20 +140,22 @@ def _placed(error: ControlError) -> bool:
 def _broken(case: Case) -> str | None:
     """The promise that an execution breaks, and where; None if it keeps them all."""
     control = _control(case)
-    motions: list[Motion] = []
+    events: list[Event] = []
     try:
         for event in _watched(case, control):
-            if isinstance(event, Motion):
-                motions.append(event)
+            events.append(event)
     except ControlError:
         pass  # what came before the faulty block must be right
+    for earlier, later in itertools.pairwise(event for event in events if not isinstance(event, Pick)):
+        if _moment(later) < _moment(earlier) - NEGLIGIBLE:
+            return f"events out of order: {earlier} {later}"
+    motions = [event for event in events if isinstance(event, Motion)]
     if sum(isinstance(motion, Stroke) for motion in motions) > control.block_budget:
         return "more strokes than the budget"
     table = any(isinstance(motion, Stroke | Pick) for motion in motions)
-    ordered = [motion for motion in motions if not isinstance(motion, Pick)]
-    for before, motion in itertools.pairwise(ordered):
-        if motion.finish < before.finish - NEGLIGIBLE:
-            return f"motions end out of order: line {motion.line}, {before} {motion}"
+    for before, motion in itertools.pairwise(motions):
+        if isinstance(motion, Pick) and not isinstance(before, Stroke):
+            return f"a pick does not follow a stroke: line {motion.line}, {before} {motion}"
         if not table and math.dist(before.end, motion.start) > NEGLIGIBLE:
             return f"a motion does not begin where the one before ended: line {motion.line}, {before} {motion}"
     for motion in motions:
@@ -166,6 +168,11 @@ def _broken(case: Case) -> str | None:
         if isinstance(motion, Arc) and abs(_radius(motion, motion.start) - _radius(motion, motion.end)) > ARC_TOLERANCE:
             return f"the ends of an arc are not equally far from its centre: line {motion.line}, {motion}"
     return None
+
+
+def _moment(event: Event) -> float:
+    """When a motion ends, or anything else happens, s."""
+    return event.finish if isinstance(event, Motion) else event.time
 
 
 def _radius(arc: Arc, point: tuple[float, float, float]) -> float:

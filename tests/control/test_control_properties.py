@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grind_env.control import Arc, Control, ControlError, Motion, Pick, execute, read
+from grind_env.control import Arc, Control, ControlError, Hold, Motion, Pick, Stroke, execute, read
 from grind_env.control.check import check
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.rules import dresses_due, motion_time
@@ -146,3 +146,24 @@ def test_events_come_in_the_order_in_which_they_end() -> None:
     events = list(execute(read(COMMON + "G81 X230. I-30. E12000.\n" + "G91 G01 Z3. F500.\nG04 P.3\n" * 9)))
     finishes = [event.finish for event in events if isinstance(event, Motion) and not isinstance(event, Pick)]
     assert finishes == sorted(finishes) and len(finishes) == 18 + 10
+
+
+@pytest.mark.parametrize(("feed", "last"), [(600.0, "stroke"), (0.1, "pick")])
+def test_a_pick_follows_its_stroke_whichever_ends_last(feed: float, last: str) -> None:
+    events = cycles(f"G82 X230. I-30. Y-.02 J-.01 F{feed} E12000.\nM30", reversal_dwell=0.15)
+    first, pick, second, *_ = (event for event in events if isinstance(event, Motion))
+    assert (type(first), type(pick), type(second)) == (Stroke, Pick, Stroke)
+    ends = {"stroke": (pick.finish, first.finish, second.finish), "pick": (first.finish, second.finish, pick.finish)}
+    assert list(ends[last]) == sorted(ends[last])
+
+
+def test_a_hold_before_a_stroke_beside_a_motion_has_the_time_of_that_stroke() -> None:
+    control, events = Control(), []
+    for event in execute(read(COMMON + "G81 X230. I-30. E12000.\nG01 Z9. F60.\nM30"), control):
+        events.append(event)
+        if isinstance(event, Hold):
+            control.resume()
+        elif isinstance(event, Stroke) and len(events) == 2:
+            control.feedhold()
+    hold = next(k for k, event in enumerate(events) if isinstance(event, Hold))
+    assert events[hold].time == events[hold - 1].finish == events[hold + 1].begin > 0.0
