@@ -1,4 +1,4 @@
-"""Stable-Baselines3's VecEnv over the native vector environment.
+"""Stable-Baselines3's VecEnv over a Gymnasium VectorEnv.
 
 SB3 resets within the step in which an episode ends, and wants a list of info dicts with the last observation of
 each finished episode; a Gymnasium VectorEnv in SAME_STEP mode holds the same in arrays.
@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
+
+AnyVectorEnv = VectorEnv[Any, Any, Any]
 
 
 def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArray[np.bool_]]]:
@@ -30,31 +31,53 @@ def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArr
     return found
 
 
+def single_infos(info: dict[str, Any], n: int) -> list[dict[str, Any]]:
+    """The info of each of N environments, from that of a VectorEnv: arrays, and their masks under names with a `_`.
+
+    `DictInfoToList` of Gymnasium gives the same, but NumPy scalars, in nearly twice the time.
+    """
+    found: list[dict[str, Any]] = [{} for _ in range(n)]
+    for name, values in info.items():
+        if name.startswith("_"):
+            continue
+        if isinstance(values, dict):
+            rows = single_infos(values, n)
+        else:
+            rows = values.tolist() if values.ndim == 1 else list(values)
+        mask = info.get(f"_{name}", np.ones(n, bool))
+        for each, row, present in zip(found, rows, mask.tolist(), strict=True):
+            if present:
+                each[name] = row
+    return found
+
+
 class SB3VecEnv(VecEnv):
-    """`GrindVectorEnv` for Stable-Baselines3.
+    """A vector environment for Stable-Baselines3: what `DummyVecEnv` makes of its single environments.
 
     Args:
-        env: a vector environment in SAME_STEP mode.
+        env: a vector environment in SAME_STEP mode, wrapped or not.
 
     Raises:
         GrindError: if the environment is in another autoreset mode.
     """
 
-    def __init__(self, env: GrindVectorEnv) -> None:
-        if env.autoreset_mode != AutoresetMode.SAME_STEP:
+    def __init__(self, env: AnyVectorEnv) -> None:
+        mode = env.metadata.get("autoreset_mode")
+        if mode != AutoresetMode.SAME_STEP:
             raise GrindError(
-                f"the env has autoreset mode {env.autoreset_mode.value!r}, but Stable-Baselines3 needs"
-                " autoreset_mode='SameStep'"
+                f"the env has {mode or 'no autoreset mode'}, but Stable-Baselines3 needs autoreset_mode='SameStep'"
             )
         self.env = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every environment, with the last `seed()` and `set_options()`."""
-        seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
+        # Gymnasium's types know one seed only, its environments and those here a list of them, too
+        seeds: Any = self._seeds if any(seed is not None for seed in self._seeds) else None
         for options, mask in alike(self._options):
-            observations, _ = self.env.reset(seed=seeds, options={**options, "reset_mask": mask})
-        self.reset_infos = [{} for _ in range(self.num_envs)]
+            observations, info = self.env.reset(seed=seeds, options={**options, "reset_mask": mask})
+            infos = single_infos(info, self.num_envs)
+            self.reset_infos = [infos[i] if mask[i] else self.reset_infos[i] for i in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
         return np.asarray(observations)
@@ -64,15 +87,15 @@ class SB3VecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step; infos are empty but for episodes that end, which carry `terminal_observation`."""
+        """Step; the info of an episode that ends has `terminal_observation`."""
         observations, rewards, terminated, truncated, info = self.env.step(self._actions)
+        infos = single_infos(info, self.num_envs)
+        for each, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
+            each["TimeLimit.truncated"] = cut
         done = terminated | truncated
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(done):
-            infos[i] = {
-                "terminal_observation": info["final_obs"][i],
-                "TimeLimit.truncated": bool(truncated[i] and not terminated[i]),
-            }
+            infos[i] |= infos[i].pop("final_info")
+            infos[i]["terminal_observation"] = infos[i].pop("final_obs")
         return observations, rewards.astype(np.float32), done, infos
 
     def close(self) -> None:
@@ -80,8 +103,8 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """The attribute of the vector environment, once for each index."""
-        return [getattr(self.env, attr_name)] * len(list(self._get_indices(indices)))
+        """The attribute of the vector environment, or of what it wraps, once for each index."""
+        return [getattr(self._owner(attr_name), attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Refused: the environments share their attributes."""
@@ -90,14 +113,21 @@ class SB3VecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the vector environment once, and return its result for each index."""
-        result = getattr(self.env, method_name)(*method_args, **method_kwargs)
+        """Call a method of the vector environment, or of what it wraps, once, and return its result for each index."""
+        result = getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)
         return [result] * len(list(self._get_indices(indices)))
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """False for each index: the native environment has no single wrappers."""
+        """False for each index: wrappers are around all environments at once."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """No images: the vector environment does not render."""
         return [None] * self.num_envs
+
+    def _owner(self, name: str) -> AnyVectorEnv:
+        """The outermost of the environment and what it wraps that has an attribute; else the innermost."""
+        env = self.env
+        while isinstance(env, VectorWrapper) and not hasattr(env, name):
+            env = env.env
+        return env

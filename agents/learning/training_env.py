@@ -94,6 +94,8 @@ class LearnerVecEnv(SB3VecEnv):
         worst_reward: rewards below are cut, so that one scrapped part does not drown an update.
     """
 
+    env: GrindVectorEnv
+
     def __init__(
         self,
         task: Task,

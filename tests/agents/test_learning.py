@@ -1,87 +1,17 @@
-import itertools
-
-import gymnasium as gym
 import numpy as np
 import pytest
-from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
-from agents.learning.sb3_adapter import SB3VecEnv
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.view import LearnerView, Memory
 from grind_env.envs.rows import Outcome, reward_terms
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.errors import GrindError
 
 TASK = load_task("power_limited")
 
 
 def native(envs: int = 3) -> GrindVectorEnv:
     return GrindVectorEnv(envs, autoreset_mode="SameStep")
-
-
-def test_the_adapter_is_what_dummy_vec_env_makes_of_the_single_env():
-    adapter = SB3VecEnv(native())
-    dummy = DummyVecEnv([lambda: gym.make("grind/PowerLimited-v0") for _ in range(3)])
-    for env in (adapter, dummy):
-        env.seed(7)
-    assert np.array_equal(adapter.reset(), dummy.reset())
-    rng = np.random.default_rng(0)
-    ends = 0
-    for _ in range(130):
-        actions = rng.uniform(-1, 1, (3, 2)).astype(np.float32)
-        ours, theirs = adapter.step(actions), dummy.step(actions)
-        for mine, other in zip(ours[:3], theirs[:3], strict=True):
-            assert mine.dtype == other.dtype
-            assert np.array_equal(mine, other)
-        for mine, other, done in zip(ours[3], theirs[3], ours[2], strict=True):
-            assert mine.get("TimeLimit.truncated", False) == other["TimeLimit.truncated"]
-            if done:
-                ends += 1
-                assert np.array_equal(mine["terminal_observation"], other["terminal_observation"])
-    assert ends == 6
-
-
-def test_the_adapter_takes_options_as_dummy_vec_env_does():
-    adapter = SB3VecEnv(native())
-    dummy = DummyVecEnv([lambda: gym.make("grind/PowerLimited-v0") for _ in range(3)])
-    action, shown = np.zeros((3, 2), np.float32), []
-    # what an environment is not told anew holds on
-    for options in (
-        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}],
-        [{}, {"context": {"kA": 0.5}}, {}],
-        {"context": "nominal"},
-    ):
-        for env in (adapter, dummy):
-            env.seed(7)
-            env.set_options(options)
-            shown.append([env.reset(), *(env.step(action)[0] for _ in range(2))])
-    assert np.array_equal(shown[0::2], shown[1::2])
-    assert not any(np.array_equal(before, after) for before, after in itertools.pairwise(shown[0::2]))
-
-
-def test_the_adapter_hands_out_arrays_of_its_own():
-    env = SB3VecEnv(native())
-    observations = env.reset()
-    kept = observations.copy()
-    _, rewards, _, _ = env.step(np.zeros((3, 2), np.float32))
-    first = rewards.copy()
-    env.step(np.ones((3, 2), np.float32))
-    assert np.array_equal(observations, kept)
-    assert np.array_equal(rewards, first)
-
-
-def test_the_adapter_works_under_vec_monitor():
-    env = VecMonitor(SB3VecEnv(native()))
-    env.reset()
-    for _ in range(60):
-        *_, infos = env.step(np.zeros((3, 2), np.float32))
-    assert all(info["episode"]["l"] == 60 for info in infos)
-
-
-def test_the_adapter_refuses_other_autoreset_modes():
-    with pytest.raises(GrindError, match="SameStep"):
-        SB3VecEnv(GrindVectorEnv(2))
 
 
 @pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])
