@@ -1,1 +1,1 @@
-"""Upper bounds and strong references: policies that know more than a machine measures."""
+"""Strong references: policies that know more than a machine measures. Only the exact optimum of a small task is a bound."""

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from agents import __main__, cells
-from agents.cells import behaviour
+from agents.cells import RESULTS, behaviour
 from agents.evaluate import Evaluation
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
@@ -15,9 +15,10 @@ from agents.reference.scores import mean_return, reference_of
 from agents.reference.wen_scores import losses, optimum
 from agents.registry import make_policy, policy_names
 from agents.tuned import ConfigError
+from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import load_task
 from grind_env.process.wen import CASES
-from grind_env.scores import read_references
+from grind_env.scores import read_references, reference
 
 ORACLE = load_task("oracle6")
 ROW = {"cost_per_good_part": "4.4", "cost_per_good_part_low": "4.204", "cost_per_good_part_high": "4.596"}
@@ -122,6 +123,26 @@ def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case, best, mean
     assert losses(found.point[None], number)[0] == found.cost
     actions = np.random.default_rng(1).uniform(-1.0, 1.0, (20000, 4))
     assert losses(actions, number).mean() == pytest.approx(mean, abs=0.005)
+
+
+def checked_in(table):
+    with (RESULTS / f"{table}.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("name", scores.scored_tasks())
+def test_the_checked_in_tables_have_every_policy_of_their_task(name):
+    names = policy_names(load_task(name))
+    assert [row["policy"] for row in checked_in(name)] == names
+    assert list(reference(environment_id(name)).returns) == names
+
+
+def test_policies_that_see_measurements_may_cost_less_than_planners_that_see_the_state():
+    cbn = {row["policy"]: float(row["cost_per_good_part"]) for row in checked_in("CBN")}
+    rush = [row for row in checked_in("benchmark") if row["task"] == "rush"]
+    found = {name: [float(row["score"]) for row in rush if row["policy"] == name] for name in ("bc", "mpc")}
+    assert cbn["look_ahead"] < min(cbn["mpc"], cbn["full_state_rule"])
+    assert min(found["bc"]) > max(found["mpc"])
 
 
 def test_a_comparison_by_hand():

@@ -156,7 +156,7 @@ def _scores(about: Sheet) -> str:
         for policy, mean in known.returns.items()
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
-    bound = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the bound, on the episodes of the bound."
-    return f"Mean return of an episode with its standard error, default arguments.{bound}\n\n" + table(
+    scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
+    return f"Mean return of an episode with its standard error, default arguments.{scale}\n\n" + table(
         ("policy", "return", heading), rows
     )
