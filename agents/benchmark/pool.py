@@ -2,9 +2,10 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -89,7 +90,12 @@ def measure_all(
 def _start(work: Measure, request: Request) -> Worker:
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=(theirs, work, request))
-    process.start()
+    # Ctrl-C reaches all processes of a terminal; only the parent answers it, and ends its workers, which inherit this
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        process.start()
+    finally:
+        signal.signal(signal.SIGINT, before)
     # only the worker holds it now: the pipe ends when the worker does
     theirs.close()
     return Worker(process, ours)
@@ -109,7 +115,13 @@ def _received(worker: Worker) -> Answer | int:
 def _serve(pipe: "Connection[object, object]", work: Measure, request: Request) -> None:
     """Measure cells, print nothing, and end with the parent, however that ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+    with (
+        Path(os.devnull).open("w", encoding="utf-8") as nowhere,
+        redirect_stdout(nowhere),
+        redirect_stderr(nowhere),
+        # the parent has ended, and with it the pipe
+        suppress(EOFError, OSError),
+    ):
         while True:
             cell = pipe.recv()
             assert isinstance(cell, Cell)

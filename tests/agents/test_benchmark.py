@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from agents import __main__
+from agents.benchmark import pool
 from agents.benchmark.judge import judged
 from agents.benchmark.measure import Measured, measure
 from agents.benchmark.plan import CORE, Cell, Request, chosen_tasks, planned
@@ -72,10 +73,14 @@ def eventful(cell, request, advance):
     return Measured(cell=cell, sees="measurements", evaluation=evaluation(1.0))
 
 
-def endless(cell, request, advance):
-    """Work that lasts; it says who does it."""
+def lasting(cell, request, advance):
+    """Work that lasts, but for a cell that leaves its worker idle; it says who does it."""
     (request.runs / cell.policy).write_text(str(os.getpid()), encoding="utf-8")
-    time.sleep(600.0)
+    while cell.policy != "idle":
+        time.sleep(0.001)
+        if cell.policy == "sending":
+            advance(0)
+    return Measured(cell=cell, sees="measurements", evaluation=evaluation(1.0))
 
 
 def test_the_cells_of_a_plan():
@@ -222,25 +227,55 @@ def test_one_cell_that_fails_does_not_stop_the_others(capsys):
     assert "a worker prints nothing" not in printed
 
 
-def test_workers_end_with_a_killed_parent(tmp_path):
+@pytest.mark.parametrize("policy", [None, "idle", "sending"])
+def test_a_worker_whose_parent_has_gone_ends_and_says_nothing(tmp_path, capfd, policy):
+    worker = pool._start(lasting, Request(runs=tmp_path))
+    if policy is not None:
+        worker.pipe.send(Cell("slot", policy))
+        assert worker.pipe.poll(120.0)
+    worker.pipe.close()
+    worker.process.join()
+    assert worker.process.exitcode == 0
+    assert capfd.readouterr() == ("", "")
+
+
+# a kill, a terminal that is closed, a Ctrl-C; the last two reach the workers, too
+@pytest.mark.parametrize(("name", "kill"), [("SIGKILL", os.kill), ("SIGHUP", os.killpg), ("SIGINT", os.killpg)])
+def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
     program = (
-        "from pathlib import Path; from rich.console import Console\n"
+        "import signal; from pathlib import Path; from rich.console import Console\n"
         "from agents.benchmark.plan import Cell, Request; from agents.benchmark.pool import measure_all\n"
-        "from tests.agents.test_benchmark import endless\n"
+        "from tests.agents.test_benchmark import lasting\n"
         "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
-        "    measure_all([Cell('slot', 'a'), Cell('slot', 'b')], request, 2, Console(quiet=True), endless)\n"
+        "    try:\n"
+        "        measure_all([Cell('slot', name) for name in ('idle', 'busy', 'sending')], request, 3,"
+        " Console(quiet=True), lasting)\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise SystemExit(130) from None\n"
     )
     script = tmp_path / "script.py"
     script.write_text(program, encoding="utf-8")
     root = Path(__file__).parents[2]
-    parent = subprocess.Popen([sys.executable, script], cwd=root, env={**os.environ, "PYTHONPATH": str(root)})
-    names = [tmp_path / name for name in ("a", "b")]
-    wait_until(lambda: all(name.exists() and name.read_text(encoding="utf-8") for name in names))
-    workers = [int(name.read_text(encoding="utf-8")) for name in names]
-    parent.kill()
-    parent.wait()
-    wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
+    with (tmp_path / "said").open("w+", encoding="utf-8") as said:
+        parent = subprocess.Popen(
+            [sys.executable, script],
+            cwd=root,
+            env={**os.environ, "PYTHONPATH": str(root)},
+            stdout=said,
+            stderr=said,
+            start_new_session=True,
+        )
+        files = [tmp_path / name for name in ("idle", "busy", "sending")]
+        wait_until(lambda: all(file.exists() and file.read_text(encoding="utf-8") for file in files))
+        workers = [int(file.read_text(encoding="utf-8")) for file in files]
+        number = getattr(signal, name)
+        kill(parent.pid, number)
+        assert parent.wait() == (130 if name == "SIGINT" else -number)
+        wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
+        said.seek(0)
+        assert said.read() == ""
 
 
 def wait_until(condition, patience=120.0):
