@@ -15,17 +15,20 @@ from typing import Any, get_args
 
 import numpy as np
 from gymnasium import spaces
+from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from agents.learning.description import FORMAT, NO_AGENT, PolicyFileError, read_description
 from agents.learning.learned import ACTIVATIONS, FAMILIES, LSTM, Actor, LearnedPolicy, Network, Tensor, outputs_of
 from agents.learning.settings import Settings
-from agents.learning.view import Actions, LearnerView, Memory
+from agents.learning.view import FEATURE_BOUND, Actions, LearnerView, Memory
 from agents.provenance import commit, installed
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import Task, load_task
 from grind_env.files import write_atomically
+
+Sizes = NDArray[np.float64]
 
 SUFFIX = ".safetensors"
 ENTRY = "grind_policy"
@@ -34,6 +37,8 @@ ENTRY = "grind_policy"
 MOST_BYTES = 64_000_000
 MOST_REASON = 160
 """Characters that are shown of another library's message."""
+MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
+"""What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
 
 POLICIES: Mapping[str, str] = {
@@ -57,13 +62,14 @@ def save_policy(path: Path, model: Any, task: Task, kind: str, settings: Setting
         settings: that it was trained with.
 
     Raises:
-        PolicyFileError: if its policy is of no known family, or its weights are not finite.
+        PolicyFileError: if its policy is of no known family, or its weights are not finite or too large.
     """
     policy = model.policy
     state = {name: values.detach().cpu().numpy() for name, values in policy.state_dict().items()}
     actor = acting_part(type(policy).__name__, state, policy.activation_fn.__name__.lower())
     _check_finite(path, actor.tensors)
     network = actor.network
+    _check_sums(path, network, actor.tensors)
     document = {
         "format": FORMAT,
         "task": task.name,
@@ -125,6 +131,7 @@ def load_policy(path: Path, *, task: Task | None = None, trust: bool = False, na
             f"{path} was trained for another version of {trained_for.name}, with other observations or actions:"
             " train one anew"
         )
+    _check_sums(path, described.network, tensors)
     return LearnedPolicy(
         Actor(described.network, tensors),
         trained_for.name,
@@ -201,6 +208,7 @@ def _load_zip(path: Path, task: Task | None, name: str) -> LearnedPolicy:
     for memory in get_args(Memory):
         for actions in get_args(Actions):
             if _fits(actor.network, LearnerView(task, memory, actions)):
+                _check_sums(path, actor.network, actor.tensors)
                 return LearnedPolicy(actor, task.name, memory, actions, name)
     raise PolicyFileError(f"{path} was not trained for {task.name}: its observations or actions differ")
 
@@ -228,6 +236,37 @@ def _check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
     for name, values in tensors.items():
         if not np.isfinite(values).all():
             raise PolicyFileError(f"{path}: {name} has a weight that is no finite number")
+
+
+def _check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> None:
+    """Check that no features make a unit overflow: of outputs that are NaN the first would be chosen without a word.
+
+    Raises:
+        PolicyFileError: if a unit may add up to more than `MOST_SUM`, or a weight is NaN or infinite.
+    """
+
+    def sums(layer: str, largest: Sizes, suffix: str = "") -> Sizes:
+        """The largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
+        weight, bias = (np.abs(tensors[f"{layer}.{part}{suffix}"].astype(np.float64)) for part in ("weight", "bias"))
+        found: Sizes = weight @ largest + bias
+        return found
+
+    def check(layer: str, largest: Sizes) -> None:
+        # NaN is not below anything either
+        if not (largest <= MOST_SUM).all():
+            raise PolicyFileError(f"{path}: the weights of {layer} are so large that it may overflow: train one anew")
+
+    largest = np.full(network.entries, FEATURE_BOUND)
+    if network.lstm:
+        # what it shows lies between -1 and 1
+        shown = np.ones(network.lstm)
+        check(LSTM, sums(LSTM, largest, "_ih_l0") + sums(LSTM, shown, "_hh_l0"))
+        largest = shown
+    for layer in network.linear():
+        largest = sums(layer, largest)
+        check(layer, largest)
+        if network.activation == "tanh":
+            largest = np.minimum(largest, 1.0)
 
 
 def _plain(value: Any) -> Any:

@@ -12,17 +12,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from safetensors.numpy import load, save
 from stable_baselines3.common.save_util import save_to_zip_file
 
+from agents.cells import RESULTS
 from agents.evaluate import episode_seeds, evaluate
 from agents.learning import saved
 from agents.learning.algorithms import build
 from agents.learning.saved import ENTRY, load_policy, save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
+from agents.learning.view import FEATURE_BOUND
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
@@ -226,6 +228,78 @@ def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
     with pytest.raises(GrindError, match="no finite number"):
         save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
     assert list(tmp_path.iterdir()) == []
+
+
+LAYERS = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_net")
+
+
+def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
+    tensors = load(data)
+    for name, factor in factors.items():
+        tensors[name] = (tensors[name].astype(np.float64) * factor).astype(np.float32)
+    return save(tensors, {ENTRY: json.dumps(document_of(data))})
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_path: Path):
+    largest = float(np.abs(load(good)[f"{layer}.weight"]).max())
+    data = with_factors(good, {f"{layer}.weight": 3e38 / largest})
+    assert all(np.isfinite(values).all() for values in load(data).values())
+    refused(tmp_path, data, f"the weights of {layer} are so large that it may overflow: train one anew")
+
+
+def test_an_lstm_that_overflows_is_refused(tmp_path: Path):
+    chosen = settings_for("recurrent_ppo", TASK, Path("no folder"))
+    model = build(chosen, LearnerVecEnv(TASK, 2, chosen.memory, chosen.actions), 3)
+    save_policy(tmp_path / "agent.safetensors", model, TASK, "recurrent_ppo", chosen)
+    data = (tmp_path / "agent.safetensors").read_bytes()
+    for part in ("ih", "hh"):
+        refused(
+            tmp_path, with_factors(data, {f"lstm_actor.weight_{part}_l0": 1e39}), "the weights of lstm_actor are so"
+        )
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(powers=st.tuples(*[st.integers(0, 39)] * 3), relu=st.booleans(), seed=st.integers(0, 2**32 - 1))
+@example(powers=(12, 12, 11), relu=True, seed=0)
+@example(powers=(35, 35, 35), relu=False, seed=0)
+def test_what_is_accepted_does_not_overflow(
+    powers: tuple[int, ...], relu: bool, seed: int, good: bytes, tmp_path: Path
+):
+    factors = {f"{layer}.weight": 10.0**power for layer, power in zip(LAYERS, powers, strict=True)}
+    data = with_document(
+        with_factors(good, factors),
+        lambda document: document["network"].update(activation="relu" if relu else "tanh"),
+    )
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(data)
+    try:
+        actor = load_policy(path).actor
+    except GrindError as error:
+        assert "overflow" in str(error) or "no finite number" in str(error)
+        return
+    # the features that the units of the first layer add up most of, and any others
+    worst = np.sign(actor.tensors["mlp_extractor.policy_net.0.weight"])
+    signs = np.concatenate([worst, np.random.default_rng(seed).choice([-1.0, 1.0], worst.shape)])
+    features = (FEATURE_BOUND * signs).astype(np.float32)
+    with np.errstate(over="raise", invalid="raise"):
+        values, _ = actor.outputs(features, actor.begin(len(features)))
+    assert np.isfinite(values).all()
+
+
+@pytest.mark.parametrize("path", sorted((RESULTS / "policies").iterdir()), ids=lambda path: path.stem)
+def test_the_policies_that_are_shipped_are_accepted(path: Path):
+    assert load_policy(path).task_name == path.stem
+
+
+def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path: Path):
+    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model.policy.action_net.weight.data[:] = 3e38
+    with pytest.raises(GrindError, match="the weights of action_net are so large"):
+        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+    model.save(tmp_path / "agent.zip")
+    with pytest.raises(GrindError, match="the weights of action_net are so large"):
+        load_policy(tmp_path / "agent.zip", task=TASK, trust=True)
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
