@@ -236,7 +236,8 @@ LAYERS = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_ne
 def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
     tensors = load(data)
     for name, factor in factors.items():
-        tensors[name] = (tensors[name].astype(np.float64) * factor).astype(np.float32)
+        with np.errstate(over="ignore"):
+            tensors[name] = (tensors[name].astype(np.float64) * factor).astype(np.float32)
     return save(tensors, {ENTRY: json.dumps(document_of(data))})
 
 
