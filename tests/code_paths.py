@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import llvmlite.binding as llvm
 
@@ -19,7 +20,17 @@ HASWELL = """
 """
 """What a Haswell can do, in the names of LLVM."""
 
+AFFORDABLE = ("tests/behaviour/test_programs.py", "tests/machine/test_equality.py", "tests/test_layers.py")
+"""Tests that take seconds in plain Python."""
+
 Environment = dict[str, str]
+
+
+class CodePath(NamedTuple):
+    """Variables that lead there, and the tests that are run; all by default."""
+
+    variables: Environment
+    tests: tuple[str, ...] = ()
 
 
 def threads(count: int) -> Environment:
@@ -27,8 +38,8 @@ def threads(count: int) -> Environment:
     return dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(count))
 
 
-def paths() -> dict[str, Environment]:
-    """The variables of each path that this processor can take."""
+def code_paths() -> dict[str, CodePath]:
+    """Those that this processor can take."""
     here = llvm.get_host_cpu_features()
     avx2 = {
         # the name alone would leave numba the features of this processor
@@ -39,23 +50,31 @@ def paths() -> dict[str, Environment]:
         "MKL_ENABLE_INSTRUCTIONS": "AVX2",
     }
     found = {
-        "haswell": {"OPENBLAS_CORETYPE": "Haswell", **avx2, **threads(1)},
-        "zen": {"OPENBLAS_CORETYPE": "Zen", **threads(2)},
+        "haswell": CodePath({"OPENBLAS_CORETYPE": "Haswell", **avx2, **threads(1)}),
+        "zen": CodePath({"OPENBLAS_CORETYPE": "Zen", **threads(2)}),
+        "plain-python": CodePath({"NUMBA_DISABLE_JIT": "1"}, AFFORDABLE),
     }
     if here.get("avx512f"):
-        found["skylake-x"] = {"OPENBLAS_CORETYPE": "SkylakeX", **threads(2)}
+        found["skylake-x"] = CodePath({"OPENBLAS_CORETYPE": "SkylakeX", **threads(2)})
     return found
 
 
 def main(names: list[str]) -> int:
-    """Run the tests on the paths of those names, on all by default; how many paths failed."""
-    failed = 0
-    for name, variables in paths().items():
-        if not names or name in names:
-            print(f"\n{name}: {' '.join(f'{key}={value[:40]}' for key, value in variables.items())}", flush=True)
-            command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "bits"]
-            failed += subprocess.run(command, cwd=ROOT, env={**os.environ, **variables}, check=False).returncode != 0
-    return failed
+    """Run the tests on the paths of those names, on all by default; the exit status."""
+    known = code_paths()
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        print(f"there is no path {unknown[0]}; there are {', '.join(known)}", file=sys.stderr)
+        return 2
+    failed = []
+    for name in names or known:
+        variables, tests = known[name]
+        print(f"\n{name}: {' '.join(f'{key}={value:.40}' for key, value in variables.items())}", flush=True)
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "bits", *tests]
+        if subprocess.run(command, cwd=ROOT, env={**os.environ, **variables}, check=False).returncode != 0:
+            failed.append(name)
+    print(f"\nequal bits on {len(names or known) - len(failed)} paths; not on: {', '.join(failed) or 'none'}")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
