@@ -93,10 +93,9 @@ def tune_learner(
     study = open_study(url, name, fresh=search.fresh)
     for killed in study.get_trials(states=[TrialState.RUNNING]):
         study.tell(killed.number, state=TrialState.FAIL)
-        study.enqueue_trial(killed.params, skip_if_exists=False)
     while (done := len(ended(study))) < search.trials:
-        # the same history has the same next trial, in whatever process
-        study.sampler = TPESampler(seed=search.seed + len(study.trials), n_startup_trials=RANDOM_TRIALS)
+        # the same ended trials have the same next one, in whatever process and however many were killed
+        study.sampler = TPESampler(seed=search.seed + done, n_startup_trials=RANDOM_TRIALS)
         trial = study.ask()
         if done == 0:
             trial.set_user_attr(DEFAULT, True)

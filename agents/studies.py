@@ -1,10 +1,13 @@
 """Optuna studies: every trial of a search in a database, so that a search that was killed goes on where it was."""
 
+import sqlite3
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import optuna
+import sqlalchemy
 from optuna.distributions import BaseDistribution, FloatDistribution
 from optuna.trial import TrialState, create_trial
 from sqlalchemy.exc import SQLAlchemyError
@@ -43,14 +46,37 @@ def open_study(
         ConfigError: if the database cannot be opened.
     """
     try:
-        waiting = {"connect_args": {"timeout": BUSY_SECONDS}} if url.startswith("sqlite") else {}
+        waiting: dict[str, Any] = {}
+        if url.startswith("sqlite"):
+            waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
+            _make_tables(sqlalchemy.create_engine(url, **waiting))
         storage = optuna.storages.RDBStorage(url, engine_kwargs=waiting)
         if fresh and name in optuna.get_all_study_names(storage):
             optuna.delete_study(study_name=name, storage=storage)
         return optuna.create_study(storage=storage, study_name=name, sampler=sampler, load_if_exists=True)
-    except (SQLAlchemyError, ImportError, optuna.exceptions.StorageInternalError) as error:
+    except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
         reason = str(error).splitlines()[0]
         raise ConfigError(f"the storage {url} cannot be opened ({reason}): give the URL of a database") from None
+
+
+def _make_tables(engine: sqlalchemy.Engine) -> None:
+    """Make the tables of Optuna in an SQLite file that has none, all or nothing.
+
+    Optuna makes them one by one. Killed in between, it leaves a file that it can never open again.
+    """
+    model = optuna.storages.RDBStorage("sqlite://").engine
+    with closing(engine.raw_connection()) as here, closing(model.raw_connection()) as there:
+        file: Any = here.driver_connection
+        tables: Any = there.driver_connection
+        # no transaction but the one below
+        file.isolation_level = None
+        file.execute("BEGIN IMMEDIATE")
+        if file.execute("SELECT name FROM sqlite_master").fetchone() is None:
+            _, *statements, _ = tables.iterdump()
+            for statement in statements:
+                file.execute(statement)
+        file.execute("COMMIT")
+    engine.dispose()
 
 
 class KeptCosts:

@@ -1,0 +1,96 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import optuna
+import pytest
+from sqlalchemy import event
+from sqlalchemy.pool import Pool
+
+from agents import hyperparameters
+from agents.hyperparameters import Search, ended, tune_learner
+from agents.search import evolve
+from agents.studies import KeptCosts, open_study, sqlite_url
+from grind_env.envs.tasks import load_task
+
+ROOT = Path(__file__).parents[2]
+
+
+def cheap(task, kind, settings, search):
+    """In place of a training; some settings diverge."""
+    if settings.hyper["n_epochs"] in (5, 9):
+        raise ValueError("no finite number")
+    return 100.0 + 1000.0 * abs(settings.hyper["learning_rate"] - 4e-4) + settings.hyper["gae_lambda"]
+
+
+def tuned(folder):
+    """A tuning of a learner by trainings that are stood in for."""
+    hyperparameters.validation_cost = cheap
+    tune_learner(load_task("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
+
+
+def searched(folder):
+    """A search as those for scripted policies are."""
+    cost = KeptCosts(open_study(sqlite_url(folder / "oracle6" / "tune.db"), "s"), "xyz", np.linalg.norm)
+    evolve(cost, np.zeros(3), 20, seed=3)
+
+
+def trials(folder):
+    """Parameters, values and reasons of failure in the only study of a folder."""
+    study = optuna.load_study(study_name=None, storage=f"sqlite:///{folder}/oracle6/tune.db")
+    return [(trial.params, trial.values, trial.user_attrs.get("failure")) for trial in ended(study)]
+
+
+def watch(count):
+    """Call a function before every statement that a database runs."""
+    event.listen(Pool, "connect", lambda connection, _: connection.set_trace_callback(count))
+
+
+@pytest.mark.parametrize(("work", "count"), [("tuned", 7), ("searched", 21)])
+def test_a_tuning_killed_at_many_steps_ends_as_one_that_was_not(work, count, tmp_path):
+    script = (
+        "import sys; from functools import partial; from pathlib import Path\n"
+        "from tests.agents.killing import kill_until_done\n"
+        f"from tests.agents.test_tune_killed import {work} as work, watch\n"
+        "folder = Path(sys.argv[1])\n"
+        "work(folder / 'whole')\n"
+        "print(kill_until_done(partial(work, folder / 'killed'), watch))\n"
+    )
+    run = subprocess.run([sys.executable, "-c", script, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert int(run.stdout) > 10
+    whole = trials(tmp_path / "whole")
+    assert len(whole) == count
+    assert trials(tmp_path / "killed") == whole
+    files = [path.name for path in (tmp_path / "whole").rglob("*") if path.is_file()]
+    assert [path.name for path in (tmp_path / "killed").rglob("*") if path.is_file()] == files
+    for name in {"oracle6.toml"} & set(files):
+        assert (tmp_path / "killed" / name).read_text() == (tmp_path / "whole" / name).read_text()
+
+
+class Killed(BaseException):
+    """Stands for a kill in the middle of a training."""
+
+
+def test_a_tuning_killed_in_every_training_tries_what_it_would_have_tried(tmp_path, monkeypatch):
+    tried = {"whole": [], "killed": []}
+
+    def tune(name, killed):
+        def cost(task, kind, settings, search):
+            if killed and (not tried[name] or settings != tried[name][-1]):
+                tried[name].append(settings)
+                raise Killed
+            tried[name].append(settings)
+            return cheap(task, kind, settings, search)
+
+        monkeypatch.setattr(hyperparameters, "validation_cost", cost)
+        folder = tmp_path / name
+        return tune_learner(load_task("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
+
+    whole = tune("whole", killed=False)
+    for _ in range(7):
+        with pytest.raises(Killed):
+            tune("killed", killed=True)
+    assert tune("killed", killed=True) == whole
+    # each was killed once and run again
+    assert tried["killed"] == [settings for settings in tried["whole"] for _ in range(2)]
