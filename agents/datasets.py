@@ -1,53 +1,43 @@
 """Offline data: a Minari dataset of the episodes of one policy on one task."""
 
+import fcntl
 import os
 import re
-import tempfile
-import warnings
+import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple
 
-import gymnasium as gym
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
-from numpy.typing import NDArray
 
 from agents.cells import RUNS
+from agents.dataset_writer import PLACE, Content, Recorded, write_apart
 from agents.evaluate import start_episodes
-from agents.policy import Policy, reveal
-from agents.provenance import provenance
+from agents.policy import Array, Policy, reveal
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.names import environment_id
+from grind_env.envs.observations import readings
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.scores import find_reference
+from grind_env.files import FileError
 
-PLACE = "MINARI_DATASETS_PATH"
-"""Environment variable that names the folder in which Minari keeps datasets."""
 DATASETS = RUNS / "datasets"
-"""That folder where the variable is not set."""
+"""Where Minari keeps datasets if `PLACE` is not set."""
 
 VERSION = 0
 NOT_IN_IDS = re.compile("[^A-Za-z0-9]+")
+EPISODE_BYTES = 20_000
+"""What HDF5 takes for an episode beside its numbers."""
+STEP_BYTES = 26
+"""Of a block: action, reward, scrap and two flags."""
+PIECE = 1 << 20
+"""Bytes that are reserved at once."""
+BEFORE = "before"
+"""Name in the workshop of the dataset that is replaced."""
+NAMESPACE = "namespace_metadata.json"
+"""File by which Minari knows a folder of datasets."""
 REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "good", "finished"))
-
-
-class Recorded(NamedTuple):
-    """N episodes of T blocks as an environment would have shown them."""
-
-    observations: NDArray[np.float32]
-    """Shape (N, T + 1, entries); the last one is the observation after the last block."""
-    actions: NDArray[np.float32]
-    """Of the Box, shape (N, T, 2)."""
-    rewards: NDArray[np.float64]
-    """Shape (N, T)."""
-    scrap: NDArray[np.float64]
-    """Probability that the part which a block finished is scrap, `info["cost"]` of the environment, shape (N, T)."""
 
 
 def recorded(policy: Policy, task: Task, seeds: Sequence[int]) -> Recorded:
@@ -82,6 +72,8 @@ def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = Fals
     sees. Every episode has its seed: `env.reset(seed=...)` and its actions give the same rewards again. Infos hold
     `cost`, the probability of scrap, for safe reinforcement learning; the first entry is that of the reset.
 
+    Killed at any moment, the same call goes on to the same dataset. A dataset of the very same episodes stays.
+
     Args:
         policy: what acts.
         task: what it grinds.
@@ -92,29 +84,45 @@ def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = Fals
         Folder of the dataset.
 
     Raises:
-        GrindError: if there is a dataset of that id and `fresh` is not asked for.
+        GrindError: if there is a dataset of that id with other episodes and `fresh` is not asked for.
+        FileError: if there is no room for it; that is seen before the recording.
     """
-    name, folder = dataset_id(task, policy), datasets_folder()
+    name, folder = dataset_id(task, policy), datasets_folder().absolute()
     path = folder / name
-    if path.exists() and not fresh:
-        raise GrindError(f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place")
-    data = recorded(policy, task, seeds)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".grind-") as unfinished:
-        with kept_in(Path(unfinished)):
-            _write(name, policy, task, seeds, data)
-        with kept_in(folder):
-            _make_namespace(name)
-        if path.exists():
-            path.rename(Path(unfinished) / "old")
-        (Path(unfinished) / name).rename(path)
+    with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
+        if path.exists() and not fresh:
+            if not holds(path, seeds, recorded(policy, task, seeds)):
+                raise GrindError(f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place")
+            return path
+        size = len(seeds) * (EPISODE_BYTES + task.blocks * (STEP_BYTES + 4 * len(readings(task, full=False))))
+        try:
+            with reserved(unfinished / "room", size):
+                data = recorded(policy, task, seeds)
+            content = Content(name, task.name, task.title, policy.name, policy.sees, seeds, data)
+            write_apart(content, unfinished, lock)
+            _put_in_place(unfinished, folder, path)
+        except OSError as error:
+            raise FileError(
+                f"the dataset cannot be written to {folder} ({error.strerror or error}): it needs about"
+                f" {size / 1e6:.1f} MB; make room and run the same command again"
+            ) from None
     return path
 
 
-def environment_spec(task: Task) -> EnvSpec:
-    """The environment of a dataset: the task's own, with measured observations."""
-    spec = gym.spec(environment_id(task.name))
-    return replace(spec, kwargs={**spec.kwargs, "observation": "measured"})
+def holds(path: Path, seeds: range, data: Recorded) -> bool:
+    """Whether a dataset has these very episodes."""
+    import minari
+
+    try:
+        stored = minari.MinariDataset(path / "data")
+        kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
+        episodes = [(e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()]
+        found: Iterator[Array] = (np.stack(each) for each in zip(*episodes, strict=True))
+        return kept == list(seeds) and all(np.array_equal(*pair) for pair in zip(found, data, strict=True))
+    # what lies there is no dataset of ours, or a damaged one
+    except (OSError, ValueError, KeyError):
+        return False
 
 
 def datasets_folder() -> Path:
@@ -123,64 +131,67 @@ def datasets_folder() -> Path:
 
 
 @contextmanager
-def kept_in(folder: Path) -> Iterator[None]:
-    """Let Minari keep its datasets in a folder for a while."""
-    before = os.environ.get(PLACE)
-    os.environ[PLACE] = str(folder)
+def alone(path: Path) -> Iterator[int]:
+    """Wait for the lock that a file stands for; it is open, for a process to share it, and goes in the end.
+
+    The system takes the lock from a process that ends, however it ends.
+    """
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        # whoever had it before has removed the file
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                break
+        os.close(descriptor)
     try:
-        yield
+        yield descriptor
     finally:
-        if before is None:
-            del os.environ[PLACE]
-        else:
-            os.environ[PLACE] = before
+        path.unlink()
+        os.close(descriptor)
 
 
-def _write(name: str, policy: Policy, task: Task, seeds: range, data: Recorded) -> None:
-    """Let Minari write a dataset where it keeps them."""
-    import minari
-    from minari.data_collector import EpisodeBuffer
-
-    n, blocks = data.rewards.shape
-    last = np.arange(blocks) == blocks - 1
-    buffers = [
-        EpisodeBuffer(
-            id=i,
-            seed=seeds[i],
-            observations=data.observations[i],
-            actions=data.actions[i],
-            rewards=data.rewards[i],
-            terminations=last,
-            truncations=np.zeros(blocks, bool),
-            infos={"cost": np.concatenate([[0.0], data.scrap[i]])},
-        )
-        for i in range(n)
-    ]
-    spec, made_with = environment_spec(task), provenance(seeds)
-    known = find_reference(environment_id(task.name))
-    scale: dict[str, Any] = {} if known is None else {"ref_min_score": known.zero, "ref_max_score": known.hundred}
-    with warnings.catch_warnings():
-        # it misses an address to write to
-        warnings.filterwarnings("ignore", message="`author", category=UserWarning)
-        dataset = minari.create_dataset_from_buffers(
-            name,
-            buffers,
-            env=spec,
-            eval_env=spec,
-            algorithm_name=policy.name,
-            code_permalink=made_with["commit"],
-            description=f"{task.title}: {n} episodes of {policy.name}, which sees {policy.sees}. Scores are those of"
-            " grind_env.scores: 0 for the best fixed plan, 1 for the planner that knows the whole episode.",
-            requirements=[f"grind_env=={made_with['grind_env']}"],
-            **scale,
-        )
-    dataset.storage.update_metadata({"policy": policy.name, "policy_sees": policy.sees, "made_with": made_with})
+@contextmanager
+def workshop(path: Path) -> Iterator[Path]:
+    """An empty folder beside a dataset in which its successor is made; for who is `alone`."""
+    folder = path.with_name(f".grind-{path.name}")
+    _clear(folder, path)
+    folder.mkdir()
+    try:
+        yield folder
+    finally:
+        _clear(folder, path)
 
 
-def _make_namespace(name: str) -> None:
-    """Let Minari know the folder of a dataset."""
-    from minari.namespace import create_namespace, list_local_namespaces
+def _clear(folder: Path, path: Path) -> None:
+    """Remove the folder of a run that has ended or was killed."""
+    before = folder / BEFORE
+    # the old dataset was put aside, but no new one took its place
+    if before.exists() and not path.exists():
+        before.rename(path)
+    shutil.rmtree(folder, ignore_errors=True)
 
-    namespace = name.rpartition("/")[0]
-    if namespace not in list_local_namespaces():
-        create_namespace(namespace)
+
+@contextmanager
+def reserved(path: Path, size: int) -> Iterator[None]:
+    """Hold so many bytes of the disk for a while.
+
+    Raises:
+        OSError: if they are not there.
+    """
+    with path.open("wb") as file:
+        for start in range(0, size, PIECE):
+            file.write(bytes(min(PIECE, size - start)))
+    yield
+    path.unlink()
+
+
+def _put_in_place(unfinished: Path, folder: Path, path: Path) -> None:
+    """Move what Minari made below one folder to the same place below another."""
+    for namespace in unfinished.rglob(NAMESPACE):
+        known = folder / namespace.relative_to(unfinished)
+        if not known.exists():
+            namespace.rename(known)
+    if path.exists():
+        path.rename(unfinished / BEFORE)
+    (unfinished / path.relative_to(folder)).rename(path)

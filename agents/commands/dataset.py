@@ -26,8 +26,12 @@ def dataset(
     configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Put it in place of a dataset of the same id.")] = False,
 ) -> None:
-    """Record a policy as a Minari dataset, for offline reinforcement learning."""
-    from agents.datasets import PLACE, dataset_id, datasets_folder, make_dataset
+    """Record a policy as a Minari dataset, for offline reinforcement learning.
+
+    Killed at any moment, the same command goes on; a dataset of the very same episodes stays as it is.
+    """
+    from agents.dataset_writer import PLACE
+    from agents.datasets import dataset_id, datasets_folder, make_dataset
     from agents.play import chosen_policy
 
     job = load_task(task)

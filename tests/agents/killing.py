@@ -1,20 +1,21 @@
-"""Kills work at ever later steps until it comes to its end. It forks: use it in a process of its own, without threads."""
+"""Kills work at ever later steps until it comes to its end; for processes of one thread, because it forks."""
 
 import os
 import signal
 
 
-def kill_until_done(work, watch):
+def kill_until_done(work, watch, growth):
     """Run `work` again and again, each time killed some steps later than before; the number of kills.
 
     Args:
         work: to be done.
         watch: sees to it that a function is called before every step.
+        growth: how much later each time, as a share of the steps, beside one step.
     """
     kills, step = 0, 1
     while (ended := _ended(work, watch, step)) != 0:
         assert ended == -signal.SIGKILL, f"it failed after {kills} kills"
-        kills, step = kills + 1, step + 1 + step // 4
+        kills, step = kills + 1, step + 1 + int(growth * step)
     return kills
 
 

@@ -1,3 +1,12 @@
+import fcntl
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
 import gymnasium as gym
@@ -6,17 +15,21 @@ import numpy as np
 import pytest
 import typer
 
+from agents import datasets
 from agents.commands import dataset as command
-from agents.datasets import make_dataset, recorded
+from agents.dataset_writer import Content, Recorded, write, write_apart
+from agents.datasets import alone, holds, make_dataset, recorded
 from agents.evaluate import episode_seeds, evaluate
 from agents.registry import make_policy
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.files import FileError
 from grind_env.scores import normalise
 
 NAME = "grind/oracle6/adaptive-rule-v0"
 TASK = load_task("oracle6")
 SEEDS = episode_seeds("training", 3)
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)
@@ -77,23 +90,170 @@ def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
 def test_a_dataset_is_replaced_on_request_only(folder: Path):
     policy = make_policy("adaptive_rule", TASK)
     make_dataset(policy, TASK, SEEDS)
-    with pytest.raises(GrindError, match=r"there is a dataset grind/oracle6/adaptive-rule-v0 in .* already: --fresh"):
-        make_dataset(policy, TASK, SEEDS)
+    for others in (SEEDS[:1], episode_seeds("validation", 3)):
+        with pytest.raises(
+            GrindError, match=r"there is a dataset grind/oracle6/adaptive-rule-v0 in .* already: --fresh"
+        ):
+            make_dataset(policy, TASK, others)
     make_dataset(policy, TASK, SEEDS[:1], fresh=True)
     assert minari.load_dataset(NAME).total_episodes == 1
     assert list(minari.list_local_datasets()) == [NAME]
     assert [each.name for each in folder.iterdir()] == ["grind"]
 
 
-def test_a_dataset_that_fails_leaves_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    def fail(*_: object, **__: object) -> None:
-        raise OSError("no space left")
+def test_a_dataset_that_is_there_already_stays_as_it_is(folder: Path):
+    policy = make_policy("adaptive_rule", TASK)
+    before = files(make_dataset(policy, TASK, SEEDS))
+    assert files(make_dataset(policy, TASK, SEEDS)) == before
 
-    monkeypatch.setattr(minari, "create_dataset_from_buffers", fail)
-    with pytest.raises(OSError, match="no space left"):
-        make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS)
-    assert not [each for each in folder.rglob("*") if each.is_file()]
-    assert not (folder / NAME).exists()
+
+def test_other_numbers_under_the_same_id_are_another_dataset(folder: Path):
+    path = make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS)
+    data = recorded(make_policy("adaptive_rule", TASK), TASK, SEEDS)
+    assert holds(path, SEEDS, data)
+    for name in data._fields:
+        other = np.copy(getattr(data, name))
+        other.flat[-1] += 0.5
+        assert not holds(path, SEEDS, data._replace(**{name: other}))
+    assert not holds(path.parent, SEEDS, data)
+
+
+def files(path: Path) -> dict[Path, tuple[bytes, int]]:
+    """Content and time of every file below a folder."""
+    return {
+        each.relative_to(path): (each.read_bytes(), each.stat().st_mtime_ns)
+        for each in path.rglob("*")
+        if each.is_file()
+    }
+
+
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """Let no file become larger for a while, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("seen", ["before the recording", "while it is written"])
+def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
+    policy, many = make_policy("adaptive_rule", TASK), episode_seeds("training", 200)
+    path = make_dataset(policy, TASK, SEEDS)
+    before, asked = files(folder), []
+
+    def spied(*arguments: object) -> Recorded:
+        asked.append(arguments)
+        return recorded(*arguments)
+
+    monkeypatch.setattr(datasets, "recorded", spied)
+    if seen == "while it is written":
+        # somebody else was quicker to fill it
+        monkeypatch.setattr(datasets, "reserved", lambda path, size: nullcontext())
+    with (
+        largest_file(2_000_000),
+        pytest.raises(
+            FileError, match=r"cannot be written to .* \(File too large\): it needs about 4\.\d MB"
+        ) as caught,
+    ):
+        make_dataset(policy, TASK, many, fresh=True)
+    assert str(caught.value).endswith("make room and run the same command again")
+    assert "\n" not in str(caught.value)
+    assert bool(asked) == (seen == "while it is written")
+    assert files(folder) == before
+    assert make_dataset(policy, TASK, many, fresh=True) == path
+    assert minari.load_dataset(NAME).total_episodes == 200
+
+
+@pytest.mark.parametrize(
+    ("task", "policy"), [("oracle6", "adaptive_rule"), ("power_limited", "random"), ("rush", "random")]
+)
+def test_what_is_asked_for_is_what_a_dataset_takes(task: str, policy: str, monkeypatch: pytest.MonkeyPatch):
+    job, sizes = load_task(task), []
+
+    def spied(path: Path, size: int) -> AbstractContextManager[None]:
+        sizes.append(size)
+        return nullcontext()
+
+    monkeypatch.setattr(datasets, "reserved", spied)
+    path = make_dataset(make_policy(policy, job), job, episode_seeds("training", 30))
+    taken = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
+    assert taken <= sizes[0] <= 1.3 * taken
+
+
+def test_a_fault_that_is_no_full_disk_keeps_its_name(folder: Path):
+    content = Content("no id", "oracle6", "", "", "", SEEDS, recorded(make_policy("adaptive_rule", TASK), TASK, SEEDS))
+    with alone(folder / "lock") as lock, pytest.raises(RuntimeError, match="Malformed dataset ID"):
+        write_apart(content, folder, lock)
+
+
+def watch(count: Callable[..., None]) -> None:
+    """Call a function before every step by which a file or a folder changes its name or comes or goes."""
+    for module, name in [*((os, name) for name in ("open", "mkdir", "rename", "unlink", "rmdir")), (fcntl, "flock")]:
+        step = getattr(module, name)
+
+        def counted(*arguments: object, step: Callable[..., object] = step, **options: object) -> object:
+            count()
+            return step(*arguments, **options)
+
+        setattr(module, name, counted)
+
+
+def made(folder: Path, fresh: bool) -> None:
+    """A dataset, written in the process itself, so that it can be killed there."""
+
+    def write_here(content: Content, folder: Path, lock: int) -> None:
+        os.environ["MINARI_DATASETS_PATH"] = str(folder)
+        write(content)
+
+    datasets.write_apart = write_here
+    os.environ["MINARI_DATASETS_PATH"] = str(folder)
+    make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS, fresh=fresh)
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
+    fresh: bool, folder: Path, monkeypatch: pytest.MonkeyPatch
+):
+    script = (
+        "import sys; from functools import partial; from pathlib import Path\n"
+        "from agents import datasets; from agents.registry import make_policy\n"
+        "from tests.agents.killing import kill_until_done\n"
+        "from tests.agents.test_datasets import SEEDS, TASK, made, watch\n"
+        "folder = Path(sys.argv[1])\n"
+        "made(folder / 'whole', False)\n"
+        f"print(kill_until_done(partial(made, folder / 'killed', {fresh}), watch, 0.0))\n"
+    )
+    if fresh:
+        monkeypatch.setenv("MINARI_DATASETS_PATH", str(folder / "killed"))
+        make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS[:2])
+    run = subprocess.run([sys.executable, "-c", script, folder], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert int(run.stdout) > 20
+    whole, killed = (
+        {path: content for path, (content, _) in files(folder / name).items()} for name in ("whole", "killed")
+    )
+    assert whole == killed
+
+
+def test_a_command_killed_while_its_dataset_is_written_goes_on(folder: Path):
+    command = [sys.executable, "-m", "agents", "dataset", "--task", "oracle6", "--episodes", "1000"]
+    place = {**os.environ, "MINARI_DATASETS_PATH": str(folder)}
+    first = subprocess.Popen(command, cwd=ROOT, env=place)
+    while not [each for each in folder.rglob("*.hdf5") if each.stat().st_size > 0]:
+        assert first.poll() is None
+        time.sleep(0.005)
+    first.kill()
+    assert first.wait() == -signal.SIGKILL
+    assert list(folder.rglob(".grind-*"))
+    again = subprocess.run(command, cwd=ROOT, env=place, capture_output=True, text=True, check=True)
+    assert "6000 steps" in again.stdout
+    assert minari.load_dataset(NAME).total_episodes == 1000
+    assert list(folder.rglob(".grind-*")) == []
+    # and behind its end, too
+    after = subprocess.run(command, cwd=ROOT, env=place, capture_output=True, text=True, check=True)
+    assert after.stdout == again.stdout
 
 
 def test_the_command(folder: Path, capsys: pytest.CaptureFixture[str]):

@@ -55,7 +55,7 @@ def test_a_tuning_killed_at_many_steps_ends_as_one_that_was_not(work, count, tmp
         f"from tests.agents.test_tune_killed import {work} as work, watch\n"
         "folder = Path(sys.argv[1])\n"
         "work(folder / 'whole')\n"
-        "print(kill_until_done(partial(work, folder / 'killed'), watch))\n"
+        "print(kill_until_done(partial(work, folder / 'killed'), watch, 0.25))\n"
     )
     run = subprocess.run([sys.executable, "-c", script, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True)
     assert int(run.stdout) > 10
