@@ -13,7 +13,7 @@ import numpy as np
 from agents.cells import RUNS
 from agents.dataset_writer import PLACE, Content, Recorded, write_apart
 from agents.evaluate import start_episodes
-from agents.policy import Array, Policy, reveal
+from agents.policy import Policy, reveal
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.observations import readings
 from grind_env.envs.rows import Outcome
@@ -118,11 +118,12 @@ def holds(path: Path, seeds: range, data: Recorded) -> bool:
         stored = minari.MinariDataset(path / "data")
         kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
         episodes = [(e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()]
-        found: Iterator[Array] = (np.stack(each) for each in zip(*episodes, strict=True))
-        return kept == list(seeds) and all(np.array_equal(*pair) for pair in zip(found, data, strict=True))
+        found = Recorded(*map(np.stack, zip(*episodes, strict=True)))
     # what lies there is no dataset of ours, or a damaged one
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, KeyError, TypeError):
         return False
+    same = (np.array_equal(getattr(found, name), getattr(data, name)) for name in data._fields)
+    return kept == list(seeds) and all(same)
 
 
 def datasets_folder() -> Path:

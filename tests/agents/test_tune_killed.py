@@ -30,6 +30,11 @@ def tuned(folder):
     tune_learner(load_task("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
 
 
+def opened(folder):
+    """A study without trials."""
+    open_study(sqlite_url(folder / "oracle6" / "tune.db"), "s")
+
+
 def searched(folder):
     """A search as those for scripted policies are."""
     cost = KeptCosts(open_study(sqlite_url(folder / "oracle6" / "tune.db"), "s"), "xyz", np.linalg.norm)
@@ -47,15 +52,15 @@ def watch(count):
     event.listen(Pool, "connect", lambda connection, _: connection.set_trace_callback(count))
 
 
-@pytest.mark.parametrize(("work", "count"), [("tuned", 7), ("searched", 21)])
-def test_a_tuning_killed_at_many_steps_ends_as_one_that_was_not(work, count, tmp_path):
+@pytest.mark.parametrize(("work", "growth", "count"), [("opened", 0.0, 0), ("tuned", 0.25, 7), ("searched", 0.25, 21)])
+def test_a_tuning_killed_at_many_steps_ends_as_one_that_was_not(work, growth, count, tmp_path):
     script = (
         "import sys; from functools import partial; from pathlib import Path\n"
         "from tests.agents.killing import kill_until_done\n"
         f"from tests.agents.test_tune_killed import {work} as work, watch\n"
         "folder = Path(sys.argv[1])\n"
         "work(folder / 'whole')\n"
-        "print(kill_until_done(partial(work, folder / 'killed'), watch, 0.25))\n"
+        f"print(kill_until_done(partial(work, folder / 'killed'), watch, {growth}))\n"
     )
     run = subprocess.run([sys.executable, "-c", script, tmp_path], cwd=ROOT, capture_output=True, text=True, check=True)
     assert int(run.stdout) > 10
