@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Sequence
 from csv import DictReader
+from csv import Error as CsvError
 from dataclasses import fields
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,6 +12,8 @@ from agents.benchmark.readme import README, between, table
 from agents.benchmark.summary import NONE
 from agents.dress_study import Finding, about
 from agents.tuned import ConfigError, write_whole
+from grind_env.errors import reason
+from grind_env.files import read_text
 
 BEGIN, END = "<!-- dress study: written by `python -m agents dress-study` -->", "<!-- end of dress study -->"
 THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")
@@ -45,16 +49,15 @@ def read_study(path: Path) -> Study:
         ConfigError: if the file is damaged.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(DictReader(file))
+        rows = list(DictReader(StringIO(read_text(path), newline="")))
         found = [Finding(**{each.name: _value(each.type, row[each.name]) for each in fields(Finding)}) for row in rows]
         first, last = map(int, rows[0]["seeds"].split(".."))
         if missing := {"plan", "dresser", "decision"} - {each.question for each in found}:
             raise ValueError(f"it does not answer {min(missing)!r}")
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, CsvError) as error:
         task = path.stem
         raise ConfigError(
-            f"{path} is damaged ({error}): run `python -m agents dress-study --task {task}` again"
+            f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
         ) from None
     return Study(found, last - first + 1)
 
@@ -98,4 +101,4 @@ def replaced(text: str, studies: Iterable[Study]) -> str:
 def write_readme(folder: Path, path: Path = README) -> None:
     """Put the table of all studies in a folder into a page."""
     studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
-    write_whole(path, replaced(path.read_text(encoding="utf-8"), studies))
+    write_whole(path, replaced(read_text(path), studies))

@@ -13,7 +13,7 @@ from grind_env.envs.contexts import Given
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 
 SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000, "test": 3_000_000}
 """First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one; in `test` it is drawn from
@@ -34,7 +34,7 @@ def episode_seeds(split: str, count: int) -> range:
         GrindError: if there is no such split, or if it has fewer seeds.
     """
     if split not in SPLITS:
-        raise GrindError(f"there is no split {split!r}: the splits are {', '.join(SPLITS)}")
+        raise GrindError(f"there is no split {quoted(split)}: the splits are {', '.join(SPLITS)}")
     if not 1 <= count <= SPLIT_SIZE:
         raise GrindError(f"{count} episodes are asked for, but the {split} split has 1 to {SPLIT_SIZE}")
     return range(SPLITS[split], SPLITS[split] + count)

@@ -20,7 +20,9 @@ from agents.learning.train import fingerprint, train
 from agents.studies import open_study, sqlite_url
 from agents.tuned import ConfigError, write_whole
 from grind_env.envs.tasks import Task
-from grind_env.toml import tomllib
+from grind_env.errors import quoted, reason
+from grind_env.files import ReadError
+from grind_env.toml import TomlError, read_toml
 
 EPISODES = 64
 """Validation episodes that judge a training."""
@@ -82,7 +84,7 @@ def tune_learner(
         CheckpointError: if a checkpoint is damaged or cannot be written, which is no fault of the settings.
     """
     if kind not in DEFAULTS:
-        raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
+        raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
     path = search.configs / f"{task.name}.toml"
     # what is found goes there: better to learn now than after hours of training that it cannot
     _tables(path)
@@ -113,8 +115,8 @@ def tune_learner(
             study.tell(trial, cost)
         report(done + 1, cost)
     if not study.get_trials(states=[TrialState.COMPLETE]):
-        reason = ended(study)[-1].user_attrs[FAILURE]
-        raise ConfigError(f"all {done} trainings of {kind} on {task.name} failed ({reason}): mend it, and add --fresh")
+        failure = ended(study)[-1].user_attrs[FAILURE]
+        raise ConfigError(f"all {done} trainings of {kind} on {task.name} failed ({failure}): mend it, and add --fresh")
     best = study.best_trial
     settings = default if DEFAULT in best.user_attrs else proposed(optuna.trial.FixedTrial(best.params), default)
     write_settings(path, kind, settings, DEFAULTS[kind])
@@ -182,6 +184,6 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
 def _tables(path: Path) -> dict[str, Any]:
     """What a file of settings says; nothing if it is not there."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is damaged ({error}): mend or delete it") from None
+        return read_toml(path) if path.exists() else {}
+    except (ReadError, TomlError) as error:
+        raise ConfigError(f"{path} is damaged ({reason(error)}): mend or delete it") from None

@@ -18,6 +18,7 @@ from agents.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThr
 from agents.scripted.size_threshold import SizeThreshold
 from agents.tuned import CONFIGS, ConfigError, tuned_arguments
 from grind_env.envs.tasks import Task
+from grind_env.errors import quoted
 
 FIXED_PLANS = ("constant", "interval")
 """The plans that a shop can write into a program without sensors; the better one scores 0."""
@@ -60,7 +61,7 @@ def check_names(task: Task, names: Sequence[str] | None) -> Sequence[str]:
     """
     known = policy_names(task)
     if unknown := set(names or ()) - set(known):
-        raise ConfigError(f"there is no policy {min(unknown)!r} for {task.name}: choose from {', '.join(known)}")
+        raise ConfigError(f"there is no policy {quoted(min(unknown))} for {task.name}: choose from {', '.join(known)}")
     return known if names is None else names
 
 

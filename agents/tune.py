@@ -22,6 +22,7 @@ from agents.studies import KeptCosts, open_study, sqlite_url
 from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
+from grind_env.errors import quoted
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
@@ -170,7 +171,7 @@ def tune(
     task = load_task(task_name)
     for name in names or ():
         if name not in tunable(task):
-            raise ConfigError(f"{name!r} cannot be tuned for {task_name}: choose from {', '.join(tunable(task))}")
+            raise ConfigError(f"{quoted(name)} cannot be tuned for {task_name}: choose from {', '.join(tunable(task))}")
     tuned = _readable(task_name, folder, fresh)
     url = sqlite_url(runs / task_name / "tune.db") if storage is None else storage
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

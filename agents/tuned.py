@@ -1,19 +1,14 @@
 """Tuned parameters of the scripted policies: one readable TOML file a task, `agents/configs/<task>.toml`."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
-from grind_env.files import write_atomically
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from grind_env.errors import GrindError, reason
+from grind_env.files import ReadError, write_atomically
+from grind_env.toml import TomlError, read_toml
 
 CONFIGS = Path(__file__).parent / "configs"
 
@@ -50,9 +45,9 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
     if not path.exists():
         return {}
     try:
-        return {name: Tuned(**table) for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items()}
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, TypeError) as error:
-        raise ConfigError(f"{path} is damaged ({error}): tune again with --fresh") from error
+        return {name: Tuned(**table) for name, table in read_toml(path).items()}
+    except (ReadError, TomlError, TypeError) as error:
+        raise ConfigError(f"{path} is damaged ({reason(error)}): tune again with --fresh") from error
 
 
 def tuned_arguments(name: str, task: Task, folder: Path = CONFIGS) -> dict[str, Any]:

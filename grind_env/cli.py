@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 
 if TYPE_CHECKING:
     from grind_env.control import Control
@@ -193,11 +193,11 @@ def facts(
     from grind_env.control.facts import MARKS, load_facts
 
     if mark is not None and mark not in MARKS:
-        raise GrindError(f"there is no mark {mark!r}; marks are {', '.join(MARKS)}")
+        raise GrindError(f"there is no mark {quoted(mark)}; marks are {', '.join(MARKS)}")
     known = load_facts()
     pages = {fact.page for fact in known if fact.page}
     if page is not None and page not in pages:
-        raise GrindError(f"no fact is of page {page!r}; pages are {', '.join(sorted(pages))}")
+        raise GrindError(f"no fact is of page {quoted(page)}; pages are {', '.join(sorted(pages))}")
     chosen = [fact for fact in known if mark in (None, fact.mark) and page in (None, fact.page)]
     if as_json:
         print(json.dumps([asdict(fact) for fact in chosen]))

@@ -1,7 +1,12 @@
-"""The common root of every error that a user's input can cause, and what its message may suggest."""
+"""The common root of every error that a user's input can cause, and what its message quotes and may suggest."""
 
 import difflib
 from collections.abc import Iterable
+
+LONGEST_QUOTE = 60
+"""Characters that a message quotes of what was found."""
+LONGEST_REASON = 160
+"""Characters that it quotes of another library's message."""
 
 
 class GrindError(ValueError):
@@ -10,6 +15,26 @@ class GrindError(ValueError):
     The message is one sentence that names the place and the remedy. The command line prints it and exits
     with status 2; it never shows a traceback for one of these.
     """
+
+
+def shortened(text: str, most: int = LONGEST_QUOTE) -> str:
+    """A text as a message quotes it: on one line, and of a long one the beginning."""
+    shown = text[:most]
+    shown = shown if shown.isprintable() else repr(shown)[1:-1]
+    return shown if len(text) <= most else f"{shown}... ({len(text)} characters)"
+
+
+def quoted(value: object) -> str:
+    """A value as a message quotes it: its repr, shortened."""
+    try:
+        return shortened(repr(value))
+    except (RecursionError, ValueError):  # of a table in a table in a table ..., of a number of 5000 digits
+        return f"a value of type {type(value).__name__} that is too large to be shown"
+
+
+def reason(error: Exception) -> str:
+    """What an error of another library says, as a message quotes it: its first line, shortened."""
+    return shortened(str(error).partition("\n")[0], LONGEST_REASON) or type(error).__name__
 
 
 def did_you_mean(word: str, choices: Iterable[str], likeness: float = 0.6) -> str:

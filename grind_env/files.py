@@ -1,14 +1,89 @@
-"""Files that are written whole or not at all."""
+"""Files of a user: read only as far as memory allows, and written whole or not at all."""
 
+import io
+import os
+import select
+import stat
 import tempfile
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
+from typing import BinaryIO
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, shortened
+
+MOST_BYTES = 64_000_000
+"""Bytes that are read of a file; a part program of three million blocks is no longer."""
+PATIENCE = 1.0
+"""s; how long a pipe without a writer is given to find one."""
+CHUNK = 1 << 16
+LONGEST_PATH = 200
+"""Characters that a message shows of a path."""
 
 
 class FileError(GrindError):
     """A file that cannot be written."""
+
+
+class ReadError(GrindError):
+    """A file that cannot be read.
+
+    Attributes:
+        reason: why, for a message that says what is to be named in its place.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"{shortened(str(path), LONGEST_PATH)} cannot be read ({reason})")
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading without ever waiting for it; a pipe is read into memory as long as it has a writer.
+
+    Raises:
+        ReadError: it is not there, is too long, or neither a file nor a pipe that someone writes to.
+    """
+    with ExitStack() as opened:
+        try:
+            raw = opened.enter_context(io.FileIO(path, opener=_open_at_once))
+            status = os.fstat(raw.fileno())
+            if stat.S_ISFIFO(status.st_mode):
+                return io.BytesIO(_received(raw, path))
+        except OSError as error:
+            raise ReadError(path, error.strerror or "not readable") from None
+        except ValueError:
+            raise ReadError(path, "no file can have this name") from None
+        if not stat.S_ISREG(status.st_mode):
+            raise ReadError(path, "it is a device")
+        if status.st_size > MOST_BYTES:
+            raise _too_long(path)
+        opened.pop_all()
+        return io.BufferedReader(raw)
+
+
+def contents(file: BinaryIO, path: Path) -> bytes:
+    """What an opened file holds; errors as of `open_file`."""
+    try:
+        data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ReadError(path, error.strerror or "not readable") from None
+    if len(data) > MOST_BYTES:
+        raise _too_long(path)
+    return data
+
+
+def read_bytes(path: Path) -> bytes:
+    """What a file or a pipe holds; errors as of `open_file`."""
+    with open_file(path) as file:
+        return contents(file, path)
+
+
+def read_text(path: Path) -> str:
+    """The text in UTF-8 that a file holds, with or without a byte order mark; errors as of `open_file`."""
+    try:
+        return read_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ReadError(path, f"its byte {error.start + 1} is not text in UTF-8") from None
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
@@ -28,3 +103,32 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(path)
     except OSError as error:
         raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a file; one of another kind, such as a pipe, without waiting for who is at its other end."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _received(pipe: io.FileIO, path: Path) -> bytes:
+    """All that comes out of a pipe until its writers have gone; one that has none is given a while to find one."""
+    data, watch, waited = bytearray(), select.poll(), False
+    watch.register(pipe, select.POLLIN)
+    while len(data) <= MOST_BYTES:
+        piece = pipe.read(CHUNK)
+        if piece is None:  # its writer has nothing to say yet
+            watch.poll()
+        elif piece:
+            data += piece
+        elif data or watch.poll(0):  # its writers have gone
+            return bytes(data)
+        elif waited:
+            raise ReadError(path, "nobody writes to this pipe")
+        else:
+            watch.poll(1000.0 * PATIENCE)
+            waited = True
+    raise _too_long(path)
+
+
+def _too_long(path: Path) -> ReadError:
+    return ReadError(path, f"it has more than {MOST_BYTES / 1e6:g} MB")

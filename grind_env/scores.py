@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from grind_env.errors import GrindError
-from grind_env.toml import tomllib
+from grind_env.errors import GrindError, quoted, reason
+from grind_env.files import ReadError
+from grind_env.toml import TomlError, read_toml
 
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
@@ -77,7 +78,7 @@ def reference(environment_id: str) -> Reference:
     """
     known = _references()
     if environment_id not in known:
-        raise ScoreError(f"{environment_id!r} has no reference scores: choose from {', '.join(known)}")
+        raise ScoreError(f"{quoted(environment_id)} has no reference scores: choose from {', '.join(known)}")
     return known[environment_id]
 
 
@@ -100,13 +101,13 @@ def read_references(path: Path) -> dict[str, Reference]:
     if not path.exists():
         return {}
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
         return {
             name: Reference(**{**table, "returns": {policy: Mean(*pair) for policy, pair in table["returns"].items()}})
             for name, table in document.items()
         }
-    except (tomllib.TOMLDecodeError, TypeError, KeyError, AttributeError) as error:
-        raise ScoreError(f"{path} is damaged ({error}): delete it and run `python -m agents scores`") from error
+    except (ReadError, TomlError, TypeError, KeyError, AttributeError) as error:
+        raise ScoreError(f"{path} is damaged ({reason(error)}): delete it and run `python -m agents scores`") from error
 
 
 def write_text(references: Mapping[str, Reference]) -> str:

@@ -1,10 +1,35 @@
-"""The TOML reader: `tomllib` of the standard library, or where there is none (Python 3.10) the package it came from."""
+"""Documents in TOML, by the reader of the standard library or, before Python 3.11, by the package it came from."""
 
 import sys
+from pathlib import Path
+from typing import Any
+
+from grind_env.errors import GrindError, reason
+from grind_env.files import read_bytes
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-__all__ = ["tomllib"]
+__all__ = ["TomlError", "read_toml", "tomllib"]
+
+
+class TomlError(GrindError):
+    """A text that is no TOML; the message says why."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The document in a file of the user, with or without a byte order mark.
+
+    Raises:
+        ReadError: the file cannot be read.
+        TomlError: it is not TOML, not in UTF-8, or nested too deeply.
+    """
+    data = read_bytes(path)
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except RecursionError:
+        raise TomlError("it is nested too deeply") from None
+    except ValueError as error:
+        raise TomlError(reason(error)) from None

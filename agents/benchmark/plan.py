@@ -11,6 +11,7 @@ from agents.registry import FIXED_PLANS, REFERENCE, policy_names
 from agents.tuned import CONFIGS, ConfigError
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import Task, load_task
+from grind_env.errors import quoted
 
 CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job_shop")
 """The core set of scenarios, section 8, and JobShop; the one-step problem of Wen has reference scores of its own."""
@@ -81,7 +82,7 @@ def planned(tasks: Sequence[Task], policies: Sequence[str] | None, kinds: Sequen
     """
     known = list(dict.fromkeys(name for task in tasks for name in policy_names(task)))
     if unknown := set(policies or ()) - set(known):
-        raise ConfigError(f"there is no policy {min(unknown)!r}: choose from {', '.join(known)}")
+        raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
     if not 0 <= seeds <= LAST_SEED + 1:
         raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
     wanted = {*(known if policies is None else policies), *FIXED_PLANS, REFERENCE}

@@ -12,6 +12,7 @@ from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, KNOWLEDGE, NONE, Summary, brief, shown, summaries, tasks_of
 from agents.provenance import ROOT
 from agents.tuned import ConfigError, write_whole
+from grind_env.files import read_text
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
@@ -167,5 +168,5 @@ def between(text: str, begin: str, end: str, results: str) -> str:
 
 def write_readme(results: Sequence[Result], path: Path = README) -> None:
     """Put the section into a page, and write that of all results beside the checked-in ones."""
-    write_whole(path, replaced(path.read_text(encoding="utf-8"), results))
+    write_whole(path, replaced(read_text(path), results))
     write_whole(ROOT / PAGE, page(results))

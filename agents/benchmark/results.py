@@ -17,7 +17,8 @@ from agents.evaluate import Evaluation, episode_seeds
 from agents.provenance import provenance
 from agents.statistics import Array
 from agents.tuned import ConfigError, write_whole
-from grind_env.files import write_atomically
+from grind_env.errors import reason
+from grind_env.files import read_bytes, write_atomically
 
 Episodes = NDArray[np.float32]
 
@@ -179,13 +180,13 @@ def read_results(folder: Path) -> list[Result]:
     if not path.exists():
         return []
     try:
-        if missing := set(SCHEMA.names) - set(parquet.read_schema(path).names):
+        file = io.BytesIO(read_bytes(path))
+        if missing := set(SCHEMA.names) - set(parquet.read_schema(file).names):
             raise ValueError(f"it has no column {min(missing)!r}")
-        rows: list[dict[str, Any]] = parquet.read_table(path, schema=SCHEMA).to_pylist()
+        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA).to_pylist()
         return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
-        reason = str(error).partition("\n")[0]
-        raise ConfigError(f"{path} is damaged ({reason}): delete it and run the benchmark again") from error
+        raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error
 
 
 def write_results(results: Sequence[Result], folder: Path) -> None:

@@ -11,6 +11,7 @@ from agents.learning.saved import load_policy
 from agents.policy import Decision, Policy, Sees
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
+from grind_env.files import read_bytes
 
 
 @dataclass
@@ -36,4 +37,4 @@ class Trained:
 
 def from_file(path: Path, task: Task, name: str) -> Trained:
     """The trained agent in a file."""
-    return Trained(name, hashlib.sha256(path.read_bytes()).hexdigest(), load_policy(path, task=task, name=name))
+    return Trained(name, hashlib.sha256(read_bytes(path)).hexdigest(), load_policy(path, task=task, name=name))

@@ -10,6 +10,8 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from agents.tuned import ConfigError, write_whole
+from grind_env.errors import reason
+from grind_env.files import read_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,14 +67,15 @@ def read_curve(path: Path) -> list[Point]:
         ConfigError: if the file is not there or is no curve.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(io.StringIO(read_text(path), newline="")))
         return [
             Point(steps=int(row["steps"]), **{name: float(row[name]) for name in row if name != "steps"})
             for row in rows
         ]
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise ConfigError(f"{path} is no learning curve ({error}): train the agent anew with --fresh") from error
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        raise ConfigError(
+            f"{path} is no learning curve ({reason(error)}): train the agent anew with --fresh"
+        ) from error
 
 
 def seconds_to(points: Sequence[Point], share: float = 0.95) -> float:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from agents.learning.learned import ACTIVATIONS, FAMILIES, Network
 from agents.learning.view import Actions, Memory
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 
 FORMAT = 1
 MOST_UNITS, MOST_LAYERS = 65_536, 16
@@ -46,8 +46,8 @@ def read_description(path: Path, text: str | None) -> Description:
         raise PolicyFileError(f"{path} {NO_AGENT}: it has no description")
     try:
         document = json.loads(text)
-        if document["format"] != FORMAT:
-            raise PolicyFileError(f"{path} has format {document['format']!r}, but this version reads {FORMAT}")
+        if type(document["format"]) is not int or document["format"] != FORMAT:
+            raise PolicyFileError(f"{path} has format {quoted(document['format'])}, but this version reads {FORMAT}")
         network = document["network"]
         return Description(
             task=_word(document["task"]),

@@ -26,6 +26,7 @@ from agents.learning.view import FEATURE_BOUND, Actions, LearnerView, Memory
 from agents.provenance import commit, installed
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import Task, load_task
+from grind_env.errors import reason
 from grind_env.files import write_atomically
 
 Sizes = NDArray[np.float64]
@@ -35,8 +36,6 @@ ENTRY = "grind_policy"
 """Entry of the file's metadata that holds the description."""
 
 MOST_BYTES = 64_000_000
-MOST_REASON = 160
-"""Characters that are shown of another library's message."""
 MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
 """What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
@@ -120,7 +119,7 @@ def load_policy(path: Path, *, task: Task | None = None, trust: bool = False, na
                 raise PolicyFileError(f"{path}: its tensors are not those of the network that it describes")
             tensors = {key: file.get_tensor(key) for key in wanted}
     except (SafetensorError, OSError) as error:
-        raise PolicyFileError(f"{path} {NO_AGENT} ({error}): train one anew") from None
+        raise PolicyFileError(f"{path} {NO_AGENT} ({reason(error)}): train one anew") from None
     _check_finite(path, tensors)
     trained_for = load_task(described.task)
     if task is not None and task.name != trained_for.name:
@@ -203,8 +202,8 @@ def _load_zip(path: Path, task: Task | None, name: str) -> LearnedPolicy:
         actor = acting_part(policy_class, {key: each.numpy() for key, each in parameters["policy"].items()}, activation)
     except Exception as error:
         # a pickle runs whatever its author wrote, which may raise anything; PyTorch goes on to advise more trust
-        reason = str(error).partition("\n")[0].partition(". ")[0][:MOST_REASON] or type(error).__name__
-        raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({reason})") from None
+        said = reason(error).partition(". ")[0]
+        raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({said})") from None
     for memory in get_args(Memory):
         for actions in get_args(Actions):
             if _fits(actor.network, LearnerView(task, memory, actions)):

@@ -9,7 +9,8 @@ from agents.learning.view import Actions, Memory
 from agents.tuned import CONFIGS as SCRIPTED
 from agents.tuned import ConfigError
 from grind_env.envs.tasks import Task
-from grind_env.toml import tomllib
+from grind_env.errors import quoted, reason
+from grind_env.toml import read_toml
 
 CONFIGS = SCRIPTED / "learning"
 
@@ -49,7 +50,7 @@ class Settings:
         object.__setattr__(self, "hyper", dict(sorted(self.hyper.items())))
         for name, legal in (("memory", get_args(Memory)), ("actions", get_args(Actions))):
             if getattr(self, name) not in legal:
-                raise ConfigError(f"{name} is {getattr(self, name)!r}, but must be one of {', '.join(legal)}")
+                raise ConfigError(f"{name} is {quoted(getattr(self, name))}, but must be one of {', '.join(legal)}")
         for name in ("steps", "envs", *(["hidden"] if self.hidden else [])):
             values = getattr(self, name)
             if min(values if isinstance(values, tuple) else (values,)) < 1:
@@ -128,18 +129,18 @@ def settings_for(kind: str, task: Task, folder: Path = CONFIGS) -> Settings:
         ConfigError: if there is no such kind, or the file is damaged or sets something else.
     """
     if kind not in DEFAULTS:
-        raise ConfigError(f"there is no kind of agent {kind!r}: choose from {', '.join(DEFAULTS)}")
+        raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
     default = DEFAULTS[kind]
     path = folder / f"{task.name}.toml"
     if not path.exists():
         return default
     try:
-        changes: dict[str, Any] = dict(tomllib.loads(path.read_text(encoding="utf-8")).get(kind, {}))
+        changes: dict[str, Any] = dict(read_toml(path).get(kind, {}))
         if unknown := set(changes) - {field.name for field in fields(Settings)}:
-            raise ConfigError(f"{path}: [{kind}] sets {min(unknown)!r}, which is no setting")
+            raise ConfigError(f"{path}: [{kind}] sets {quoted(min(unknown))}, which is no setting")
         changes["hyper"] = {**default.hyper, **changes.get("hyper", {})}
         if "hidden" in changes:
             changes["hidden"] = tuple(changes["hidden"])
         return replace(default, **changes)
-    except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
-        raise ConfigError(f"{path} is damaged ({error}): mend its table [{kind}] or delete it") from error
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"{path} is damaged ({reason(error)}): mend its table [{kind}] or delete it") from error

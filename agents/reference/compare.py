@@ -1,6 +1,7 @@
 """Sets the measured reference costs beside the published ones (scenarios, section 5)."""
 
 import csv
+import io
 from collections.abc import Iterable
 from math import hypot, sqrt
 from pathlib import Path
@@ -11,6 +12,8 @@ from rich.table import Table
 
 from agents.statistics import COVERAGE
 from agents.tuned import ConfigError
+from grind_env.errors import reason
+from grind_env.files import read_text
 from grind_env.toml import tomllib
 
 PUBLISHED = Path(__file__).with_name("published.toml")
@@ -56,11 +59,12 @@ def compare(tasks: Iterable[str], results: Path, published: Path = PUBLISHED) ->
         if task not in costs or not path.exists():
             continue
         try:
-            with path.open(encoding="utf-8", newline="") as file:
-                ours = {row["policy"]: row for row in csv.DictReader(file)}
+            ours = {row["policy"]: row for row in csv.DictReader(io.StringIO(read_text(path), newline=""))}
             found += [compared(task, policy, text, ours[policy]) for policy, text in costs[task].items()]
-        except (KeyError, ValueError) as error:
-            raise ConfigError(f"{path} is damaged ({error}): run `python -m agents scores --task {task}`") from error
+        except (KeyError, ValueError, csv.Error) as error:
+            raise ConfigError(
+                f"{path} is damaged ({reason(error)}): run `python -m agents scores --task {task}`"
+            ) from error
     return found
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from grind_env.control.errors import ControlError, Place
+from grind_env.files import ReadError, contents, open_file
 
 CHUNK = 1 << 16
 """Bytes read at a time; a block longer than that is read whole."""
@@ -78,15 +79,18 @@ def text_of(text: str, name: str) -> Text:
 def text_in(path: Path) -> Text:
     """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
 
-    What can be read only once, such as a pipe, has no size and is kept as well.
+    A pipe, which can be read only once, is kept as well.
 
     Raises:
         ControlError: file, it cannot be read.
     """
-    with _opened(path) as handle:
-        if os.fstat(handle.fileno()).st_size <= HELD:
-            return Text(path.name, str(path), functools.partial(io.BytesIO, _whole(handle, path)))
-        return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
+    try:
+        with open_file(path) as handle:
+            if isinstance(handle, io.BytesIO) or os.fstat(handle.fileno()).st_size <= HELD:
+                return Text(path.name, str(path), functools.partial(io.BytesIO, contents(handle, path)))
+            return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
+    except ReadError as error:
+        raise _unreadable(error) from None
 
 
 class Scanner:
@@ -158,22 +162,8 @@ class Scanner:
             ) from None
 
 
-def _opened(path: Path) -> BinaryIO:
-    try:
-        return path.open("rb")
-    except OSError as error:
-        raise _unreadable(path, error) from None
-
-
-def _whole(handle: BinaryIO, path: Path) -> bytes:
-    try:
-        return handle.read()
-    except OSError as error:
-        raise _unreadable(path, error) from None
-
-
-def _unreadable(path: Path, error: OSError) -> ControlError:
-    return ControlError("file", f"{path} cannot be read ({error.strerror or 'not readable'}); name a text file")
+def _unreadable(error: ReadError) -> ControlError:
+    return ControlError("file", f"{error}; name a text file")
 
 
 def _state(handle: BinaryIO) -> tuple[int, ...]:
@@ -183,8 +173,11 @@ def _state(handle: BinaryIO) -> tuple[int, ...]:
 
 
 def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
-    handle = _opened(path)
-    if _state(handle) != state:
+    try:
+        handle = open_file(path)
+    except ReadError as error:
+        raise _unreadable(error) from None
+    if isinstance(handle, io.BytesIO) or _state(handle) != state:
         handle.close()
         raise changed(str(path))
     return handle

@@ -11,7 +11,7 @@ from inspect import get_annotations
 from typing import Annotated
 
 from grind_env.control.control import Control
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
@@ -100,7 +100,7 @@ class Part:
         for number, stage in enumerate(self.stages, 1):
             if not least <= stage.stock <= self.stock:
                 legal = f"from that of the stage before, {least:g} mm, to part.stock, {self.stock:g} mm"
-                message = f"stage {number}: part.stages.stock is {stage.stock!r}, but must be {legal}"
+                message = f"stage {number}: part.stages.stock is {quoted(stage.stock)}, but must be {legal}"
                 raise JobError(message, "part.stages.stock", stage.stock, legal)
             least = stage.stock
 
@@ -244,7 +244,7 @@ class Job:
 
 def wrong(key: str, value: object, legal: str) -> JobError:
     """The error for a value that is not legal."""
-    return JobError(f"{key} is {value!r}, but must be {legal}", key, value, legal)
+    return JobError(f"{key} is {quoted(value)}, but must be {legal}", key, value, legal)
 
 
 def _check_numbers(table: object, name: str) -> None:

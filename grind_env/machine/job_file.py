@@ -35,10 +35,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from grind_env.errors import did_you_mean
+from grind_env.errors import did_you_mean, shortened
+from grind_env.files import ReadError
 from grind_env.machine.job import Job, JobError, Part, Setup, Stage, Times, WheelStart, wrong
 from grind_env.process.catalogue import Catalogue, CatalogueError, load_catalogue, quantities
-from grind_env.toml import tomllib
+from grind_env.toml import TomlError, read_toml
 
 DEFAULTS = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
 """The entry of each kind for a set-up that names none."""
@@ -57,11 +58,10 @@ def load_job(path: str | Path) -> Job:
     """
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        reason = error.strerror or "not readable"
-        raise JobError(f"the job cannot be read ({reason}); name a TOML file", file=str(path)) from None
-    except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, or nested too deeply
+        document = read_toml(path)
+    except ReadError as error:
+        raise JobError(f"the job cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
+    except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
     try:
         return _job(document, path.parent)
@@ -146,7 +146,9 @@ def _refuse_unknown(table: Table, legal: Iterable[str], prefix: str = "") -> Non
     for key, value in table.items():
         if key not in legal:
             hint, names = did_you_mean(key.lower(), legal), ", ".join(legal)
-            raise JobError(f"there is no key {prefix}{key}{hint}; legal are {names}", f"{prefix}{key}", value, names)
+            raise JobError(
+                f"there is no key {prefix}{shortened(key)}{hint}; legal are {names}", f"{prefix}{key}", value, names
+            )
 
 
 def _refuse_missing(table: Table, kind: type[Any], place: str) -> None:

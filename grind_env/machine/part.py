@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.control import Infeed
-from grind_env.errors import did_you_mean
+from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.compiled import judge
 from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
@@ -52,13 +52,13 @@ class PartConditions:
             if name not in StrokeParameters._fields:
                 hint = did_you_mean(name, StrokeParameters._fields)
                 raise JobError(
-                    f"there is no stroke parameter {name!r}{hint}; they are the fields of StrokeParameters",
+                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters",
                     name,
                 )
         for name, value in (("stock", self.stock), *numbers):
             if value is not None and not 0.0 < value < math.inf:
                 legal = "a positive number"
-                raise JobError(f"{name} is {value!r}, but must be {legal}", name, value, legal)
+                raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
 
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
         """The parameters that hold for this part, under the first wheel or after a change of it."""

@@ -24,7 +24,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from grind_env.errors import did_you_mean
+from grind_env.errors import did_you_mean, quoted, shortened
+from grind_env.files import ReadError
 from grind_env.process.entries import (
     CatalogueError,
     Dresser,
@@ -37,7 +38,7 @@ from grind_env.process.entries import (
     label,
     quantities,
 )
-from grind_env.toml import tomllib
+from grind_env.toml import TomlError, read_toml
 
 __all__ = [
     "Catalogue",
@@ -135,10 +136,10 @@ def _built_in() -> Entries:
 def _read(path: Path, known: Entries) -> Entries:
     """The entries of one file; `known` are those of the files before it."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CatalogueError(f"{path}: the catalogue cannot be read: {error.strerror}.") from None
-    except ValueError as error:  # not TOML, or not UTF-8
+        document = read_toml(path)
+    except ReadError as error:
+        raise CatalogueError(f"{path}: the catalogue cannot be read: {error.reason}.") from None
+    except TomlError as error:
         raise CatalogueError(f"{path}: the catalogue is not valid TOML: {error}.") from None
     try:
         return _entries(document, known)
@@ -151,7 +152,7 @@ def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
     for heading, tables in document.items():
         if heading not in KINDS:
             raise CatalogueError(
-                f"there is no kind of entry {heading!r}{did_you_mean(heading.lower(), KINDS)}; "
+                f"there is no kind of entry {quoted(heading)}{did_you_mean(heading.lower(), KINDS)}; "
                 f"tables are headed [KIND.NAME], KIND being one of {', '.join(KINDS)}."
             )
         kind = KINDS[heading]
@@ -163,7 +164,7 @@ def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
 
 def _table(value: object, place: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise CatalogueError(f"{place}: found {value!r} where a table headed [KIND.NAME] belongs.")
+        raise CatalogueError(f"{place}: found {quoted(value)} where a table headed [KIND.NAME] belongs.")
     return value
 
 
@@ -172,7 +173,7 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
     for key, value in table.items():
         if key != "base" and key not in legal:
             raise CatalogueError(
-                f"{place}: there is no key {key} (= {value!r}){did_you_mean(key.lower(), legal)}; "
+                f"{place}: there is no key {shortened(key)} (= {quoted(value)}){did_you_mean(key.lower(), legal)}; "
                 f"the keys are base, {', '.join(legal)}."
             )
     values = dict(table)
@@ -194,6 +195,6 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
 
 def _find(kind: type[EntryT], name: object, known: Mapping[str, EntryT]) -> EntryT:
     if not isinstance(name, str) or name not in known:
-        hint, names = did_you_mean(str(name).lower(), known), ", ".join(sorted(known))
+        hint, names = did_you_mean(quoted(name).strip("'").lower(), known), ", ".join(sorted(known))
         raise CatalogueError(f"there is no {label(kind, name)}{hint}; known are {names}.")
     return known[name]

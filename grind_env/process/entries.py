@@ -12,7 +12,7 @@ from inspect import get_annotations
 from numbers import Real
 from typing import Annotated, Any, ClassVar
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 
 
 class CatalogueError(GrindError):
@@ -56,7 +56,7 @@ class Entry:
         for key, quantity in quantities(type(self)).items():
             value = getattr(self, key)
             if not quantity.allows(value):
-                raise CatalogueError(f"{self}: {key} is {value!r}, but must be a number from {quantity}.")
+                raise CatalogueError(f"{self}: {key} is {quoted(value)}, but must be a number from {quantity}.")
             object.__setattr__(self, key, float(value))
         for lesser, greater in self.ASCENDING:
             low, high = getattr(self, lesser), getattr(self, greater)
@@ -193,4 +193,4 @@ def quantities(kind: type[Entry]) -> Mapping[str, Quantity]:
 
 def label(kind: type[Entry], name: object) -> str:
     """How messages name an entry: `wheel 'a60j'`."""
-    return f"{kind.__name__.lower()} {name!r}"
+    return f"{kind.__name__.lower()} {quoted(name)}"

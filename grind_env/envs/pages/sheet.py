@@ -15,7 +15,7 @@ from grind_env.envs.pages.rewards import Span, cost_spans, infeed_times, reward_
 from grind_env.envs.reciprocation.env import ReciprocationEnv
 from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.tasks import Task
-from grind_env.errors import did_you_mean
+from grind_env.errors import did_you_mean, quoted
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 """Part programs of the package."""
@@ -79,7 +79,7 @@ def sheet(env_id: str) -> Sheet:
     """
     if env_id not in page_ids():
         hint = did_you_mean(env_id, page_ids(), 0.5)
-        raise PageError(f"there is no environment {env_id!r}{hint}; the ids are {', '.join(page_ids())}")
+        raise PageError(f"there is no environment {quoted(env_id)}{hint}; the ids are {', '.join(page_ids())}")
     note = note_of(env_id)
     arguments: dict[str, Any] = {"program": str(EXAMPLES / note.program)} if note.program else {}
     env: Any = gym.make(env_id, **arguments).unwrapped

@@ -21,7 +21,7 @@ from grind_env.envs.tasks.tables import (
     WheelChange,
     refuse_unknown,
 )
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 from grind_env.toml import tomllib
 
 __all__ = [
@@ -81,7 +81,7 @@ def read_task(name: str) -> Task:
 
 def _refuse_other(name: str) -> None:
     if name not in task_names():
-        raise TaskError(f"there is no task {name!r}: the tasks are {', '.join(task_names())}")
+        raise TaskError(f"there is no task {quoted(name)}: the tasks are {', '.join(task_names())}")
 
 
 def _document(name: str) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def _task(name: str, document: Mapping[str, Any]) -> Task:
 def _read(kind: type[Any], table: Any, place: str, **given: Any) -> Any:
     """An instance of a dataclass from a table of a task file; `given` are the fields not in the table."""
     if not isinstance(table, Mapping):
-        raise TaskError(f"{place}it is {table!r}, but must be a table")
+        raise TaskError(f"{place}it is {quoted(table)}, but must be a table")
     expected = [item for item in fields(kind) if item.name not in given]
     refuse_unknown(table, [item.name for item in expected], place)
     for item in expected:
