@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError, quoted, shortened
+from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
     from grind_env.control import Control
 
 GROUND_SCRAP = 1
-BAD_INPUT = 2
 HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
@@ -41,6 +41,9 @@ MachineJob = Annotated[
     ),
 ]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
+Blocks = Annotated[
+    int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
+]
 Radius = Annotated[
     list[str] | None,
     typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
@@ -62,6 +65,7 @@ def check(
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
+    blocks: Blocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
     job: MachineJob = None,
@@ -72,7 +76,7 @@ def check(
     from grind_env.control.check import report_record, summary
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
         report = control.check(control.read_file(program), settings)
         if not report.blocks and not report.errors:
             raise control.ControlError("file", f"{program} has no blocks; name a part program")
@@ -94,6 +98,7 @@ def trace(
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
+    blocks: Blocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
     job: MachineJob = None,
@@ -105,7 +110,7 @@ def trace(
     from grind_env import control
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
         for event in control.execute(control.read_file(program), settings):
             record = control.record(event)
             if record is not None:
@@ -123,6 +128,7 @@ def run(
     plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
     block_delete: BlockDelete = False,
+    blocks: Blocks = None,
 ) -> None:
     """Grind with a program: time, size, roughness, power, temperature and cost of every part.
 
@@ -163,7 +169,10 @@ def run(
         if not job.is_file():
             raise GrindError(f"there is no job {job} beside the program; name one with --job")
     settings = load_job(job)
-    result = grind(programs, settings, control=replace(settings.control, block_delete=block_delete))
+    machine = replace(settings.control, block_delete=block_delete)
+    if blocks is not None:
+        machine = replace(machine, block_budget=blocks)
+    result = grind(programs, settings, control=machine)
     if record is not None:
         result.write(record)
     if plot is not None:
@@ -253,6 +262,7 @@ def _control(
     strokes: int,
     acceleration: float | None,
     block_delete: bool,
+    blocks: int | None,
     radius: list[str] | None,
     groove_retract: float | None,
 ) -> "Control":
@@ -266,13 +276,13 @@ def _control(
         entry, _, size = option.rpartition("=")
         try:
             if entry and int(entry) not in range(HIGHEST_ENTRY + 1):
-                raise ControlError("setting", f"--radius {option} names no entry; T is 0 to {HIGHEST_ENTRY}")
+                raise ControlError("setting", f"--radius {shortened(option)} names no entry; T is 0 to {HIGHEST_ENTRY}")
             if entry:
                 radii[int(entry)] = float(size)
             else:
                 every = float(size)
         except ValueError:
-            message = f"--radius {option} is no radius; write R or T=R, such as 2.5 or 1=2.5"
+            message = f"--radius {shortened(option)} is no radius; write R or T=R, such as 2.5 or 1=2.5"
             raise ControlError("setting", message) from None
     machine = Control()
     if job is not None:
@@ -287,6 +297,7 @@ def _control(
         strokes=strokes,
         acceleration=machine.acceleration if acceleration is None else acceleration,
         block_delete=block_delete,
+        block_budget=machine.block_budget if blocks is None else blocks,
         radius=every,
         radii=radii,
         groove_retract=groove_retract,
@@ -298,8 +309,5 @@ def main(arguments: list[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # not every terminal has every letter
-    try:
+    with command("grind"):
         app(args=arguments)
-    except GrindError as error:
-        print(f"grind: {error}", file=sys.stderr)
-        sys.exit(BAD_INPUT)

@@ -34,7 +34,12 @@ class ReadError(GrindError):
 
     def __init__(self, path: Path, reason: str) -> None:
         self.reason = reason
-        super().__init__(f"{shortened(str(path), LONGEST_PATH)} cannot be read ({reason})")
+        super().__init__(f"{shown(path)} cannot be read ({reason})")
+
+
+def shown(path: Path | str) -> str:
+    """A path as a message shows it."""
+    return shortened(str(path), LONGEST_PATH)
 
 
 def open_file(path: Path) -> BinaryIO:
@@ -43,6 +48,8 @@ def open_file(path: Path) -> BinaryIO:
     Raises:
         ReadError: it is not there, is too long, or neither a file nor a pipe that someone writes to.
     """
+    if "\0" in str(path):
+        raise ReadError(path, "no file can have this name")
     with ExitStack() as opened:
         try:
             raw = opened.enter_context(io.FileIO(path, opener=_open_at_once))
@@ -51,31 +58,29 @@ def open_file(path: Path) -> BinaryIO:
                 return io.BytesIO(_received(raw, path))
         except OSError as error:
             raise ReadError(path, error.strerror or "not readable") from None
-        except ValueError:
-            raise ReadError(path, "no file can have this name") from None
         if not stat.S_ISREG(status.st_mode):
             raise ReadError(path, "it is a device")
         if status.st_size > MOST_BYTES:
-            raise _too_long(path)
+            raise _too_long(path, MOST_BYTES)
         opened.pop_all()
         return io.BufferedReader(raw)
 
 
-def contents(file: BinaryIO, path: Path) -> bytes:
+def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
     """What an opened file holds; errors as of `open_file`."""
     try:
-        data = file.read(MOST_BYTES + 1)
+        data = file.read(most + 1) or b""  # None of a file that the system has yet to write
     except OSError as error:
         raise ReadError(path, error.strerror or "not readable") from None
-    if len(data) > MOST_BYTES:
-        raise _too_long(path)
+    if len(data) > most:
+        raise _too_long(path, most)
     return data
 
 
-def read_bytes(path: Path) -> bytes:
-    """What a file or a pipe holds; errors as of `open_file`."""
+def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
+    """What a file or a pipe holds, `most` bytes or fewer; errors as of `open_file`."""
     with open_file(path) as file:
-        return contents(file, path)
+        return contents(file, path, most)
 
 
 def read_text(path: Path) -> str:
@@ -127,8 +132,8 @@ def _received(pipe: io.FileIO, path: Path) -> bytes:
         else:
             watch.poll(1000.0 * PATIENCE)
             waited = True
-    raise _too_long(path)
+    raise _too_long(path, MOST_BYTES)
 
 
-def _too_long(path: Path) -> ReadError:
-    return ReadError(path, f"it has more than {MOST_BYTES / 1e6:g} MB")
+def _too_long(path: Path, most: int) -> ReadError:
+    return ReadError(path, f"it has more than {most / 1e6:g} MB")

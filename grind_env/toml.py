@@ -14,6 +14,10 @@ else:
 
 __all__ = ["TomlError", "read_toml", "tomllib"]
 
+MOST_BYTES = 1_000_000
+MOST_DOTS = 500
+"""Points in a line; of a key of thousands of names the reader would keep the beginnings of every length."""
+
 
 class TomlError(GrindError):
     """A text that is no TOML; the message says why."""
@@ -26,7 +30,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         ReadError: the file cannot be read.
         TomlError: it is not TOML, not in UTF-8, or nested too deeply.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, MOST_BYTES)
+    if any(line.count(b".") > MOST_DOTS for line in data.splitlines()):
+        raise TomlError(f"a line has more than {MOST_DOTS} points; keys are nested two or three deep")
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except RecursionError:

@@ -4,13 +4,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from grind_env.control.errors import ControlError, Place
+from grind_env.control.errors import ControlError
 from grind_env.control.motions import Position
 from grind_env.control.numbers import STANDARD, NumberFormat
 from grind_env.control.operator import Interrupt, Panel, override_factor
 
 ORIGIN: Position = (0.0, 0.0, 0.0)
 MOST_NON_MOTION_BLOCKS = 999
+BLOCK_BUDGET = 500_000
+"""Blocks and strokes of a program unless it may have more: 3000 parts of more than a hundred strokes."""
 WHEEL_RADIUS = 33
 """Entry of the radius table that the in-process dresser keeps up to date (15-11)."""
 
@@ -33,7 +35,7 @@ class Control:
         start: position of the axes X, Y, Z at the start, mm.
         operator_dress_at: times at which the operator asks for a dress, s, ascending.
         interrupts: program interrupts requested at given times, ascending.
-        block_budget: blocks and strokes after which a program is taken to be endless.
+        block_budget: blocks and strokes, those of dress programs included, that a program may execute.
         number_format: digits of lengths and feeds, and how missing zeros are read.
         variables: values of the ``#`` variables that a program may read.
         compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
@@ -67,7 +69,7 @@ class Control:
     start: Position = ORIGIN
     operator_dress_at: tuple[float, ...] = ()
     interrupts: tuple[Interrupt, ...] = ()
-    block_budget: int = 1_000_000
+    block_budget: int = BLOCK_BUDGET
     number_format: NumberFormat = STANDARD
     variables: Mapping[int, float] = field(default_factory=dict)
     compensation_type: str = "A"
@@ -168,19 +170,3 @@ class Control:
             ControlError: setting, no such type of interrupt.
         """
         self.panel.interrupts.append(Interrupt(program, kind, immediate=False))
-
-
-class Budget:
-    """Counts blocks and strokes, so that no program runs without end."""
-
-    def __init__(self, limit: int) -> None:
-        self.limit = self.left = limit
-
-    def spend(self, place: Place) -> None:
-        """Count one; a `ControlError` says where the limit was passed."""
-        self.left -= 1
-        if self.left < 0:
-            raise place.error(
-                "block-budget",
-                f"more than {self.limit} blocks and strokes were executed; a program must come to its M30",
-            )

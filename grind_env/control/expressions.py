@@ -11,6 +11,7 @@ from decimal import ROUND_HALF_UP, Context, Decimal, DecimalException
 from grind_env.control.errors import ControlError
 from grind_env.control.reader import Block, Word
 from grind_env.control.words import LONGEST_NUMBER, NO_VARIABLE_NUMBER
+from grind_env.errors import shortened
 
 DEEPEST_BRACKET = 20
 DECIMALS = 10
@@ -166,7 +167,7 @@ class _Evaluation:
         name = _NAME.match(self._text, self._position)
         if name is not None:
             column = self._word.column + 1 + self._position
-            message = f"{name[0].upper()} is no part of an expression here; + - * / and brackets are"
+            message = f"{shortened(name[0].upper())} is no part of an expression here; + - * / and brackets are"
             return self._block.place.error("not-supported", message, column)
         if character in "#[." or character in _DIGITS:
             return self._error(f"{character!r} follows an operand; + - * or / must stand between", self._position)

@@ -1,10 +1,11 @@
 """The order of strokes, picks and dresses within G82 and G83 (16-16, PD-10, PD-12 to PD-14)."""
 
+import math
 from collections.abc import Callable, Iterator
 
 from grind_env.control.motions import CyclePlan, Event
 from grind_env.control.reciprocation import Underway
-from grind_env.control.rules import depth_after_pick, dresses_due
+from grind_env.control.rules import PICK_TOLERANCE, depth_after_pick, dresses_due
 from grind_env.control.timeline import Timeline
 
 Service = Callable[[int], Iterator[Event]]
@@ -63,6 +64,18 @@ def cross_grind(plan: CyclePlan, timeline: Timeline, service: Service) -> Iterat
             crossed = further
             yield from service(0)
         near, far = far, near
+
+
+def least_strokes(plan: CyclePlan, coverage: bool) -> int:
+    """Strokes that a G82 or G83 makes at least: it never infeeds or crosses further at once than its larger pick."""
+    traverses = _least_picks(plan.depth, plan.primary_pick, plan.secondary_pick) + coverage + plan.spark_out
+    width = abs(plan.cross_end - plan.cross_start)
+    crossing = _least_picks(width, plan.primary_cross_pick, plan.secondary_cross_pick)
+    return traverses + max(traverses - 1, 0) * crossing
+
+
+def _least_picks(way: float, *picks: float) -> int:
+    return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
 
 
 def _depth(plan: CyclePlan, reversal: int, depth: float) -> float:

@@ -130,6 +130,12 @@ def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
                 here = end
 
 
+def least_legs(plan: GroovePlan) -> int:
+    """Legs of a grooving cycle at least: of a groove its infeeds, the retracts between them, and the way out."""
+    spaces = _steps(abs(plan.last - plan.start[plan.spacing_axis]), plan.spacing) if plan.spacing else 0
+    return (1 + spaces) * 2 * _steps(plan.depth, plan.step)
+
+
 def groove_positions(plan: GroovePlan) -> Iterator[float]:
     """Coordinates of the grooves, the first where the tool stands and the last at Z (G76: X) (23-3, 23-7)."""
     start = plan.start[plan.spacing_axis]
@@ -144,9 +150,13 @@ def divided(total: float, step: float) -> Iterator[float]:
 
     The ways are multiples of `step` and no sums, so that any number of steps leaves no residue.
     """
-    for count in range(1, math.ceil((total - DEPTH_TOLERANCE) / step)):
+    for count in range(1, _steps(total, step)):
         yield count * step
     yield total
+
+
+def _steps(total: float, step: float) -> int:
+    return math.ceil((total - DEPTH_TOLERANCE) / step)
 
 
 def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, LegKind]]:

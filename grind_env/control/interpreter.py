@@ -5,7 +5,8 @@ from collections.abc import Generator, Iterator
 from dataclasses import replace
 
 from grind_env.control import numbers
-from grind_env.control.control import Budget, Control
+from grind_env.control.budget import Budget, Rounds
+from grind_env.control.control import Control
 from grind_env.control.decode import Command, decode
 from grind_env.control.dressing import REMEMBERED, Recorder
 from grind_env.control.errors import ControlError, Place
@@ -55,6 +56,7 @@ class Interpreter:
         self.table = Table(self.timeline, self.mover, control, self._serve, self.dress)
         self.modes = Modes()
         self.calls: list[Call] = []
+        self.rounds: Rounds | None = None
         self.remembered = REMEMBERED
         self.remembered_later: int | None = None
         self.interrupts = deque(control.interrupts)
@@ -63,8 +65,12 @@ class Interpreter:
         self.place = programs.main.place
 
     def run(self) -> Iterator[Event]:
-        """Execute the main program to its end."""
+        """Execute the main program to its end; an M99 begins it again, once, for nothing in it could end it later."""
+        begun_again = False
         while (end := (yield from self._program(Call(BlockStream(self.programs.main))))) == "M99":
+            if begun_again:
+                raise self.place.error("block-budget", "M99 begins the main program again without end; end it with M30")
+            begun_again = True
             yield from self.table.stop()
             self.table.memory = type(self.table.memory)()
         if end == TEXT_END:
@@ -172,6 +178,8 @@ class Interpreter:
             raise command.error("missing-parameter", "M98 lacks P; it takes the number of the subprogram")
         program = self._find(block, words["P"])
         times = numbers.integer(block, words["L"], 0, 999) if "L" in words else 1
+        around = self.rounds
+        self.rounds = rounds = Rounds(self.budget, block.place, times, within=around)
         for left in reversed(range(times)):
             end = yield from self._call(program, block.place, Call(BlockStream(program), left))
             if end == TEXT_END:
@@ -180,6 +188,8 @@ class Interpreter:
                 )
             if end != "M99":
                 return end
+            rounds.end_round()
+        self.rounds = around
         return None
 
     def _call(self, program: Program, place: Place, call: Call) -> Generator[Event, None, str]:
@@ -252,6 +262,7 @@ class Interpreter:
             timeline.settle()
             for _ in range(auto):
                 yield from self.dress(number, "auto")
+                table.auto_dresses.end_round()
             if timeline.held:
                 timeline.acknowledge()
                 yield from self.dress(number, "operator")

@@ -10,7 +10,7 @@ from grind_env.control.decode import Command
 from grind_env.control.dressing import Recorder
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Path, Straight, split
-from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, plan_groove
+from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import Event, Hold, Position, Source
@@ -158,6 +158,7 @@ class Mover:
             retract = INCH_RETRACT if command.modes.inch else METRIC_RETRACT
         plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), retract)
         feed, groove = self.rate(command), 1
+        self.timeline.budget.foresee(least_legs(plan), place)
         for leg in groove_legs(plan):
             self.timeline.budget.spend(place)
             if leg.groove != groove and self.control.panel.single_block:

@@ -1,8 +1,9 @@
 """State of the reciprocating axis between and within strokes (chapter 16, `surface-cycles.md` section 3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
+from grind_env.control.budget import Rounds
 from grind_env.control.errors import Place
 from grind_env.control.motions import CyclePlan, Position
 from grind_env.control.profile import travelled
@@ -66,6 +67,7 @@ class Reciprocation:
         dresses: dress executions since then.
         in_cycle: whether the strokes belong to a G82 or G83 block under execution.
         underway: the stroke in progress.
+        auto_dresses: those that D of the cycle asks for.
     """
 
     plan: CyclePlan
@@ -80,6 +82,7 @@ class Reciprocation:
     dresses: int = 0
     in_cycle: bool = False
     underway: Underway | None = None
+    auto_dresses: Rounds = field(init=False)
 
     @property
     def axis(self) -> int:

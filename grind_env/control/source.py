@@ -20,6 +20,7 @@ from grind_env.files import ReadError, contents, open_file
 
 CHUNK = 1 << 16
 """Bytes read at a time; a block longer than that is read whole."""
+LONGEST_BLOCK = 10_000
 HELD = 1 << 20
 """Bytes up to which a file is kept in memory instead of being read again."""
 
@@ -104,7 +105,7 @@ class Scanner:
         """Read the blocks.
 
         Raises:
-            ControlError: file, the text is not in UTF-8.
+            ControlError: file, the text is not in UTF-8; block-format, a block is too long.
         """
         name, line, begun = self._text.name, self._start.line, self._start.offset > 0
         line_begin = 1 - self._start.column
@@ -115,7 +116,11 @@ class Scanner:
                 block = text.strip()
                 if block:
                     self._last = match, offset, line, line_begin
-                    yield Source(name, line, match.start() + text.index(block) - line_begin + 1, block)
+                    source = Source(name, line, match.start() + text.index(block) - line_begin + 1, block)
+                    if len(block) > LONGEST_BLOCK:
+                        message = f"the block has {len(block)} characters; {LONGEST_BLOCK} are allowed"
+                        raise source.place.error("block-format", message)
+                    yield source
                 if end == "%" and (block or begun):
                     collections.deque(pieces, maxlen=0)  # what follows must be text as well
                     return

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
 from grind_env.control.cycles import Memory, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
-from grind_env.control.grinding import Service, cross_grind, plunge_grind
+from grind_env.control.grinding import Service, cross_grind, least_strokes, plunge_grind
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event
 from grind_env.control.moves import Mover
@@ -60,6 +61,8 @@ class Table:
         yield from self._end_reciprocation_cycle()
         self.memory = memory
         place = command.block.place
+        if plan.code != "G81":
+            timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
         if table is None:
             start = timeline.position[plan.axis]
             table = Reciprocation(plan, place, plan.primary, plan.secondary, plan.feed, start, timeline.time)
@@ -73,6 +76,7 @@ class Table:
         if plan.code == "G81":
             return
         grind = plunge_grind if plan.code == "G82" else cross_grind
+        table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
         yield from grind(plan, timeline, self.serve)
         timeline.settle()

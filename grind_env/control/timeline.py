@@ -10,7 +10,8 @@ from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from typing import TypedDict
 
-from grind_env.control.control import Budget, Control
+from grind_env.control.budget import Budget
+from grind_env.control.control import Control
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
 from grind_env.control.motions import (
@@ -135,6 +136,8 @@ class Timeline:
         yield from self.wait(self.time)
         rate = self._rate(feed)
         seconds = self.duration(path, feed) if path.length > 0.0 else dwell
+        if self.reciprocation is not None:
+            self.budget.foresee(seconds // self._stroke_time(self.reciprocation) - 1, place)
         begin, finish = self.time, self.time + seconds
         self._motion = Moving(path, begin, finish, rate / 60.0, self.control.acceleration)
         start = self._shown(begin)
@@ -266,6 +269,11 @@ class Timeline:
                 return
             yield self._arrive(table, stroke)
             yield from self._hold(table)
+
+    def _stroke_time(self, table: Reciprocation) -> float:
+        """Time from one reversal point to the other, s."""
+        speed, control = self._rate(table.feed) / 60.0, self.control
+        return motion_time(abs(table.primary - table.secondary), speed, control.acceleration) + control.reversal_dwell
 
     def _set_out(self, table: Reciprocation) -> Underway:
         self.budget.spend(table.place)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.source import Source
+from grind_env.errors import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
 REPEATABLE = frozenset("GM")
@@ -44,9 +45,9 @@ class Word(NamedTuple):
     expression: str = ""
 
     def __str__(self) -> str:
-        """The word as written."""
+        """The word as written; of a long expression the beginning."""
         if self.expression:
-            return f"{self.letter}{self.expression.strip()}"
+            return f"{self.letter}{shortened(self.expression.strip())}"
         return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
 
 

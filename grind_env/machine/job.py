@@ -12,6 +12,7 @@ from typing import Annotated
 
 from grind_env.control.control import Control
 from grind_env.errors import GrindError, quoted
+from grind_env.files import shown
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
@@ -31,7 +32,7 @@ class JobError(GrindError):
 
     def __init__(self, message: str, key: str = "", found: object = None, legal: str = "", file: str = "") -> None:
         self.message, self.key, self.found, self.legal, self.file = message, key, found, legal, file
-        super().__init__(f"{file}: {message}" if file else message)
+        super().__init__(f"{shown(file)}: {message}" if file else message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

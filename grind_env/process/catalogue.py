@@ -25,7 +25,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from grind_env.errors import did_you_mean, quoted, shortened
-from grind_env.files import ReadError
+from grind_env.files import ReadError, shown
 from grind_env.process.entries import (
     CatalogueError,
     Dresser,
@@ -138,13 +138,13 @@ def _read(path: Path, known: Entries) -> Entries:
     try:
         document = read_toml(path)
     except ReadError as error:
-        raise CatalogueError(f"{path}: the catalogue cannot be read: {error.reason}.") from None
+        raise CatalogueError(f"{shown(path)}: the catalogue cannot be read: {error.reason}.") from None
     except TomlError as error:
-        raise CatalogueError(f"{path}: the catalogue is not valid TOML: {error}.") from None
+        raise CatalogueError(f"{shown(path)}: the catalogue is not valid TOML: {error}.") from None
     try:
         return _entries(document, known)
     except CatalogueError as error:
-        raise CatalogueError(f"{path}: {error}") from None
+        raise CatalogueError(f"{shown(path)}: {error}") from None
 
 
 def _entries(document: Mapping[str, Any], known: Entries) -> Entries:

@@ -8,6 +8,7 @@ import typer.main
 from PIL import Image
 
 from agents import __main__, dress_study
+from agents.application import app
 from agents.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
@@ -84,12 +85,12 @@ def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatc
 
 
 def test_every_command_is_run_somewhere():
-    assert set(typer.main.get_command(__main__.app).commands) == {*SMOKE, *ELSEWHERE}
+    assert set(typer.main.get_command(app).commands) == {*SMOKE, *ELSEWHERE}
 
 
 def test_help_does_not_wait_for_the_libraries_that_do_the_work():
     program = (
-        "import sys; from agents.__main__ import app\n"
+        "import sys; from agents.application import app\n"
         f"for command in {[[], *([name] for name in (*SMOKE, *ELSEWHERE))]}:\n"
         "    app([*command, '--help'], prog_name='agents', standalone_mode=False)\n"
         f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"

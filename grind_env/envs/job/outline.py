@@ -1,10 +1,12 @@
 """A part program and its job, examined before an agent gets them: the cycle blocks, and what the program costs."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from typing import NamedTuple
 
-from grind_env.control import CyclePlan, Programs
+from grind_env.control import ControlError, CyclePlan, CycleStart, Programs, execute
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.envs.rows import COST_TERMS
 from grind_env.errors import GrindError
@@ -18,7 +20,7 @@ INCH = 25.4
 """mm."""
 
 MOST_BLOCKS = 2000
-"""Cycle blocks of an episode; a program that ends with M99 begins anew without end."""
+"""Cycle blocks of an episode."""
 
 
 class Choice(NamedTuple):
@@ -95,13 +97,10 @@ def outline(programs: Programs, job: Job, trials: Sequence[Choice]) -> Outline:
     Raises:
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
+    _refuse_many(programs, job)
     episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:
-        if len(runs) == MOST_BLOCKS:
-            raise JobProgramError(
-                f"{programs.name} runs more than {MOST_BLOCKS} cycle blocks; let it come to its M30 before"
-            )
         runs.append(episode.step({}))
     if not runs:
         raise JobProgramError(
@@ -116,6 +115,18 @@ def outline(programs: Programs, job: Job, trials: Sequence[Choice]) -> Outline:
         for block in blocks:
             trial.step(block.words(choice))
     return Outline(programs, job, blocks, len(episode.run.parts), runs[0].wheel, cost / len(runs))
+
+
+def _refuse_many(programs: Programs, job: Job) -> None:
+    """Refuse a program of too many cycle blocks; other faults are for those who grind with it."""
+    events = execute(programs, job.control)
+    events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
+    with suppress(ControlError):
+        cycles = (event for event in events if isinstance(event, CycleStart))
+        if next(islice(cycles, MOST_BLOCKS, None), None) is not None:
+            raise JobProgramError(
+                f"{programs.name} runs more than {MOST_BLOCKS} cycle blocks; let it come to its M30 before"
+            )
 
 
 def costs(run: BlockRun, job: Job) -> dict[str, float]:

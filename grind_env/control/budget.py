@@ -1,0 +1,60 @@
+"""How much a program may execute: none runs without end, and what is seen to be too much is not begun."""
+
+import math
+
+from grind_env.control.errors import ControlError, Place
+
+
+class Budget:
+    """Counts blocks and strokes, those of subprograms and dress programs with them.
+
+    Attributes:
+        limit: how many may be executed.
+        spent: how many have been.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.limit, self.spent = limit, 0
+
+    def spend(self, place: Place) -> None:
+        """Count one; a `ControlError` says where the limit was passed."""
+        self.spent += 1
+        if self.spent > self.limit:
+            raise self._exceeded(place)
+
+    def foresee(self, count: float, place: Place) -> None:
+        """Refuse to begin what takes at least that many blocks and strokes if that is more than the limit."""
+        if count > self.limit:
+            raise self._exceeded(place)
+
+    def _exceeded(self, place: Place) -> ControlError:
+        return place.error(
+            "block-budget",
+            f"the program comes to more than {self.limit} blocks and strokes; let it repeat less or infeed more at a "
+            "time, or allow more of them with --blocks (block_budget)",
+        )
+
+
+class Rounds:
+    """Something that is executed over and over, such as a subprogram: the first rounds show what all of them take.
+
+    Each is taken to need what the least of those made has needed, of two at least: the first one may differ.
+
+    Args:
+        budget: of the execution.
+        place: the block that asks for them.
+        count: how many there will be.
+        within: the rounds of which these are a part; each of those is taken to have as many of these.
+    """
+
+    def __init__(self, budget: Budget, place: Place, count: int, within: "Rounds | None" = None) -> None:
+        self.budget, self.place, self.left = budget, place, count
+        self.total: int = count * (1 if within is None else within.left)
+        self.made, self.least, self.began = 0, math.inf, budget.spent
+
+    def end_round(self) -> None:
+        """A round has been made; a `ControlError` refuses the others if all of them are too many."""
+        self.least, self.began = min(self.least, self.budget.spent - self.began), self.budget.spent
+        self.made, self.left = self.made + 1, self.left - 1
+        if self.made > 1:
+            self.budget.foresee(self.least * self.total, self.place)

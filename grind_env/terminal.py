@@ -1,0 +1,60 @@
+"""What a command owes its caller at a terminal or in a pipe: an error is one line and an exit status, no traceback."""
+
+import errno
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import NoReturn
+
+from grind_env.errors import GrindError
+
+BAD_INPUT = 2
+INTERRUPTED = 128 + signal.SIGINT
+CLOSED_PIPE = 128 + 13
+"""Exit status where nobody reads on, as of any command that SIGPIPE ends: it is the reader's right, and no error."""
+
+
+@contextmanager
+def command(name: str) -> Iterator[None]:
+    """Run a command: bad input, or output that cannot be written, is one line on standard error and exit status 2.
+
+    An interrupt ends it without a word.
+    """
+    try:
+        try:
+            yield
+        finally:
+            _flush()
+    except GrindError as error:
+        _end(BAD_INPUT, f"{name}: {error}")
+    except OSError as error:
+        if error.errno == errno.EPIPE:
+            _end(CLOSED_PIPE)
+        output = error.filename is None and error.strerror is not None
+        _end(BAD_INPUT, f"{name}: {f'the output cannot be written ({error.strerror})' if output else error}")
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # Typer and Rich have taken it for an ordinary end
+            _end(CLOSED_PIPE)
+        raise
+    except KeyboardInterrupt:
+        _end(INTERRUPTED)
+
+
+def _flush() -> None:
+    if sys.stdout is not None:  # a caller may have closed it
+        sys.stdout.flush()
+
+
+def _end(status: int, message: str = "") -> NoReturn:
+    """End the process; what is still to be written goes nowhere, or Python would complain of it at its end."""
+    with suppress(OSError):
+        if message:
+            print(message, file=sys.stderr)
+    try:
+        _flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+    sys.exit(status)
