@@ -27,7 +27,7 @@ from agents.provenance import commit, installed
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import Task, load_task
 from grind_env.errors import reason
-from grind_env.files import write_atomically
+from grind_env.files import MOST_BYTES, write_atomically
 
 Sizes = NDArray[np.float64]
 
@@ -35,7 +35,6 @@ SUFFIX = ".safetensors"
 ENTRY = "grind_policy"
 """Entry of the file's metadata that holds the description."""
 
-MOST_BYTES = 64_000_000
 MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
 """What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")

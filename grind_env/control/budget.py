@@ -48,13 +48,13 @@ class Rounds:
     """
 
     def __init__(self, budget: Budget, place: Place, count: int, within: "Rounds | None" = None) -> None:
-        self.budget, self.place, self.left = budget, place, count
-        self.total: int = count * (1 if within is None else within.left)
+        self.budget, self.place = budget, place
+        self.count: int = count * (1 if within is None else within.count - within.made)
         self.made, self.least, self.began = 0, math.inf, budget.spent
 
     def end_round(self) -> None:
         """A round has been made; a `ControlError` refuses the others if all of them are too many."""
         self.least, self.began = min(self.least, self.budget.spent - self.began), self.budget.spent
-        self.made, self.left = self.made + 1, self.left - 1
+        self.made += 1
         if self.made > 1:
-            self.budget.foresee(self.least * self.total, self.place)
+            self.budget.foresee(self.least * self.count, self.place)

@@ -4,7 +4,7 @@ from math import hypot
 
 import pytest
 
-from grind_env.control import Arc, Control, ControlError, Interrupt, Motion, Source, execute, read
+from grind_env.control import Arc, Control, ControlError, Infeed, Interrupt, Motion, Source, execute, read
 
 
 def ends(text: str, **settings: object) -> list[tuple[int, tuple[float, ...]]]:
@@ -75,10 +75,10 @@ def test_t_with_the_other_sign_on_an_arc() -> None:
         "N60 G40 X40.\n"
         "M30"
     )
-    for m in execute(read(text), Control(radii={1: 2.0, 2: -2.0}, start=(0.0, 0.0, -10.0))):
-        if isinstance(m, Arc):
-            a, b = (hypot(p[2] - m.centre[2], p[0] - m.centre[0]) for p in (m.start, m.end))
-            assert abs(a - b) < 0.01
+    control = Control(radii={1: 2.0, 2: -2.0}, start=(0.0, 0.0, -10.0))
+    (arc,) = (move for move in execute(read(text), control) if isinstance(move, Arc))
+    a, b = (hypot(p[2] - arc.centre[2], p[0] - arc.centre[0]) for p in (arc.start, arc.end))
+    assert abs(a - b) < 0.01
 
 
 def test_an_arc_that_ends_in_its_centre() -> None:
@@ -88,7 +88,13 @@ def test_an_arc_that_ends_in_its_centre() -> None:
 
 def test_groove_after_type_1() -> None:
     text = "N10 G18 G90 F600. G01 Z10.\nN30 Z20.\nN40 G77 X-10. I2. D0\nM30\nO9\nG01 X15. Z0\nM99"
-    ends(text, start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),))
+    control = Control(start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),))
+    moves = [event for event in execute(read(text), control) if isinstance(event, Motion)]
+    groove = [move for move in moves if move.source is Source.CYCLE]
+    # where the interrupt has left the tool, in steps of I down to X, and out again
+    assert groove[0].start == groove[-1].end == (15.0, 0.0, 0.0)
+    depths = [move.end for move in groove if isinstance(move, Infeed)]
+    assert depths == [(float(x), 0.0, 0.0) for x in (*range(13, -10, -2), -10)]
 
 
 def test_length_offset_ahead() -> None:
@@ -124,7 +130,9 @@ def test_interrupt_within_g28() -> None:
 
 
 def test_i_k_in_the_exit_after_a_lapse() -> None:
-    ends("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 G40 Z30. X10. I5. K5.\nM30", **R)
+    got = ends("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 G40 Z30. X10. I5. K5.\nM30", **R)
+    # the last compensated move has already ended as if nothing followed, so I and K have no corner to choose
+    assert got[1:] == [(30, (2.0, 0.0, 20.0)), (50, (10.0, 0.0, 30.0))]
 
 
 def test_g10_of_another_system_changes_nothing() -> None:
@@ -132,8 +140,16 @@ def test_g10_of_another_system_changes_nothing() -> None:
     assert got[1] == (30, (2.0, 0.0, 18.0))
 
 
-@pytest.mark.parametrize("rest", ["M30", "Z40.\nG40 X9.\nM30"])
-def test_an_entry_that_ends_where_the_wheel_stands(rest: str) -> None:
+@pytest.mark.parametrize(
+    ("rest", "way"),
+    [
+        # beside its own direction +X, there being no other
+        ("M30", [(50, (2.0, 0.0, 18.0))]),
+        # beside the next motion, +Z
+        ("N60 Z40.\nN70 G40 X9.\nM30", [(50, (4.0, 0.0, 20.0)), (60, (4.0, 0.0, 40.0)), (70, (9.0, 0.0, 40.0))]),
+    ],
+)
+def test_an_entry_that_ends_where_the_wheel_stands(rest: str, way: list[tuple[int, tuple[float, ...]]]) -> None:
     text = ("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 X2.\n") + rest
     for kind in "AB":
-        ends(text, compensation_type=kind, **R)
+        assert ends(text, compensation_type=kind, **R)[2:] == way

@@ -118,6 +118,7 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "missing file": lambda folder: read_file(folder / "part.nc"),
     "encoding": encoding,
     "changed file": changed_file,
+    "long block": lambda folder: read("  " + "M03 " * 2500 + "M", "part.nc"),
     "unevaluated": unevaluated,
 }
 """What no program and no setting can cause."""

@@ -54,6 +54,7 @@ scrap_cost = 40
 """
 NESTED = "G71 G94 G90 G19\nM98 P11\nM30\n" + "".join(f"O{n}\nM98 P{n + 1}\nM99\n" for n in (11, 12, 13))
 NESTED += "O14\n" + PLATE.replace("D1", "") + f"M99\n{DRESS}"
+CALLED_3000_TIMES = "G71 G94 G90 G19\n" + 4 * "M98 P2 L750\n" + f"M30\nO2\nG00 Y20.\n{PLATE}M00\nM99\n{DRESS}"
 FREE = (
     JOB.replace("scrap_cost = 40", "scrap_cost = 0")
     + """[setup]
@@ -403,7 +404,8 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
         (BATCH.replace("35. F191.", "3. F191.").replace("P9100 D1", "P9100"), JOB, "O9100"),
         # only an agent that asks for a dress finds that it would be one level too deep
         (NESTED, JOB, "nest at most 4 levels"),
-        (BATCH.replace("M30", "M99"), JOB, "more than 2000 cycle blocks"),
+        (BATCH.replace("M30", "M99"), JOB, "without end; end it with M30"),
+        (CALLED_3000_TIMES, JOB, "more than 2000 cycle blocks"),
         (BATCH, FREE, "costs nothing"),
     ],
 )

@@ -1,0 +1,102 @@
+"""Commands whose output nobody takes, and commands that are interrupted: no traceback, and a status that says so."""
+
+import errno
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+from grind_env.terminal import command
+
+ROOT = Path(grind_env.__file__).parents[1]
+PLATE = str(ROOT / "grind_env" / "examples" / "plate_g82.nc")
+GRIND = [sys.executable, "-c", "from grind_env_command import main; main()"]
+AGENTS = [sys.executable, "-m", "agents"]
+COMMANDS = {
+    "trace": [*GRIND, "trace", PLATE],
+    "check": [*GRIND, "check", PLATE],
+    "run": [*GRIND, "run", PLATE],
+    "facts": [*GRIND, "facts"],
+    "help": [*GRIND, "--help"],
+    "agents": [*AGENTS, "--help"],
+    "evaluate": [*AGENTS, "evaluate", "--policy", "handbook", "--episodes", "1"],
+}
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(words, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    name = "agents" if words[1] == "-m" else "grind"
+    told = f"{name}: the output cannot be written (No space left on device)\n"
+    assert (ended.returncode, ended.stderr) == (2, told)
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
+    started = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert started.stdout is not None and started.stderr is not None
+    started.stdout.close()
+    assert started.stderr.read() == b""
+    assert started.wait() == 128 + signal.SIGPIPE
+    started.stderr.close()
+
+
+INTERRUPTED = """
+import importlib.abc, sys
+
+class Interrupting(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupting())
+sys.argv = {arguments!r}
+from {entry} import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("entry", "module", "arguments"),
+    [
+        ("grind_env_command", "grind_env", ["grind", "run", PLATE]),
+        ("grind_env_command", "numpy", ["grind", "run", PLATE]),
+        ("grind_env_command", "numba", ["grind", "run", PLATE]),
+        ("grind_env_command", "grind_env.control", ["grind", "check", PLATE]),
+        ("agents.__main__", "grind_env", ["agents", "--help"]),
+        ("agents.__main__", "safetensors", ["agents", "evaluate", "--policy", "a.safetensors"]),
+    ],
+)
+def test_an_interrupted_import_says_nothing(entry: str, module: str, arguments: list[str]) -> None:
+    script = INTERRUPTED.format(entry=entry, module=module, arguments=arguments)
+    ended = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (128 + signal.SIGINT, "", "")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (GrindError("part.nc has no blocks"), 2, "grind: part.nc has no blocks\n"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "(No space left on device)\n"),
+        (FileNotFoundError(errno.ENOENT, "No such file", "a.csv"), 2, "grind: [Errno 2] No such file: 'a.csv'\n"),
+        (BrokenPipeError(errno.EPIPE, "Broken pipe"), 141, ""),
+        (KeyboardInterrupt(), 130, ""),
+        (SystemExit(1), 1, ""),
+    ],
+    ids=repr,
+)
+def test_how_a_command_ends(error: BaseException, status: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended, command("grind"):
+        raise error
+    assert ended.value.code == status
+    found = capsys.readouterr().err
+    assert found.endswith(said) and found.count("\n") == bool(said)
+
+
+def test_the_console_script_starts_outside_the_package() -> None:
+    assert 'grind = "grind_env_command:main"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
