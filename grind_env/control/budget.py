@@ -50,7 +50,8 @@ class Rounds:
     def __init__(self, budget: Budget, place: Place, count: int, within: "Rounds | None" = None) -> None:
         self.budget, self.place = budget, place
         self.count: int = count * (1 if within is None else within.count - within.made)
-        self.made, self.least, self.began = 0, math.inf, budget.spent
+        self.made: int = 0
+        self.least, self.began = math.inf, budget.spent
 
     def end_round(self) -> None:
         """A round has been made; a `ControlError` refuses the others if all of them are too many."""
