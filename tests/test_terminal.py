@@ -14,7 +14,7 @@ from grind_env.terminal import command
 
 ROOT = Path(grind_env.__file__).parents[1]
 PLATE = str(ROOT / "grind_env" / "examples" / "plate_g82.nc")
-GRIND = [sys.executable, "-c", "from grind_env_command import main; main()"]
+GRIND = [sys.executable, "-c", "from grind_env.__main__ import main; main()"]
 AGENTS = [sys.executable, "-m", "agents"]
 COMMANDS = {
     "trace": [*GRIND, "trace", PLATE],
@@ -64,10 +64,10 @@ main()
 @pytest.mark.parametrize(
     ("entry", "module", "arguments"),
     [
-        ("grind_env_command", "grind_env", ["grind", "run", PLATE]),
-        ("grind_env_command", "numpy", ["grind", "run", PLATE]),
-        ("grind_env_command", "numba", ["grind", "run", PLATE]),
-        ("grind_env_command", "grind_env.control", ["grind", "check", PLATE]),
+        ("grind_env.__main__", "gymnasium", ["grind", "run", PLATE]),
+        ("grind_env.__main__", "numpy", ["grind", "run", PLATE]),
+        ("grind_env.__main__", "numba", ["grind", "run", PLATE]),
+        ("grind_env.__main__", "grind_env.control", ["grind", "check", PLATE]),
         ("agents.__main__", "grind_env", ["agents", "--help"]),
         ("agents.__main__", "safetensors", ["agents", "evaluate", "--policy", "a.safetensors"]),
     ],
@@ -98,5 +98,5 @@ def test_how_a_command_ends(error: BaseException, status: int, said: str, capsys
     assert found.endswith(said) and found.count("\n") == bool(said)
 
 
-def test_the_console_script_starts_outside_the_package() -> None:
-    assert 'grind = "grind_env_command:main"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+def test_the_console_script_is_the_command_whose_imports_are_guarded() -> None:
+    assert 'grind = "grind_env.__main__:main"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")

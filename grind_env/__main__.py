@@ -1,4 +1,4 @@
-"""Starts the command `grind`, from outside its package: Ctrl-C is then quiet while the package is imported, too."""
+"""The command `grind`, also as `python -m grind_env`."""
 
 import sys
 
@@ -7,9 +7,13 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Console entry."""
+    """Run the command; Ctrl-C is quiet while it is imported, too."""
     try:
         from grind_env.cli import main as grind
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     grind()
+
+
+if __name__ == "__main__":
+    main()
