@@ -1,5 +1,6 @@
 """Documents in TOML, by the reader of the standard library or, before Python 3.11, by the package it came from."""
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,9 @@ __all__ = ["TomlError", "read_toml", "tomllib"]
 
 MOST_BYTES = 1_000_000
 MOST_DOTS = 500
-"""Points in a line; of a key of thousands of names the reader would keep the beginnings of every length."""
+"""Points in a key; of one of thousands of names the reader would keep the beginnings of every length."""
+KEY = re.compile(rb"[^=#\"']*")
+"""The beginning of a line that may be a key."""
 
 
 class TomlError(GrindError):
@@ -31,8 +34,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         TomlError: it is not TOML, not in UTF-8, or nested too deeply.
     """
     data = read_bytes(path, MOST_BYTES)
-    if any(line.count(b".") > MOST_DOTS for line in data.splitlines()):
-        raise TomlError(f"a line has more than {MOST_DOTS} points; keys are nested two or three deep")
+    for number, line in enumerate(data.splitlines(), 1):
+        if KEY.match(line)[0].count(b".") > MOST_DOTS:  # type: ignore[index]
+            raise TomlError(f"the key in line {number} has more than {MOST_DOTS} points; two or three are enough")
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except RecursionError:

@@ -49,11 +49,10 @@ def code_paths() -> dict[str, CodePath]:
         "ATEN_CPU_CAPABILITY": "avx2",
         "MKL_ENABLE_INSTRUCTIONS": "AVX2",
     }
-    found = {
-        "haswell": CodePath({"OPENBLAS_CORETYPE": "Haswell", **avx2, **threads(1)}),
-        "zen": CodePath({"OPENBLAS_CORETYPE": "Zen", **threads(2)}),
-        "plain-python": CodePath({"NUMBA_DISABLE_JIT": "1"}, AFFORDABLE),
-    }
+    found = {"plain-python": CodePath({"NUMBA_DISABLE_JIT": "1"}, AFFORDABLE)}
+    if here.get("avx2"):
+        found["haswell"] = CodePath({"OPENBLAS_CORETYPE": "Haswell", **avx2, **threads(1)})
+        found["zen"] = CodePath({"OPENBLAS_CORETYPE": "Zen", **threads(2)})
     if here.get("avx512f"):
         found["skylake-x"] = CodePath({"OPENBLAS_CORETYPE": "SkylakeX", **threads(2)})
     return found

@@ -155,3 +155,9 @@ def test_texts_are_utf_8(tmp_path: Path) -> None:
         read_text(path)
     with pytest.raises(TomlError, match="utf-8"):
         read_toml(path)
+
+
+def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None:
+    path = tmp_path / "part.toml"
+    path.write_text(f'name = "{"." * 600}"  # {"." * 600}\n# {"." * 600}\n', encoding="utf-8")
+    assert read_toml(path) == {"name": "." * 600}

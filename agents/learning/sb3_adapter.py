@@ -16,6 +16,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from grind_env.errors import GrindError
 
 AnyVectorEnv = VectorEnv[Any, Any, Any]
+EPISODE = "episode"
+"""Where `RecordEpisodeStatistics` and SB3's `Monitor` keep the return and the length of an episode."""
 
 
 def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArray[np.bool_]]]:
@@ -90,12 +92,14 @@ class SB3VecEnv(VecEnv):
         """Step; the info of an episode that ends has `terminal_observation`."""
         observations, rewards, terminated, truncated, info = self.env.step(self._actions)
         infos = single_infos(info, self.num_envs)
-        for each, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
-            each["TimeLimit.truncated"] = cut
         done = terminated | truncated
         for i in np.flatnonzero(done):
-            infos[i] |= infos[i].pop("final_info")
-            infos[i]["terminal_observation"] = infos[i].pop("final_obs")
+            final, last = infos[i].pop("final_info"), infos[i].pop("final_obs")
+            # a wrapper of Gymnasium has put its statistics beside the info of the reset, which is what is left
+            statistics = {EPISODE: infos[i].pop(EPISODE)} if EPISODE in infos[i] else {}
+            self.reset_infos[i], infos[i] = infos[i], {**final, **statistics, "terminal_observation": last}
+        for each, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
+            each["TimeLimit.truncated"] = cut
         return observations, rewards.astype(np.float32), done, infos
 
     def close(self) -> None:

@@ -23,8 +23,8 @@ class Budget:
             raise self._exceeded(place)
 
     def foresee(self, count: float, place: Place) -> None:
-        """Refuse to begin what takes at least that many blocks and strokes if that is more than the limit."""
-        if count > self.limit:
+        """Refuse to begin what takes at least that many more blocks and strokes if that would pass the limit."""
+        if self.spent + count > self.limit:
             raise self._exceeded(place)
 
     def _exceeded(self, place: Place) -> ControlError:
@@ -58,4 +58,4 @@ class Rounds:
         self.least, self.began = min(self.least, self.budget.spent - self.began), self.budget.spent
         self.made += 1
         if self.made > 1:
-            self.budget.foresee(self.least * self.count, self.place)
+            self.budget.foresee(self.least * (self.count - self.made), self.place)

@@ -326,6 +326,8 @@ class Interpreter:
         program = self.programs.find(number)
         assert program is not None  # the block that names it has been checked
         timeline, mover, modes, place = self.timeline, self.mover, self.modes, self.place
+        # what it calls is not called in every round of what it interrupts
+        rounds, self.rounds = self.rounds, None
         table, timeline.reciprocation = timeline.reciprocation, None
         programmed, plane, detect = (mover.compensation.programmed, mover.compensation.plane, mover.compensation.detect)
         mover.compensation.forget()
@@ -344,6 +346,7 @@ class Interpreter:
             )
         if returning:
             yield from self._retrace(recorder)
+        self.rounds = rounds
         mover.compensation.forget()
         mover.compensation.programmed, mover.compensation.plane = programmed, plane
         mover.compensation.detect = detect

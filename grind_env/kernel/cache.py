@@ -2,7 +2,7 @@
 
 numba's own cache has an index that processes which write at once can spoil, loads whatever the files hold, and
 notices edits in the file of the kernel alone. Here the name of a file is the fingerprint of all that its code depends
-on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of the rest.
+on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of its name and of the rest.
 Whatever happens to the files, a kernel can be compiled anew, and one line says so.
 
 The checksum is against damage, not against malice: who may write into the folder may run code here.
@@ -64,7 +64,7 @@ class KernelCache:
         except Exception:  # there is no file yet, or there cannot be one: then `save_overload` says why
             return None
         try:
-            if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            if _digest(path, content[DIGEST:]) != content[:DIGEST]:
                 raise ValueError("damaged")
             compiled = numba.core.compiler.CompileResult._rebuild(target, *pickle.loads(content[DIGEST:]))
         except Exception:
@@ -81,7 +81,7 @@ class KernelCache:
                 raise UnknownIngredient("its code holds addresses of this process")
             path = self._path(signature, compiled.codegen)
             payload = numba.core.serialize.dumps(compiled._reduce())
-            write_atomically(path, lambda temporary: temporary.write_bytes(hashlib.sha256(payload).digest() + payload))
+            write_atomically(path, lambda temporary: temporary.write_bytes(_digest(path, payload) + payload))
             _delete_unused(self._folder)
         except (FileError, OSError):
             _say(f"{self._folder} cannot be written to: kernels are compiled at every start (NUMBA_CACHE_DIR moves it)")
@@ -94,6 +94,11 @@ class KernelCache:
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")
         return self._folder / f"{name}-{fingerprint(self._kernel, signature, codegen.magic_tuple())}.nbc"
+
+
+def _digest(path: Path, payload: bytes) -> bytes:
+    """Of the name, too: a file under the name of another kernel is no better than a damaged one."""
+    return hashlib.sha256(path.name.encode() + payload).digest()
 
 
 def _delete_unused(folder: Path) -> None:

@@ -3,6 +3,7 @@ import itertools
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import A2C
 from stable_baselines3.common.vec_env import DummyVecEnv, VecCheckNan, VecEnv, VecMonitor, VecNormalize
@@ -115,6 +116,27 @@ def test_statistics_of_gymnasium_come_through():
     assert [info["episode"]["l"] for info in infos] == [4] * 3
     returns = [info["episode"]["r"] for info in infos]
     assert returns == pytest.approx([info["episode"]["r"] for info in monitored], rel=1e-5)
+
+
+class Telling(gym.Wrapper):
+    """Says in the info of a reset how many there were."""
+
+    resets = 0
+
+    def reset(self, **kwargs):
+        self.resets += 1
+        observation, info = super().reset(**kwargs)
+        return observation, {**info, "resets": self.resets}
+
+
+def test_the_info_of_a_reset_is_not_that_of_the_episode_before():
+    def make():
+        return Telling(gym.make("grind/Slot-v0", max_episode_steps=3, show_block=False))
+
+    sync = gym.vector.SyncVectorEnv([make] * 3, autoreset_mode=AutoresetMode.SAME_STEP)
+    adapter, dummy = SB3VecEnv(sync), DummyVecEnv([make] * 3)
+    assert assert_alike(adapter, dummy, 7) == 6
+    assert adapter.reset_infos == dummy.reset_infos == [{"resets": 3}] * 3
 
 
 def test_the_wrappers_of_stable_baselines3_leave_the_infos_as_they_are():

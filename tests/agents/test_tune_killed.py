@@ -52,7 +52,7 @@ def watch(count):
     event.listen(Pool, "connect", lambda connection, _: connection.set_trace_callback(count))
 
 
-@pytest.mark.parametrize(("work", "growth", "count"), [("opened", 0.0, 0), ("tuned", 0.25, 7), ("searched", 0.25, 21)])
+@pytest.mark.parametrize(("work", "growth", "count"), [("opened", 0.25, 0), ("tuned", 0.25, 7), ("searched", 0.25, 21)])
 def test_a_tuning_killed_at_many_steps_ends_as_one_that_was_not(work, growth, count, tmp_path):
     script = (
         "import sys; from functools import partial; from pathlib import Path\n"

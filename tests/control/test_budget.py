@@ -2,6 +2,7 @@
 
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -9,7 +10,19 @@ from hypothesis import strategies as st
 
 import grind_env
 from grind_env.cli import main
-from grind_env.control import Control, ControlError, CycleStart, Infeed, Motion, Rapid, Source, check, execute, read
+from grind_env.control import (
+    Control,
+    ControlError,
+    CycleStart,
+    Infeed,
+    Interrupt,
+    Motion,
+    Rapid,
+    Source,
+    check,
+    execute,
+    read,
+)
 from grind_env.control.grinding import least_strokes
 from tests.control.harness import COMMON, DRESS, plans, refusal, run, strokes
 
@@ -134,3 +147,17 @@ def test_commands_take_a_budget(command: str, capsys: pytest.CaptureFixture[str]
     assert status("--blocks", "52") == 2
     assert "more than 52 blocks and strokes" in "".join(capsys.readouterr())
     assert status("--blocks", "0") == 2
+
+
+@pytest.mark.parametrize(
+    ("program", "control"),
+    [
+        ("O9100\nM98 P5 L400\nM99\nO5\nG04 P.01\nM99\n", {"operator_dress_at": (5.0,)}),
+        (f"O77\nM98 P5 L400\nM99\nO5\nG04 P.01\nM99{DRESS}", {"interrupts": (Interrupt(77, at=1.5, immediate=False),)}),
+    ],
+    ids=["a dress that the operator asks for", "an interrupt"],
+)
+def test_what_comes_once_between_many_parts_is_counted_once(program: str, control: dict[str, Any]) -> None:
+    parts = f"{COMMON}M98 P2 L900\nM30\nO2\n{RETURN}{CYCLE}\nG80\nM99\n{program}"
+    seen = sum(1 for _ in execute(read(parts), Control(**control)))
+    assert 400 < seen < 100_000

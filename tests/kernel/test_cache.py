@@ -99,6 +99,15 @@ def test_damaged_files_are_said_once_and_written_anew(toy: Toy) -> None:
     assert toy.start() == (RESULTS, 6, [])
 
 
+def test_a_file_under_the_name_of_another_kernel_is_not_loaded(toy: Toy) -> None:
+    toy.start()
+    one, other = toy.files()[:2]
+    other.write_bytes(one.read_bytes())
+    results, hits, (line,) = toy.start()
+    assert (results, hits) == (RESULTS, 5)
+    assert str(other) in line
+
+
 def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy) -> None:
     pytest.importorskip("resource")
     results, hits, (line,) = toy.start("full")
