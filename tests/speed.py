@@ -73,12 +73,22 @@ def ns_per_stroke(kernel: Callable[..., None], machines: int, repeats: int) -> f
     for _ in range(repeats):
         arguments = [as_table(each.copy()) for each in (table, parameters, wheels, parts)]
         results = np.zeros(machines, RESULT)
-        log, order = np.zeros((machines, 0, len(STROKE)), np.float64), np.empty(machines, np.int64)
         begin = time.process_time()
-        longest_first(arguments[0], np.arange(machines), order)
-        kernel(*arguments, as_table(results), log, order, 0, 1)
+        kernel(*arguments, as_table(results))
         best = min(best, (time.process_time() - begin) / results["strokes"].sum())
     return 1e9 * best
+
+
+def lanes(*tables: np.ndarray) -> None:
+    """The block kernel with its sorting."""
+    order = np.empty(len(tables[0]), np.int64)
+    longest_first(tables[0], np.arange(len(tables[0])), order)
+    run_blocks(*tables, order, 0, 1)
+
+
+def scalar_loop(*tables: np.ndarray) -> None:
+    """The scalar loop, without a log."""
+    run_scalar(*tables, np.zeros((len(tables[0]), 0, len(STROKE))))
 
 
 def wall_of_threads(threads: int, machines: int = 16384) -> float:
@@ -114,9 +124,9 @@ def vector_width() -> str:
 
 def main() -> None:
     """Measure and print."""
-    scalar = ns_per_stroke(run_scalar, 256, 5)
-    block = {n: ns_per_stroke(run_blocks, n, 25) for n in (1, 16, 256, 4096)}
-    python = "from tests.speed import *; print(ns_per_stroke(run_scalar, 1, 1))"
+    scalar = ns_per_stroke(scalar_loop, 256, 5)
+    block = {n: ns_per_stroke(lanes, n, 25) for n in (1, 16, 256, 4096)}
+    python = "from tests.speed import *; print(ns_per_stroke(scalar_loop, 1, 1))"
     (plain,) = fresh_process(python, NUMBA_DISABLE_JIT="1")
     one, two = wall_of_threads(1), wall_of_threads(2)
     with tempfile.TemporaryDirectory() as folder:

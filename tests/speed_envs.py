@@ -65,13 +65,13 @@ def vector_episode(
     parameters = np.empty((n, simulation.base.shape[1]))
     results = np.zeros((n, len(CycleResult._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
-    strokes, nothing = np.empty((n, 0, step.STROKE_FIELDS)), np.zeros(n)
+    nothing = np.zeros(n)
     materials = len(simulation.kinds) // len(env.task.kinds)
     tables = step.Tables(simulation.kinds, simulation.base, simulation.shop, materials)
 
     def kernel() -> None:
         longest_first(cycles, everyone, order)
-        run_blocks(cycles, parameters, episodes.wheels, episodes.parts, results, strokes, order, 0, 1)
+        run_blocks(cycles, parameters, episodes.wheels, episodes.parts, results, order, 0, 1)
 
     steps, cores, restart = np.full(blocks, np.inf), np.full(blocks, np.inf), np.inf
     end = time.perf_counter() + SECONDS

@@ -1,7 +1,7 @@
 """The cycle rules of the control as scalar functions.
 
-Each rule exists only here. The interpreter calls them as they stand, one stroke at a time; `machine.rules` holds
-them compiled for the batched kernel. None calls another one, so that each can be compiled by itself.
+Each rule exists only here. The interpreter and the rules of `cycles` call them as they stand, one stroke at a time;
+`machine.rules` holds them compiled for the batched kernel.
 Lengths are mm, speeds mm/s, accelerations mm/s^2, times s. Depths count from the start of the plunge, positive
 towards the part. Sources are pages of manual 8520-GUM; PD-n is a project decision of `surface-cycles.md`.
 """

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
-from grind_env.control.cycles import Memory, Situation, plan_cycle, redirect
+from grind_env.control.cycles import RULES
+from grind_env.control.cycles.block import Memory, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
-from grind_env.control.grinding import Service, cross_grind, least_strokes, plunge_grind
+from grind_env.control.grinding import Service, grind, least_strokes
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event
 from grind_env.control.moves import Mover
@@ -61,7 +62,7 @@ class Table:
         yield from self._end_reciprocation_cycle()
         self.memory = memory
         place = command.block.place
-        if plan.code != "G81":
+        if plan.code in RULES:
             timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
         if table is None:
             start = timeline.position[plan.axis]
@@ -73,9 +74,8 @@ class Table:
         yield CycleStart(timeline.time, plan)
         if plan.pre_dress and plan.program is not None:
             yield from self.dress(plan.program, "pre")
-        if plan.code == "G81":
+        if plan.code not in RULES:
             return
-        grind = plunge_grind if plan.code == "G82" else cross_grind
         table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
         yield from grind(plan, timeline, self.serve)

@@ -19,7 +19,7 @@ from grind_env.envs.belief_rows import (
 )
 from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.envs.rows import KindRow, Shop, read_kind
-from grind_env.envs.step import CYCLE_FIELDS, PARAMETER_COLUMNS, STROKE_FIELDS, WEAR, cycle_of
+from grind_env.envs.step import CYCLE_FIELDS, PARAMETER_COLUMNS, WEAR, cycle_of
 from grind_env.envs.tape import FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, exp, log
 from grind_env.machine.cycle import CycleResult, PartState, dress_lead
@@ -222,8 +222,7 @@ def follow(
     """
     members, highest = hidden.shape[1], base[0, FLAT_LIMIT]
     cycles, parameters = np.empty((members, CYCLE_FIELDS)), np.empty((members, base.shape[1]))
-    results, unlogged = np.empty((members, RESULT_FIELDS)), np.empty((members, 0, STROKE_FIELDS))
-    order = np.arange(members)
+    results, order = np.empty((members, RESULT_FIELDS)), np.arange(members)
     for i in chosen:
         seen, number = read_signals(signals, i), last_kind[i]
         kind, burnt = read_kind(kinds, number), 0.0
@@ -244,7 +243,7 @@ def follow(
                 cycles,
                 parameters,
             )
-            run_blocks(cycles, parameters, wheels[i], parts[i], results, unlogged, order, 0, 1)
+            run_blocks(cycles, parameters, wheels[i], parts[i], results, order, 0, 1)
             burnt = learn(kind, seen, noise, highest, results, wheels[i], hidden[i])
             sample = draws[(updates[i] + 1) % draws.shape[0]]
             if seen.diameter > wheels[i, 0, DIAMETER] + NEW_WHEEL:

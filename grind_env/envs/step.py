@@ -32,7 +32,7 @@ from grind_env.machine.rows import (
 from grind_env.machine.rules import motion_time
 from grind_env.process.cost import Rates, handover_cost
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 WEAR = WheelState._fields.index("W")
@@ -41,7 +41,7 @@ FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CHANGES = Memory._fields.index("wheel_changes")
-CYCLE_FIELDS, STROKE_FIELDS = len(Cycle._fields), len(Stroke._fields)
+CYCLE_FIELDS = len(Cycle._fields)
 
 
 class Tables(NamedTuple):
@@ -249,5 +249,5 @@ def step_blocks(
     prepare(tables, episodes, choices, active, cycles, parameters)
     order = np.empty(active.size, np.int64)
     longest_first(cycles, active, order)
-    run_blocks(cycles, parameters, wheels, parts, results, np.empty((n, 0, STROKE_FIELDS)), order, 0, 1)
+    run_blocks(cycles, parameters, wheels, parts, results, order, 0, 1)
     settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)

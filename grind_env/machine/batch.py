@@ -3,7 +3,6 @@
 Machines are dealt to the block kernel longest predicted cycle first, so that its lanes end together.
 """
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -28,6 +27,9 @@ from grind_env.process.state import Stroke, StrokeParameters, WheelState
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""
 
+MANY = 1024
+"""Machines from which on they are not sorted at all."""
+
 CYCLE = dtype_of(Cycle)
 PARAMETERS = dtype_of(StrokeParameters)
 WHEEL = dtype_of(WheelState)
@@ -37,31 +39,29 @@ STROKE = dtype_of(Stroke)
 
 
 @entry
-def run_scalar(
-    cycles: Table,
-    parameters: Table,
-    wheels: Table,
-    parts: Table,
-    results: Table,
-    log: Table,
-    order: Table,
-    first: int,
-    step: int,
-) -> None:
-    """One machine after the other: what the block kernel must reproduce bit by bit."""
-    for k in range(first, order.size, step):
-        i = order[k]
+def run_scalar(cycles: Table, parameters: Table, wheels: Table, parts: Table, results: Table, log: Table) -> None:
+    """One machine after the other, with a log: what the block kernel must reproduce bit by bit.
+
+    Args:
+        cycles: as for `lanes.run_blocks`, like the next four.
+        parameters: of each machine.
+        wheels: updated in place.
+        parts: updated in place.
+        results: written.
+        log: shape (N, strokes, fields of `Stroke`), written; strokes beyond its length are not logged.
+    """
+    for i in range(len(cycles)):
         cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
         wheel, part = read_wheel(wheels, i), read_part(parts, i)
-        progress, result = begin(cycle, part)
-        for _ in range(int(progress.pending)):
+        progress, ahead, result = begin(cycle, part)
+        for _ in range(int(progress.dresses)):
             wheel, result = dress(cycle, wheel, result, p)
         while not finished(cycle, progress):
-            progress, wheel, part, result, stroke = advance(cycle, progress, wheel, part, result, p)
+            progress, ahead, wheel, part, result, stroke = advance(cycle, progress, ahead, wheel, part, result, p)
             number = int(progress.reversal) - 1
             if number < log.shape[1]:
                 write_stroke(log[i], number, stroke)
-            for _ in range(int(progress.pending)):
+            for _ in range(int(progress.dresses)):
                 wheel, result = dress(cycle, wheel, result, p)
         write_wheel(wheels, i, wheel)
         write_part(parts, i, part)
@@ -70,8 +70,12 @@ def run_scalar(
 
 @entry
 def longest_first(cycles: Table, machines: Table, order: Table) -> None:
-    """Write `machines` into `order`, longest predicted cycle first (counting sort, stable)."""
-    if machines.size <= LANES:
+    """Write `machines` into `order`, longest predicted cycle first (counting sort, stable).
+
+    Very few begin together anyway. Of very many the order matters to the last ones only, and rows are read faster in
+    their own.
+    """
+    if machines.size <= LANES or machines.size >= MANY:
         order[:] = machines
         return
     count = np.zeros(LONGEST_BUCKET + 1, np.int64)
@@ -89,16 +93,7 @@ def longest_first(cycles: Table, machines: Table, order: Table) -> None:
         count[bucket[k]] += 1
 
 
-def grind_cycles(
-    cycles: Table,
-    parameters: Table,
-    wheels: Table,
-    parts: Table,
-    *,
-    threads: int = 1,
-    log_strokes: int = 0,
-    kernel: Callable[..., None] = run_blocks,
-) -> tuple[Table, Table]:
+def grind_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, *, threads: int = 1) -> Table:
     """Run one cycle on each of N machines.
 
     Args:
@@ -107,45 +102,64 @@ def grind_cycles(
         wheels: shape (N,), dtype `WHEEL`; updated in place.
         parts: shape (N,), dtype `PART`; updated in place.
         threads: threads to use; the result does not depend on it.
-        log_strokes: strokes of each machine to log.
-        kernel: the compiled loop.
 
     Returns:
-        Results, shape (N,), dtype `RESULT`, and the log, shape (N, log_strokes), dtype `STROKE`.
+        Results, shape (N,), dtype `RESULT`.
 
     Raises:
         ValueError: if the arrays do not have one record a machine, or a cycle would not end.
     """
-    n = cycles.shape[0]
-    for name, table in (("parameters", parameters), ("wheels", wheels), ("parts", parts)):
-        if table.shape != (n,):
-            raise ValueError(f"{name} has shape {table.shape}, but there are {n} cycles: give one record a machine")
+    _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
+    results, order = np.zeros(len(cycles), RESULT), np.empty(len(cycles), np.int64)
+    longest_first(as_table(cycles), np.arange(len(cycles)), order)
+    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(results)
+    if threads == 1:
+        run_blocks(*tables, order, 0, 1)
+    else:
+        # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(lambda first: run_blocks(*tables, order, first, threads), range(threads)))
+    return results
+
+
+def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:
+    """Run the same cycles, slower, and log the first strokes of each.
+
+    Args:
+        cycles: as for `grind_cycles`, like the next three.
+        parameters: of each machine.
+        wheels: updated in place.
+        parts: updated in place.
+        strokes: how many to log.
+
+    Returns:
+        Results, shape (N,), dtype `RESULT`, and the log, shape (N, strokes), dtype `STROKE`.
+
+    Raises:
+        ValueError: as for `grind_cycles`.
+    """
+    _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
+    results, log = np.zeros(len(cycles), RESULT), np.zeros((len(cycles), strokes), STROKE)
+    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(results)
+    run_scalar(*tables, log.view(np.float64).reshape(*log.shape, len(Stroke._fields)))
+    return results, log
+
+
+def _check(cycles: Table, **tables: Table) -> None:
+    for name, table in tables.items():
+        if table.shape != cycles.shape:
+            raise ValueError(
+                f"{name} has shape {table.shape}, but there are {len(cycles)} cycles: give one record a machine"
+            )
+    idle = np.flatnonzero((cycles["start"] >= cycles["target"]) & (cycles["coverage"] + cycles["sparkout"] <= 0.0))
+    if idle.size > 0:
+        raise ValueError(f"cycle {idle[0]} makes no stroke: give it a depth, a coverage or a spark-out stroke")
     picks = np.maximum(cycles["primary_pick"], cycles["secondary_pick"])
     endless = np.flatnonzero(~((picks > 0.0) & (cycles["start"] <= cycles["target"])))
     if endless.size > 0:
         raise ValueError(
             f"cycle {endless[0]} would not end: give it a pick above 0 and a target as deep as its start or deeper"
         )
-    results = np.zeros(n, RESULT)
-    log = np.zeros((n, log_strokes), STROKE)
-    order = np.empty(n, np.int64)
-    longest_first(as_table(cycles), np.arange(n), order)
-    arguments = (
-        as_table(cycles),
-        as_table(parameters),
-        as_table(wheels),
-        as_table(parts),
-        as_table(results),
-        log.view(np.float64).reshape(n, log_strokes, len(Stroke._fields)),
-        order,
-    )
-    if threads == 1:
-        kernel(*arguments, 0, 1)
-    else:
-        # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda first: kernel(*arguments, first, threads), range(threads)))
-    return results, log
 
 
 def as_table(records: Table) -> Table:

@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
 from grind_env.control.rules import DEPTH_TOLERANCE, PICK_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.rules import depth_after_pick, dresses_due
+from grind_env.machine.rules import after_reversal, begin_plunge, plunge_finished
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
@@ -74,20 +75,10 @@ class PartState(NamedTuple):
     """Roughness Ra, um."""
 
 
-class Progress(NamedTuple):
-    """How far the control has come in the cycle."""
+class Ahead(NamedTuple):
+    """What is known of the rest of a cycle."""
 
-    reversal: float
-    """Strokes done, which is the number of the reversal point reached."""
-    depth: float
-    """Plunge depth reached since the start, mm."""
-    left: float
-    """Strokes to make at full depth."""
-    dressed: float
-    """Auto-dress executions due so far."""
-    pending: float
-    """Executions to run at this reversal, before the next stroke."""
-    full_left: float
+    full_plunges: float
     """Full plunges still to come."""
 
 
@@ -121,11 +112,38 @@ class CycleResult(NamedTuple):
 
 
 @inlined
-def begin(cycle: Cycle, part: PartState) -> tuple[Progress, CycleResult]:
+def plunge_of(cycle: Cycle) -> PlungeCycle:
+    """The cycle as the rules of the control have it."""
+    return PlungeCycle(
+        depth=cycle.target - cycle.start,
+        primary_pick=cycle.primary_pick,
+        secondary_pick=cycle.secondary_pick,
+        at_depth=cycle.coverage + cycle.sparkout,
+        executions=cycle.executions,
+        pre_dress=cycle.pre_dress,
+    )
+
+
+@inlined
+def begin(cycle: Cycle, part: PartState) -> tuple[PlungeProgress, Ahead, CycleResult]:
     """State of control and result at the start of a cycle."""
     full = max(np.floor((cycle.target - part.Z) / full_pick(cycle) + PICK_TOLERANCE), 0.0)
-    progress = Progress(0.0, 0.0, cycle.coverage + cycle.sparkout, 0.0, cycle.pre_dress, full)
-    return progress, CycleResult(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    result = CycleResult(
+        seconds=0.0,
+        strokes=0.0,
+        dresses=0.0,
+        first_power=0.0,
+        first_count=0.0,
+        last_power=0.0,
+        last_count=0.0,
+        peak_power=0.0,
+        plunge_rise=0.0,
+        finish_rise=0.0,
+        burn_ratio=0.0,
+        worn=0.0,
+        dressed_off=0.0,
+    )
+    return begin_plunge(plunge_of(cycle)), Ahead(full_plunges=full), result
 
 
 @inlined
@@ -135,60 +153,48 @@ def full_pick(cycle: Cycle) -> float:
 
 
 @inlined
-def finished(cycle: Cycle, progress: Progress) -> bool:
+def finished(cycle: Cycle, progress: PlungeProgress) -> bool:
     """Whether the cycle has made its last stroke."""
-    return (progress.reversal > 0.0) & (progress.depth >= cycle.target - cycle.start) & (progress.left <= 0.0)
+    return plunge_finished(plunge_of(cycle), progress)
 
 
 @inlined
 def advance(
     cycle: Cycle,
-    progress: Progress,
+    progress: PlungeProgress,
+    ahead: Ahead,
     wheel: WheelState,
     part: PartState,
     result: CycleResult,
     p: StrokeParameters,
-) -> tuple[Progress, WheelState, PartState, CycleResult, Stroke]:
+) -> tuple[PlungeProgress, Ahead, WheelState, PartState, CycleResult, Stroke]:
     """One stroke, and the pick and the dresses that fall due at the reversal which ends it."""
     Z = cycle.start + progress.depth
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, cycle.width, cycle.length, p)
 
-    total = cycle.target - cycle.start
     plunge = Z > part.Z
     full = full_pick(cycle) - DEPTH_TOLERANCE <= Z - part.Z
     among_first = full & (result.first_count < POWER_WINDOW)
-    among_last = full & (progress.full_left <= POWER_WINDOW)
+    among_last = full & (ahead.full_plunges <= POWER_WINDOW)
     finishing = plunge & (cycle.target - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE)
     result = CycleResult(
-        result.seconds + (cycle.stroke_seconds if progress.reversal > 0.0 else cycle.first_seconds),
-        result.strokes + 1.0,
-        result.dresses,
-        result.first_power + (stroke.power if among_first else 0.0),
-        result.first_count + (1.0 if among_first else 0.0),
-        result.last_power + (stroke.power if among_last else 0.0),
-        result.last_count + (1.0 if among_last else 0.0),
-        max(result.peak_power, stroke.power),
-        max(result.plunge_rise, stroke.T if plunge else 0.0),
-        max(result.finish_rise, stroke.T if finishing else 0.0),
-        max(result.burn_ratio, stroke.Br if plunge else 0.0),
-        result.worn + stroke.worn,
-        result.dressed_off,
+        seconds=result.seconds + (cycle.stroke_seconds if progress.reversal > 0.0 else cycle.first_seconds),
+        strokes=result.strokes + 1.0,
+        dresses=result.dresses,
+        first_power=result.first_power + (stroke.power if among_first else 0.0),
+        first_count=result.first_count + (1.0 if among_first else 0.0),
+        last_power=result.last_power + (stroke.power if among_last else 0.0),
+        last_count=result.last_count + (1.0 if among_last else 0.0),
+        peak_power=max(result.peak_power, stroke.power),
+        plunge_rise=max(result.plunge_rise, stroke.T if plunge else 0.0),
+        finish_rise=max(result.finish_rise, stroke.T if finishing else 0.0),
+        burn_ratio=max(result.burn_ratio, stroke.Br if plunge else 0.0),
+        worn=result.worn + stroke.worn,
+        dressed_off=result.dressed_off,
     )
-
-    at_depth = progress.depth >= total
-    reversal = progress.reversal + 1.0
-    picked = depth_after_pick(reversal, progress.depth, total, cycle.primary_pick, cycle.secondary_pick)
-    depth = progress.depth if at_depth else picked
-    due = dresses_due(depth, total, cycle.executions)
-    progress = Progress(
-        reversal,
-        depth,
-        progress.left - (1.0 if at_depth else 0.0),
-        due,
-        due - progress.dressed,
-        progress.full_left - (1.0 if full else 0.0),
-    )
-    return progress, wheel, PartState(Z, part.S + stroke.ae, stroke.Ra), result, stroke
+    progress = after_reversal(plunge_of(cycle), progress)
+    ahead = Ahead(full_plunges=ahead.full_plunges - (1.0 if full else 0.0))
+    return progress, ahead, wheel, PartState(Z=Z, S=part.S + stroke.ae, Rs=stroke.Ra), result, stroke
 
 
 @inlined
@@ -203,18 +209,18 @@ def dress(cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParamet
     lead = dress_lead(wheel, cycle.dress_feed, p)
     wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)
     result = CycleResult(
-        result.seconds + cycle.dress_seconds,
-        result.strokes,
-        result.dresses + 1.0,
-        result.first_power,
-        result.first_count,
-        0.0,
-        0.0,
-        result.peak_power,
-        result.plunge_rise,
-        result.finish_rise,
-        result.burn_ratio,
-        result.worn,
-        result.dressed_off + removed,
+        seconds=result.seconds + cycle.dress_seconds,
+        strokes=result.strokes,
+        dresses=result.dresses + 1.0,
+        first_power=result.first_power,
+        first_count=result.first_count,
+        last_power=0.0,
+        last_count=0.0,
+        peak_power=result.peak_power,
+        plunge_rise=result.plunge_rise,
+        finish_rise=result.finish_rise,
+        burn_ratio=result.burn_ratio,
+        worn=result.worn,
+        dressed_off=result.dressed_off + removed,
     )
     return wheel, result

@@ -1,12 +1,14 @@
-"""The cycle rules of the control, compiled for the block kernel; `control.rules` defines and explains them.
+"""The cycle rules of the control, compiled; `control.rules` and `control.cycles` define and explain them.
 
 The control itself runs them in plain Python: a program is read and checked without numba.
 """
 
 from grind_env.control import profile, rules
-from grind_env.kernel import inlined
+from grind_env.control.cycles import plunge
+from grind_env.kernel import inlined_rule
 
-motion_time = inlined(rules.motion_time)
-depth_after_pick = inlined(rules.depth_after_pick)
-dresses_due = inlined(rules.dresses_due)
-travelled = inlined(profile.travelled)
+motion_time = inlined_rule(rules.motion_time)
+travelled = inlined_rule(profile.travelled)
+begin_plunge = inlined_rule(plunge.begin)
+after_reversal = inlined_rule(plunge.after_reversal)
+plunge_finished = inlined_rule(plunge.finished)

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -24,12 +25,13 @@ from grind_env.control.rules import motion_time
 from grind_env.kernel import entry
 from grind_env.kernel.fingerprint import fingerprint
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.machine import lanes
-from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, run_scalar
+from grind_env.machine import batch, lanes
+from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, log_cycles, run_scalar
 from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
+from grind_env.machine.rows import Table
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from tests.machine.harness import CATALOGUE, job, run
@@ -184,7 +186,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
 
 def batched(case: Case, dress_seconds: float) -> Batched:
     cycles, parameters, wheels, parts = tables([case], dress_seconds)
-    results, log = grind_cycles(cycles, parameters, wheels, parts, log_strokes=200)
+    results, log = log_cycles(cycles, parameters, wheels, parts, 200)
     return Batched(results[0], log[0], wheels[0], parts[0])
 
 
@@ -274,18 +276,16 @@ MANY = [
 ]
 
 
-def outcome(cases: list[Case], kernel: Callable[..., None] = lanes.run_blocks, threads: int = 1) -> tuple[bytes, ...]:
-    """Results, wheels, parts and stroke log of each case as bytes."""
+def outcome(cases: list[Case], grind: Callable[..., Table]) -> tuple[bytes, ...]:
+    """Results, wheels and parts of each case as bytes."""
     cycles, parameters, wheels, parts = tables(cases)
-    results, log = grind_cycles(cycles, parameters, wheels, parts, threads=threads, log_strokes=60, kernel=kernel)
-    return tuple(
-        results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() + log[i].tobytes() for i in range(len(cases))
-    )
+    results = grind(cycles, parameters, wheels, parts)
+    return tuple(results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() for i in range(len(cases)))
 
 
 @pytest.fixture(scope="module")
 def scalar() -> tuple[bytes, ...]:
-    found = outcome(MANY, run_scalar)
+    found = outcome(MANY, lambda *arguments: log_cycles(*arguments, 0)[0])
     assert len(set(found)) == len(MANY)
     return found
 
@@ -293,25 +293,27 @@ def scalar() -> tuple[bytes, ...]:
 @pytest.mark.bits
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_block_kernel_has_the_bits_of_the_scalar_loop(scalar: tuple[bytes, ...], threads: int) -> None:
-    assert outcome(MANY, threads=threads) == scalar
+    assert outcome(MANY, partial(grind_cycles, threads=threads)) == scalar
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 20])
 def test_the_number_of_machines_changes_no_bit(scalar: tuple[bytes, ...], count: int) -> None:
-    assert outcome(MANY[:count]) == scalar[:count]
+    assert outcome(MANY[:count], grind_cycles) == scalar[:count]
 
 
 @pytest.mark.bits
 def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None:
     order = np.random.default_rng(1).permutation(len(MANY))
-    found = outcome([MANY[k] for k in order])
+    found = outcome([MANY[k] for k in order], grind_cycles)
     assert [found[i] for i in np.argsort(order)] == list(scalar)
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("count", [4, 16])
-def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path: Path, count: int) -> None:
+def test_the_number_of_lanes_changes_no_bit(
+    scalar: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
     source = Path(lanes.__file__).read_text(encoding="utf-8")
     assert "\nLANES = 8\n" in source
     path = tmp_path / f"lanes_{count}.py"
@@ -322,7 +324,8 @@ def test_the_number_of_lanes_changes_no_bit(scalar: tuple[bytes, ...], tmp_path:
     sys.modules[path.stem] = module
     try:
         spec.loader.exec_module(module)
-        assert outcome(MANY, module.run_blocks) == scalar
+        monkeypatch.setattr(batch, "run_blocks", module.run_blocks)
+        assert outcome(MANY, grind_cycles) == scalar
     finally:
         del sys.modules[path.stem]
 

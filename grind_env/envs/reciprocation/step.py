@@ -5,16 +5,17 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
-from grind_env.envs.step import CYCLE_FIELDS, STROKE_FIELDS, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.step import CYCLE_FIELDS, Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.tape import read_row
 from grind_env.kernel import entry
 from grind_env.kernel.rows import column_writer
 from grind_env.machine.reciprocation import Feeding, feed_blocks
 from grind_env.machine.rules import motion_time
+from grind_env.process.state import Stroke
 
 PICK = Memory._fields.index("pick")
 INFEED, TRAVEL, DWELL = (Feeding._fields.index(name) for name in ("infeed", "travel", "dwell"))
-FEEDING_FIELDS = len(Feeding._fields)
+FEEDING_FIELDS, STROKE_FIELDS = len(Feeding._fields), len(Stroke._fields)
 
 write_feeding = column_writer(Feeding)
 

@@ -1,0 +1,50 @@
+"""The grinding cycles: what a block asks for (`block`), and a module with the rules of each.
+
+A cycle is a named tuple of numbers, and three functions of it and of how far it has come: `begin`, `after_reversal`
+(what follows a stroke: picks, and the dresses that fall due) and `finished`. The interpreter calls them as they stand,
+`machine` compiles them; so they take and give numbers and hold conditional expressions only. G81 has none: its strokes
+go on until something else ends them.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
+
+from grind_env.control.cycles import plunge, traverse
+from grind_env.control.motions import CyclePlan
+
+
+class Progress(Protocol):
+    """How far a cycle has come, as the interpreter reads it."""
+
+    @property
+    def depth(self) -> float:
+        """Depth reached since the start of the plunge, mm."""
+
+    @property
+    def crossed(self) -> float:
+        """Way across since the last end of the crossover, mm."""
+
+    @property
+    def forward(self) -> bool:
+        """Whether it leads away from where the crossover began."""
+
+    @property
+    def dresses(self) -> float:
+        """Executions to run at this reversal, before the next stroke."""
+
+
+class Rules(NamedTuple):
+    """The rules of a cycle."""
+
+    cycle_of: Callable[[CyclePlan, bool], Any]
+    """Its numbers from a block, with or without a coverage pass (PD-13)."""
+    begin: Callable[[Any], Progress]
+    after_reversal: Callable[[Any, Any], Progress]
+    finished: Callable[[Any, Any], bool]
+
+
+RULES: Mapping[str, Rules] = {
+    "G82": Rules(plunge.cycle_of, plunge.begin, plunge.after_reversal, plunge.finished),
+    "G83": Rules(traverse.cycle_of, traverse.begin, traverse.after_reversal, traverse.finished),
+}
+"""Of every cycle that ends by itself."""

@@ -1,0 +1,88 @@
+"""G82: a plunge pick at every reversal down to depth, then strokes at depth (16-16, PD-10, PD-12 to PD-14).
+
+Lengths are mm. Depths count from the start of the plunge, positive towards the part.
+"""
+
+from typing import NamedTuple
+
+from grind_env.control.motions import CyclePlan
+from grind_env.control.rules import depth_after_pick, dresses_due
+
+
+class PlungeCycle(NamedTuple):
+    """What a G82 block asks for."""
+
+    depth: float
+    primary_pick: float
+    """J."""
+    secondary_pick: float
+    """Q."""
+    at_depth: float
+    """Strokes at full depth: the coverage stroke and L."""
+    executions: float
+    """D."""
+    pre_dress: float
+    """1 for G82.1, else 0."""
+
+
+class PlungeProgress(NamedTuple):
+    """How far it has come."""
+
+    reversal: float
+    """Strokes made, which is the number of the reversal point reached."""
+    depth: float
+    """Depth reached."""
+    left: float
+    """Strokes to make at full depth."""
+    dressed: float
+    """Auto-dresses that were due so far."""
+    dresses: float
+    """Executions to run at this reversal, before the next stroke."""
+
+    @property
+    def crossed(self) -> float:
+        """Way of the cross picks; there are none."""
+        return 0.0
+
+    @property
+    def forward(self) -> bool:
+        """Direction of the cross picks."""
+        return True
+
+
+def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:
+    """The numbers of a block, with or without a coverage stroke (PD-13)."""
+    return PlungeCycle(
+        depth=plan.depth,
+        primary_pick=plan.primary_pick,
+        secondary_pick=plan.secondary_pick,
+        at_depth=float(coverage + plan.spark_out),
+        executions=float(plan.dresses),
+        pre_dress=float(plan.pre_dress),
+    )
+
+
+def begin(cycle: PlungeCycle) -> PlungeProgress:
+    """Before the first stroke."""
+    return PlungeProgress(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=cycle.pre_dress)
+
+
+def after_reversal(cycle: PlungeCycle, progress: PlungeProgress) -> PlungeProgress:
+    """After the next stroke, and the pick at the reversal that ends it."""
+    at_depth = progress.depth >= cycle.depth
+    reversal = progress.reversal + 1.0
+    picked = depth_after_pick(reversal, progress.depth, cycle.depth, cycle.primary_pick, cycle.secondary_pick)
+    depth = progress.depth if at_depth else picked
+    due = dresses_due(depth, cycle.depth, cycle.executions)
+    return PlungeProgress(
+        reversal=reversal,
+        depth=depth,
+        left=progress.left - (1.0 if at_depth else 0.0),
+        dressed=due,
+        dresses=due - progress.dressed,
+    )
+
+
+def finished(cycle: PlungeCycle, progress: PlungeProgress) -> bool:
+    """Whether there is no stroke to make any more."""
+    return (progress.depth >= cycle.depth) & (progress.left <= 0.0)

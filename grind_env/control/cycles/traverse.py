@@ -1,0 +1,111 @@
+"""G83: a plunge pick at each end of the crossover, cross picks between, then traverses at depth.
+
+The stroke before a plunge grinds the last strip without a pick (16-16, PD-10, PD-12 to PD-14). Lengths are mm. Depths
+count from the start of the plunge, positive towards the part, ways across from the end that was left last.
+"""
+
+from typing import NamedTuple
+
+from grind_env.control.motions import CyclePlan
+from grind_env.control.rules import depth_after_pick, dresses_due
+
+
+class TraverseCycle(NamedTuple):
+    """What a G83 block asks for."""
+
+    depth: float
+    primary_pick: float
+    """J."""
+    secondary_pick: float
+    """Q."""
+    width: float
+    """From one end of the crossover to the other."""
+    primary_cross_pick: float
+    """K in G17."""
+    secondary_cross_pick: float
+    """R."""
+    at_depth: float
+    """Traverses at full depth: the coverage traverse and L."""
+    executions: float
+    """D."""
+    pre_dress: float
+    """1 for G83.1, else 0."""
+
+
+class TraverseProgress(NamedTuple):
+    """How far it has come."""
+
+    reversal: float
+    """Strokes made, which is the number of the reversal point reached."""
+    plunges: float
+    """Plunge picks made."""
+    depth: float
+    """Depth reached."""
+    crossed: float
+    """Way across since the last end."""
+    forward: bool
+    """Whether it leads away from where the crossover began."""
+    left: float
+    """Traverses to begin at full depth; -1 once the last one has ended."""
+    dressed: float
+    """Auto-dresses that were due so far."""
+    dresses: float
+    """Executions to run at this reversal, before the next stroke."""
+
+
+def cycle_of(plan: CyclePlan, coverage: bool) -> TraverseCycle:
+    """The numbers of a block, with or without a coverage traverse (PD-13)."""
+    return TraverseCycle(
+        depth=plan.depth,
+        primary_pick=plan.primary_pick,
+        secondary_pick=plan.secondary_pick,
+        width=abs(plan.cross_end - plan.cross_start),
+        primary_cross_pick=plan.primary_cross_pick,
+        secondary_cross_pick=plan.secondary_cross_pick,
+        at_depth=float(coverage + plan.spark_out),
+        executions=float(plan.dresses),
+        pre_dress=float(plan.pre_dress),
+    )
+
+
+def begin(cycle: TraverseCycle) -> TraverseProgress:
+    """Before the first stroke, which ends at a plunge."""
+    return TraverseProgress(
+        reversal=0.0,
+        plunges=0.0,
+        depth=0.0,
+        crossed=cycle.width,
+        forward=False,
+        left=cycle.at_depth,
+        dressed=0.0,
+        dresses=cycle.pre_dress,
+    )
+
+
+def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> TraverseProgress:
+    """After the next stroke, and the pick at the reversal that ends it."""
+    reversal = progress.reversal + 1.0
+    at_end = progress.crossed >= cycle.width
+    plunge = at_end & (progress.depth < cycle.depth)
+    plunges = progress.plunges + (1.0 if plunge else 0.0)
+    picked = depth_after_pick(plunges, progress.depth, cycle.depth, cycle.primary_pick, cycle.secondary_pick)
+    depth = picked if plunge else progress.depth
+    due = dresses_due(depth, cycle.depth, cycle.executions)
+    further = depth_after_pick(
+        reversal, progress.crossed, cycle.width, cycle.primary_cross_pick, cycle.secondary_cross_pick
+    )
+    return TraverseProgress(
+        reversal=reversal,
+        plunges=plunges,
+        depth=depth,
+        crossed=0.0 if at_end else further,
+        forward=(not progress.forward) if at_end else progress.forward,
+        left=progress.left - (1.0 if at_end & (depth >= cycle.depth) else 0.0),
+        dressed=due,
+        dresses=due - progress.dressed,
+    )
+
+
+def finished(cycle: TraverseCycle, progress: TraverseProgress) -> bool:
+    """Whether there is no stroke to make any more."""
+    return progress.left < 0.0
