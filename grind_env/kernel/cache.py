@@ -12,21 +12,24 @@ import contextlib
 import functools
 import hashlib
 import logging
+import multiprocessing
 import os
 import pickle
 import shutil
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 import platformdirs
 
 from grind_env.files import FileError, write_atomically
-from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
+from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
 
 DIGEST = hashlib.sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # s, after which a file is deleted
+COMPILATION = 0.1  # s of one core for each function that a kernel is made of, within a factor of two
+LONG = 3.0  # s that somebody waits without wondering
 
 
 def keep_on_disk(kernel: Any) -> None:
@@ -45,6 +48,9 @@ class KernelCache:
     `magic_tuple` of a code generator (platform, name and features of the CPU) and `serialize.dumps`.
     """
 
+    announced: ClassVar[bool] = False
+    """Has this process said that it compiles?"""
+
     def __init__(self, kernel: Any, folder: Path) -> None:
         self._kernel, self._folder = kernel, folder
         with contextlib.suppress(OSError):
@@ -61,7 +67,10 @@ class KernelCache:
             target.refresh()
             path = self._path(signature, target.codegen())
             content = path.read_bytes()
-        except Exception:  # there is no file yet, or there cannot be one: then `save_overload` says why
+        except FileNotFoundError:
+            self._announce()
+            return None
+        except Exception:  # there cannot be a file: `save_overload` says why
             return None
         try:
             if _digest(path, content[DIGEST:]) != content[:DIGEST]:
@@ -90,6 +99,14 @@ class KernelCache:
 
     def flush(self) -> None:
         """Nothing: what `recompile` makes of changed constants has another name."""
+
+    def _announce(self) -> None:
+        """Say that it takes a while, if it does; one line a process, and none for each of many workers."""
+        seconds = COMPILATION * count_functions(self._kernel)
+        if seconds >= LONG and self.cache_path and not KernelCache.announced and not multiprocessing.parent_process():
+            KernelCache.announced = True
+            name = self._kernel.__name__
+            _say(f"compiling {name}, once on this machine: about {seconds:.0f} s (kept in {self._folder})")
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")

@@ -53,6 +53,17 @@ def fingerprint(function: Callable[..., Any], *conditions: Any) -> str:
     return _hash((made_of, conditions, _compiler(), _kernel_files()))[:32]
 
 
+def count_functions(function: Callable[..., Any]) -> int:
+    """Number of functions that a function is made of, with itself; the time to compile it goes by that.
+
+    Raises:
+        UnknownIngredient: as for `fingerprint`.
+    """
+    seen: Seen = {}
+    _described(function, function.__qualname__, seen)
+    return len(seen)
+
+
 def _compiler() -> Description:
     """Versions and settings of all that turns code into machine code."""
     settings = {name: str(value) for name, value in vars(numba.config).items() if name.isupper()}
@@ -103,6 +114,8 @@ def _described(value: Any, place: str, seen: Seen) -> Description:
         return "record", value.__module__, value.__qualname__, value._fields, inner(value._field_defaults)
     if _known_by_name(value):
         return "name", _origin(value), value.__name__
+    if isinstance(value, types.FunctionType) and _origin(value).rpartition(".")[0] == KERNEL:
+        return "made", _function(value, seen)  # by a function of ours, from what its closure holds
     raise UnknownIngredient(
         f"{place} is of type {type(value).__name__}, whose content the cache of kernels cannot tell: compiled code may "
         f"name constants, arrays, named tuples, enums, @inlined functions and entries, and overloads of {KERNEL}"

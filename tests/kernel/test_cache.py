@@ -1,6 +1,8 @@
-"""Compiled kernels on disk: damage, places that cannot be written to, many writers, other compilers."""
+"""Compiled kernels on disk: damage, places that cannot be written to, many writers, other compilers, first starts."""
 
 import itertools
+import json
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -8,15 +10,17 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import pytest
 from numba.extending import overload
 
-from grind_env.kernel import cache, entry
+import grind_env
+from grind_env.kernel import cache, entry, inlined
 
 DAY = 24 * 3600.0
+PLATE = str(Path(grind_env.__file__).parent / "examples" / "plate_g82.nc")
 
 TOY = """
 import sys
@@ -200,6 +204,53 @@ def test_kernels_that_no_start_has_used_for_30_days_are_deleted(folder: Path) ->
     left = set(folder.iterdir())
     assert {used, foreign} < left
     assert not {unused, abandoned} & left
+
+
+def missed(functions: int) -> None:
+    """Look in vain for a kernel of that many functions."""
+
+    def after(function: Callable[[float], float]) -> Callable[[float], float]:
+        return inlined(lambda x: function(x) + 1.0)
+
+    chain = inlined(lambda x: x)
+    for _ in range(functions - 2):
+        chain = after(chain)
+    kernel: Any = entry(lambda x: chain(x))
+    assert kernel._cache.load_overload((numba.float64,), numba.core.registry.cpu_target.target_context) is None
+
+
+def test_what_takes_long_to_compile_is_said_once_a_process(
+    folder: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache.KernelCache, "announced", False)
+    missed(20)
+    assert caplog.messages == []
+    missed(50)
+    missed(100)
+    (line,) = caplog.messages
+    assert "about 5 s" in line and str(folder) in line
+
+
+def test_workers_do_not_say_that_they_compile(
+    folder: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache.KernelCache, "announced", False)
+    monkeypatch.setattr(multiprocessing, "parent_process", object)
+    missed(50)
+    assert caplog.messages == []
+
+
+def test_the_first_program_says_on_standard_error_that_it_compiles(tmp_path: Path) -> None:
+    def lines() -> list[str]:
+        command = [sys.executable, "-c", "from grind_env.cli import main; main()", "run", PLATE, "--json"]
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        assert json.loads(done.stdout)["parts"][0]["strokes"] == 29
+        return done.stderr.splitlines()
+
+    (line,) = lines()
+    assert line.startswith("compiling ") and str(tmp_path) in line
+    assert lines() == []
 
 
 def half(x: float) -> float:
