@@ -76,7 +76,9 @@ def longest_first(cycles: Table, machines: Table, order: Table) -> None:
     their own.
     """
     if machines.size <= LANES or machines.size >= MANY:
-        order[:] = machines
+        # a loop: for a copy of all numba compiles what it would say of unequal shapes
+        for k in range(machines.size):
+            order[k] = machines[k]
         return
     count = np.zeros(LONGEST_BUCKET + 1, np.int64)
     bucket = np.empty(machines.size, np.int64)
