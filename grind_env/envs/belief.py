@@ -140,7 +140,7 @@ class WheelBelief:
         self.updates[new] = 0
         self.ground[new] = 0.0
         self.wheels[new] = self.first
-        self.parts[new] = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
+        self.parts[new] = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
         self.hidden[new] = self.draws[0]
         signals = Signals(
             seen["mean_power"],

@@ -71,7 +71,7 @@ def prepare(
     for m in range(hidden.shape[0]):
         wheels[m, WEAR] = 0.0
         if kind.starts_part > 0.0:
-            write_part(parts, m, PartState(0.0, 0.0, INITIAL_ROUGHNESS))
+            write_part(parts, m, PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
         cycle = cycle_of(kind, row, read_part(parts, m), seen.speed, seen.executions, shop, seen.pre_dress)
         write_cycle(cycles, m, cycle)
         parameters[m] = base

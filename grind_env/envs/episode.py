@@ -155,7 +155,17 @@ def begin_episodes(
         write_wheel(
             wheels,
             i,
-            WheelState(wheel.ds, A, wheel.lam, opening.volume, wheel.Rd, wheel.Cd, wheel.alw, wheel.W, wheel.wd),
+            WheelState(
+                ds=wheel.ds,
+                A=A,
+                lam=wheel.lam,
+                V=opening.volume,
+                Rd=wheel.Rd,
+                Cd=wheel.Cd,
+                alw=wheel.alw,
+                W=wheel.W,
+                wd=wheel.wd,
+            ),
         )
 
 

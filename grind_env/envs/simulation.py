@@ -68,7 +68,7 @@ class Simulation:
         self._materials = len(materials())
         self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
-        self._first_part = np.array(PartState(0.0, 0.0, INITIAL_ROUGHNESS))
+        self._first_part = np.array(PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
         nothing = Memory(*[0.0] * len(Memory._fields))
         self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=task.start.volume, survival=1.0))
 

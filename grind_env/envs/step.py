@@ -96,23 +96,23 @@ def cycle_of(
     seconds = motion_time(kind.stroke, speed, shop.acceleration) + shop.dwell
     target = surface + row.stock
     return Cycle(
-        speed,
-        seconds,
-        seconds,
-        min(surface + kind.pick, target),
-        target,
-        kind.pick,
-        kind.pick,
-        kind.sparkout + 1.0,
-        1.0,
-        D,
-        pre_dress,
-        kind.width,
-        kind.length,
-        shop.dress_passes,
-        shop.dress_feed,
-        shop.dress_depth,
-        shop.dress_seconds,
+        speed=speed,
+        first_seconds=seconds,
+        stroke_seconds=seconds,
+        start=min(surface + kind.pick, target),
+        target=target,
+        primary_pick=kind.pick,
+        secondary_pick=kind.pick,
+        sparkout=kind.sparkout + 1.0,
+        coverage=1.0,
+        executions=D,
+        pre_dress=pre_dress,
+        width=kind.width,
+        length=kind.length,
+        dress_passes=shop.dress_passes,
+        dress_feed=shop.dress_feed,
+        dress_depth=shop.dress_depth,
+        dress_seconds=shop.dress_seconds,
     )
 
 
@@ -149,7 +149,7 @@ def prepare(
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         wheels[i, WEAR] = 0.0
         if kind.starts_part > 0.0:
-            write_part(parts, i, PartState(0.0, 0.0, INITIAL_ROUGHNESS))
+            write_part(parts, i, PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
 
 
 @entry

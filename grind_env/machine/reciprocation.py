@@ -103,7 +103,7 @@ def segment(feeding: Feeding, number: float) -> Segment:
     strokes = at_depth + 1.0 + feeding.sparkout if last else math.floor((seconds + INSTANT) / stroke) + 1.0
     wait = (strokes - 0.5) * stroke - seconds if last else strokes * stroke - seconds
     dwell = (math.floor(1000.0 * wait) + (0.0 if last else 2.0)) / 1000.0
-    return Segment(start, end, seconds, strokes, dwell)
+    return Segment(start=start, end=end, seconds=seconds, strokes=strokes, dwell=dwell)
 
 
 @inlined
@@ -168,7 +168,7 @@ def feed_blocks(
                 Z = depth_of(feeding, block, float(k))
                 wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, feeding.speed, feeding.width, feeding.length, p)
                 deeper = Z - part.Z
-                part = PartState(Z, part.S + stroke.ae, stroke.Ra)
+                part = PartState(Z=Z, S=part.S + stroke.ae, Rs=stroke.Ra)
                 if strokes < log.shape[1]:
                     write_stroke(log[i], strokes, stroke)
                 strokes += 1
@@ -193,18 +193,18 @@ def feed_blocks(
         write_wheel(wheels, i, wheel)
         write_part(parts, i, part)
         result = CycleResult(
-            seconds,
-            float(strokes),
-            dresses,
-            first_power,
-            first_count,
-            np.sum(ring),
-            last_count,
-            peak,
-            plunge_rise,
-            finish_rise,
-            burn_ratio,
-            worn,
-            dressed_off,
+            seconds=seconds,
+            strokes=float(strokes),
+            dresses=dresses,
+            first_power=first_power,
+            first_count=first_count,
+            last_power=np.sum(ring),
+            last_count=last_count,
+            peak_power=peak,
+            plunge_rise=plunge_rise,
+            finish_rise=finish_rise,
+            burn_ratio=burn_ratio,
+            worn=worn,
+            dressed_off=dressed_off,
         )
         write_result(results, i, result)

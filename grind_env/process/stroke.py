@@ -72,18 +72,36 @@ def grind_stroke(
     Ra = eq.surface_roughness(Rs, Rg, ae)
 
     after = WheelState(
-        eq.worn_diameter(wheel.ds, dw),
-        eq.worn_flat_area(wheel.A, growth, renewal, p.Af, p.Amax),
-        wheel.lam + p.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
-        wheel.V + dV,
-        wheel.Rd,
-        wheel.Cd,
-        alw,
-        wheel.W + dw,
-        wheel.wd,
+        ds=eq.worn_diameter(wheel.ds, dw),
+        A=eq.worn_flat_area(wheel.A, growth, renewal, p.Af, p.Amax),
+        lam=wheel.lam + p.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
+        V=wheel.V + dV,
+        Rd=wheel.Rd,
+        Cd=wheel.Cd,
+        alw=alw,
+        W=wheel.W + dw,
+        wd=wheel.wd,
     )
     worn = math.pi * wheel.ds * dw * b
-    return after, Stroke(ae, Q, heq, Ft, Fn, b * P_width, u_s, lc, fg, T, eps, Br, G, dw, worn, Rg, Ra)
+    return after, Stroke(
+        ae=ae,
+        Q=Q,
+        heq=heq,
+        Ft=Ft,
+        Fn=Fn,
+        power=b * P_width,
+        u_s=u_s,
+        lc=lc,
+        fg=fg,
+        T=T,
+        eps=eps,
+        Br=Br,
+        G=G,
+        dw=dw,
+        worn=worn,
+        Rg=Rg,
+        Ra=Ra,
+    )
 
 
 @inlined
@@ -108,15 +126,15 @@ def dress_wheel(
     Ad = eq.dressed_flat_area(Ud, p.Ad0, p.kU)
     removed = eq.dressed_volume(passes, depth, wheel.ds, p.bs)
     after = WheelState(
-        eq.worn_diameter(wheel.ds, passes * depth),
-        Ad + keep * (wheel.A - Ad),
-        keep * wheel.lam,
-        keep * wheel.V,
-        phi * eq.dressed_roughness(lead, depth, Ud, p.RaRef) + keep * wheel.Rd,
-        phi * eq.dressed_density(Ud, p.Cref) + keep * wheel.Cd,
-        p.alw0 + keep * (wheel.alw - p.alw0),
-        0.0,
-        wheel.wd + p.kd * removed,
+        ds=eq.worn_diameter(wheel.ds, passes * depth),
+        A=Ad + keep * (wheel.A - Ad),
+        lam=keep * wheel.lam,
+        V=keep * wheel.V,
+        Rd=phi * eq.dressed_roughness(lead, depth, Ud, p.RaRef) + keep * wheel.Rd,
+        Cd=phi * eq.dressed_density(Ud, p.Cref) + keep * wheel.Cd,
+        alw=p.alw0 + keep * (wheel.alw - p.alw0),
+        W=0.0,
+        wd=wheel.wd + p.kd * removed,
     )
     return after, removed
 
@@ -126,13 +144,13 @@ def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokePara
     """A wheel of diameter `ds`, fully dressed with a diamond of wear flat `wd` (lead and depth in mm)."""
     Ud = eq.overlap_ratio(eq.dress_width(depth, p.rd, wd), lead)
     return WheelState(
-        ds,
-        eq.dressed_flat_area(Ud, p.Ad0, p.kU),
-        0.0,
-        0.0,
-        eq.dressed_roughness(lead, depth, Ud, p.RaRef),
-        eq.dressed_density(Ud, p.Cref),
-        p.alw0,
-        0.0,
-        wd,
+        ds=ds,
+        A=eq.dressed_flat_area(Ud, p.Ad0, p.kU),
+        lam=0.0,
+        V=0.0,
+        Rd=eq.dressed_roughness(lead, depth, Ud, p.RaRef),
+        Cd=eq.dressed_density(Ud, p.Cref),
+        alw=p.alw0,
+        W=0.0,
+        wd=wd,
     )

@@ -133,7 +133,7 @@ class CrossSimulation(Simulation):
             cycles[i, TARGET] = stock
             parameters[i] = program.run.part.p
             cross.wheels[i] = np.array(program.run.wheel)
-            cross.parts[i] = PartState(stock, stock - 0.001 * float(part["worst_error"]), float(part["Ra"]))
+            cross.parts[i] = PartState(Z=stock, S=stock - 0.001 * float(part["worst_error"]), Rs=float(part["Ra"]))
             cross.taper[i] = float(part["taper"]) + cross.taper_noise[i, cross.block[i]]
         tables = Tables(self._judged, self.base, self.shop, len(materials()))
         choices = Choices(speeds, executions, pre)
