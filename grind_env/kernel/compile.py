@@ -14,7 +14,7 @@ import functools
 from collections.abc import Callable
 from inspect import isfunction
 from types import FunctionType
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding as llvm
 import numba
@@ -30,18 +30,23 @@ INLINED = {"error_model": "numpy", "forceinline": True}
 class KernelCompiler(Compiler):  # type: ignore[misc]
     """numba's compiler, with instructions scheduled for parallelism.
 
-    LLVM's own order keeps registers free; that of a stroke, a long chain of divisions and exponentials, is a fifth
-    faster where independent operations stand side by side. The results have the same bits. The option is one of the
-    process, and set for the time of a compilation only, under numba's lock.
+    LLVM's own order keeps registers free; a stroke, a long chain of divisions and exponentials, is faster where
+    independent operations stand side by side. The results have the same bits. The option is one of the process, and
+    set for the time of a compilation only, with those that it asks for, under numba's lock.
     """
+
+    under_way: ClassVar[int] = 0
 
     def compile_extra(self, function: Any) -> Any:
         """Compile a function."""
         llvm.set_option("", "--pre-RA-sched=list-ilp")
+        KernelCompiler.under_way += 1
         try:
             return super().compile_extra(function)
         finally:
-            llvm.set_option("", "--pre-RA-sched=default")
+            KernelCompiler.under_way -= 1
+            if KernelCompiler.under_way == 0:
+                llvm.set_option("", "--pre-RA-sched=default")
 
 
 def inlined(function: Function) -> Function:
