@@ -34,8 +34,9 @@ format: setup
 benchmark: setup
 	$(BIN)/python -m agents benchmark
 
+# `make speed BASE=<commit>` measures beside an older commit.
 speed: setup
-	$(BIN)/python -m tests.speed
+	$(BIN)/python -m $(if $(BASE),tests.speed_base $(BASE),tests.speed)
 
 notebooks: setup
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks notebooks/*.ipynb

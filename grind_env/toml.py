@@ -18,8 +18,9 @@ __all__ = ["TomlError", "read_toml", "tomllib"]
 MOST_BYTES = 1_000_000
 MOST_DOTS = 500
 """Points in a key; of one of thousands of names the reader would keep the beginnings of every length."""
-KEY = re.compile(rb"[^=#\"']*")
-"""The beginning of a line that may be a key."""
+TEXT = re.compile(rb"\"[^\"]*\"|'[^']*'|#.*")
+"""Strings and remarks in a line, whose points are none of a key."""
+BETWEEN_KEYS = re.compile(rb"[^\w\s.-]")
 
 
 class TomlError(GrindError):
@@ -35,7 +36,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     data = read_bytes(path, MOST_BYTES)
     for number, line in enumerate(data.splitlines(), 1):
-        if KEY.match(line)[0].count(b".") > MOST_DOTS:  # type: ignore[index]
+        if any(key.count(b".") > MOST_DOTS for key in BETWEEN_KEYS.split(TEXT.sub(b"text", line))):
             raise TomlError(f"the key in line {number} has more than {MOST_DOTS} points; two or three are enough")
     try:
         return tomllib.loads(data.decode("utf-8-sig"))

@@ -76,6 +76,8 @@ DEEP = {
     "arrays": "x = " + "[" * 100_000,
     "inline tables": "x = " + "{a=" * 100_000,
     "a dotted key": "a" + ".a" * 100_000 + " = 1",
+    "a dotted key in a table": "x = {a" + ".a" * 100_000 + " = 1}",
+    "quoted names": "'a'" + ".'a'" * 100_000 + " = 1",
     "a dotted heading": "[a" + ".a" * 100_000 + "]",
 }
 
@@ -159,5 +161,6 @@ def test_texts_are_utf_8(tmp_path: Path) -> None:
 
 def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None:
     path = tmp_path / "part.toml"
-    path.write_text(f'name = "{"." * 600}"  # {"." * 600}\n# {"." * 600}\n', encoding="utf-8")
-    assert read_toml(path) == {"name": "." * 600}
+    numbers = [1.5] * 600
+    path.write_text(f'name = "{"." * 600}"  # {"." * 600}\n# {"." * 600}\nnumbers = {numbers}\n', encoding="utf-8")
+    assert read_toml(path) == {"name": "." * 600, "numbers": numbers}
