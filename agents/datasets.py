@@ -89,24 +89,26 @@ def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = Fals
     """
     name, folder = dataset_id(task, policy), datasets_folder().absolute()
     path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
-        if path.exists() and not fresh:
-            if not holds(path, seeds, recorded(policy, task, seeds)):
-                raise GrindError(f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place")
-            return path
-        size = len(seeds) * (EPISODE_BYTES + task.blocks * (STEP_BYTES + 4 * len(readings(task, full=False))))
-        try:
+    size = len(seeds) * (EPISODE_BYTES + task.blocks * (STEP_BYTES + 4 * len(readings(task, full=False))))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
+            if path.exists() and not fresh:
+                if not holds(path, seeds, recorded(policy, task, seeds)):
+                    raise GrindError(
+                        f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place"
+                    )
+                return path
             with reserved(unfinished / "room", size):
                 data = recorded(policy, task, seeds)
             content = Content(name, task.name, task.title, policy.name, policy.sees, seeds, data)
             write_apart(content, unfinished, lock)
             _put_in_place(unfinished, folder, path)
-        except OSError as error:
-            raise FileError(
-                f"the dataset cannot be written to {folder} ({error.strerror or error}): it needs about"
-                f" {size / 1e6:.1f} MB; make room and run the same command again"
-            ) from None
+    except OSError as error:
+        raise FileError(
+            f"the dataset cannot be written to {folder} ({error.strerror or error}): it needs about"
+            f" {size / 1e6:.1f} MB; make room, or name another folder in {PLACE}, and run the same command again"
+        ) from None
     return path
 
 

@@ -109,7 +109,7 @@ def tune_learner(
         # weights that are no numbers show as any of these
         except (ArithmeticError, ValueError, RuntimeError) as error:
             cost = math.inf
-            trial.set_user_attr(FAILURE, f"{type(error).__name__}: {error}".partition("\n")[0])
+            trial.set_user_attr(FAILURE, f"{type(error).__name__}: {reason(error)}")
             study.tell(trial, state=TrialState.FAIL)
         else:
             study.tell(trial, cost)

@@ -13,6 +13,7 @@ from optuna.trial import TrialState, create_trial
 from sqlalchemy.exc import SQLAlchemyError
 
 from agents.tuned import ConfigError
+from grind_env.errors import reason
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 
@@ -55,8 +56,7 @@ def open_study(
             optuna.delete_study(study_name=name, storage=storage)
         return optuna.create_study(storage=storage, study_name=name, sampler=sampler, load_if_exists=True)
     except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
-        reason = str(error).splitlines()[0]
-        raise ConfigError(f"the storage {url} cannot be opened ({reason}): give the URL of a database") from None
+        raise ConfigError(f"the storage {url} cannot be opened ({reason(error)}): give the URL of a database") from None
 
 
 def _make_tables(engine: sqlalchemy.Engine) -> None:

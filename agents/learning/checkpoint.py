@@ -22,7 +22,7 @@ import agents.learning
 import agents.scripted
 import grind_env
 from agents.learning.curve import Point
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, reason
 
 
 class CheckpointError(GrindError):
@@ -75,8 +75,9 @@ def write_checkpoint(path: Path, training: Training) -> None:
         torch.save((training, generators), partial)
     except (OSError, RuntimeError) as error:
         # PyTorch says so of a file that it cannot open, and of a full disk
-        reason = str(error).partition("\n")[0]
-        raise CheckpointError(f"{path} cannot be written ({reason}): name another folder or make room") from error
+        raise CheckpointError(
+            f"{path} cannot be written ({reason(error)}): name another folder or make room"
+        ) from error
     finally:
         training.model.set_logger(logger)
     partial.replace(path)

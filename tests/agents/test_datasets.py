@@ -17,7 +17,7 @@ import typer
 
 from agents import datasets
 from agents.commands import dataset as command
-from agents.dataset_writer import Content, Recorded, write, write_apart
+from agents.dataset_writer import PLACE, Content, Recorded, write, write_apart
 from agents.datasets import alone, holds, make_dataset, recorded
 from agents.evaluate import episode_seeds, evaluate
 from agents.registry import make_policy
@@ -101,6 +101,13 @@ def test_a_dataset_is_replaced_on_request_only(folder: Path):
     assert [each.name for each in folder.iterdir()] == ["grind"]
 
 
+def test_a_folder_that_cannot_be_is_told_in_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv(PLACE, str(tmp_path / "file" / "datasets"))
+    with pytest.raises(FileError, match=r"datasets \(Not a directory\): it needs about .* another folder in MINARI"):
+        make_dataset(make_policy("handbook", TASK), TASK, SEEDS)
+
+
 def test_a_dataset_that_is_there_already_stays_as_it_is(folder: Path):
     policy = make_policy("adaptive_rule", TASK)
     before = files(make_dataset(policy, TASK, SEEDS))
@@ -159,7 +166,7 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path
         ) as caught,
     ):
         make_dataset(policy, TASK, many, fresh=True)
-    assert str(caught.value).endswith("make room and run the same command again")
+    assert str(caught.value).endswith("run the same command again")
     assert "\n" not in str(caught.value)
     assert bool(asked) == (seen == "while it is written")
     assert files(folder) == before
