@@ -27,13 +27,18 @@ COMMANDS = {
 }
 
 
+def without_notice(said: str) -> str:
+    """What was said but that kernels are compiled, as the first command on a machine says."""
+    return "".join(line for line in said.splitlines(keepends=True) if not line.startswith("compiling "))
+
+
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         ended = subprocess.run(words, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     name = "agents" if words[1] == "-m" else "grind"
     told = f"{name}: the output cannot be written (No space left on device)\n"
-    assert (ended.returncode, ended.stderr) == (2, told)
+    assert (ended.returncode, without_notice(ended.stderr)) == (2, told)
 
 
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
@@ -41,7 +46,7 @@ def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
     started = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert started.stdout is not None and started.stderr is not None
     started.stdout.close()
-    assert started.stderr.read() == b""
+    assert without_notice(started.stderr.read().decode()) == ""
     assert started.wait() == 128 + signal.SIGPIPE
     started.stderr.close()
 
