@@ -101,8 +101,10 @@ def load_policy(path: Path, *, task: Task | None = None, trust: bool = False, na
         raise PolicyFileError(f"there is no trained agent at {path}: run `python -m agents train` first")
     if path.stat().st_size > MOST_BYTES:
         raise PolicyFileError(f"{path} has more than {MOST_BYTES / 1e6:g} MB: it {NO_AGENT}")
+    with path.open("rb") as opened:
+        begins = opened.read(2)
     # a safetensors file may end like a zip file, but does not begin like one
-    if path.read_bytes()[:2] == b"PK" and zipfile.is_zipfile(path):
+    if begins == b"PK" and zipfile.is_zipfile(path):
         if not trust:
             raise PolicyFileError(
                 f"{path} is a .zip, and loading a model of Stable-Baselines3 can run code of its author:"
