@@ -4,18 +4,19 @@ from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_ro
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
 from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
-from grind_env.machine.cycle import CycleResult, PartState
+from grind_env.machine.cycle import PartState
+from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, Rates, expenses, survival
 
 
 @inlined
-def counted_rise(kind: KindRow, result: CycleResult) -> float:
+def counted_rise(kind: KindRow, result: Tally) -> float:
     """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
     return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
 
 
 @inlined
-def good_so_far(kind: KindRow, part: PartState, result: CycleResult, size_error: float, old: Memory) -> float:
+def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float, old: Memory) -> float:
     """Probability that the part is still good after a block; `size_error` in um."""
     limits = Limits(kind.rise, kind.power, kind.roughness, kind.size)
     before = 1.0 if kind.starts_part > 0.0 else old.survival
@@ -28,7 +29,7 @@ def outcome_of(
     row: TapeRow,
     shop: Shop,
     part: PartState,
-    result: CycleResult,
+    result: Tally,
     old: Memory,
     size_error: float,
     good: float,
@@ -83,7 +84,7 @@ def outcome_of(
 def remembered(
     kind: KindRow,
     row: TapeRow,
-    result: CycleResult,
+    result: Tally,
     old: Memory,
     outcome: Outcome,
     good: float,
@@ -97,11 +98,11 @@ def remembered(
     The other arguments are those of `outcome_of`, and what came of it.
     """
     ends = kind.ends_part > 0.0
-    mean = result.last_power / result.last_count if result.last_count > 0.0 else 0.0
-    first = result.first_power / result.first_count if result.first_count > 0.0 else 0.0
     # of a new wheel nothing is known yet
-    mean_power = measured_power(mean, row.mean_noise) if result.last_count > 0.0 and change == 0.0 else 0.0
-    first_power = measured_power(first, row.first_noise) if result.first_count > 0.0 else 0.0
+    mean_power = 0.0
+    if result.last_count > 0.0 and change == 0.0:
+        mean_power = measured_power(mean_last_power(result), row.mean_noise)
+    first_power = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
     known = ends and old.gauged >= 0.0
     roughness = old.gauged if known else old.roughness

@@ -20,7 +20,8 @@ from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, sh
 from grind_env.envs.step import EpisodeArrays, step_blocks
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
-from grind_env.machine.cycle import CycleResult, PartState
+from grind_env.machine.cycle import PartState
+from grind_env.machine.tally import Tally
 from grind_env.process.catalogue import materials
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
@@ -119,12 +120,12 @@ class Simulation:
 
         Returns:
             Outcomes, shape (N, fields of `Outcome`), and results of the cycles, shape (N, fields of
-            `CycleResult`); rows of the others are 0.
+            `Tally`); rows of the others are 0.
         """
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
         outcomes = np.zeros((n, len(Outcome._fields)))
-        results = np.zeros((n, len(CycleResult._fields)))
+        results = np.zeros((n, len(Tally._fields)))
         self._grind(
             self.kinds,
             self.base,

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.rows import (
     KindRow,
     Memory,
@@ -17,13 +18,12 @@ from grind_env.envs.rows import (
 from grind_env.envs.settling import good_so_far, outcome_of, remembered
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, inlined
-from grind_env.machine.batch import longest_first
+from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
 from grind_env.machine.cycle import Cycle, PartState, dress_lead
-from grind_env.machine.lanes import run_blocks
 from grind_env.machine.rows import (
     read_parameters,
     read_part,
-    read_result,
+    read_tally,
     read_wheel,
     write_cycle,
     write_part,
@@ -42,6 +42,7 @@ SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CHANGES = Memory._fields.index("wheel_changes")
 CYCLE_FIELDS = len(Cycle._fields)
+grind_plunges = PLUNGES.lanes
 
 
 class Tables(NamedTuple):
@@ -103,16 +104,21 @@ def cycle_of(
         target=target,
         primary_pick=kind.pick,
         secondary_pick=kind.pick,
-        sparkout=kind.sparkout + 1.0,
-        coverage=1.0,
+        at_depth=kind.sparkout + 2.0,
         executions=D,
         pre_dress=pre_dress,
+        full_plunge=kind.pick - DEPTH_TOLERANCE,
+        finish=target,
         width=kind.width,
         length=kind.length,
         dress_passes=shop.dress_passes,
         dress_feed=shop.dress_feed,
         dress_depth=shop.dress_depth,
         dress_seconds=shop.dress_seconds,
+        cross_start=0.0,
+        cross_end=0.0,
+        primary_cross_pick=0.0,
+        secondary_cross_pick=0.0,
     )
 
 
@@ -172,7 +178,7 @@ def settle(
         active: indices of the episodes to step.
         cycles: of the blocks.
         parameters: of the blocks.
-        results: shape (N, fields of `CycleResult`).
+        results: shape (N, fields of `Tally`).
         outcomes: shape (N, fields of `Outcome`); written in the rows of `active`.
     """
     kinds, _, shop, materials = tables
@@ -183,7 +189,7 @@ def settle(
         row = read_row(tape[i], block[i])
         kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
         wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
-        result, old = read_result(results, i), read_memory(memory, i)
+        result, old = read_tally(results, i), read_memory(memory, i)
         lead = dress_lead(wheel, shop.dress_feed, p)
         change = 1.0 if wheel.ds < shop.least_diameter else 0.0
         if change > 0.0:
@@ -238,7 +244,7 @@ def step_blocks(
         pre_dresses: 1 for a dress before the first plunge.
         materials: number of materials in the two tables.
         active: indices of the episodes to step, int64.
-        results: shape (N, fields of `CycleResult`); written in the rows of `active`.
+        results: shape (N, fields of `Tally`); written in the rows of `active`.
         outcomes: shape (N, fields of `Outcome`); written likewise.
     """
     tables = Tables(kinds, base, read_shop(shops, 0), materials)
@@ -249,5 +255,5 @@ def step_blocks(
     prepare(tables, episodes, choices, active, cycles, parameters)
     order = np.empty(active.size, np.int64)
     longest_first(cycles, active, order)
-    run_blocks(cycles, parameters, wheels, parts, results, order, 0, 1)
+    grind_plunges(cycles, parameters, wheels, parts, results, NO_MOTIONS, order, 0, 1)
     settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)

@@ -9,20 +9,15 @@ import numpy as np
 
 from grind_env.kernel import entry
 from grind_env.kernel.rows import dtype_of
-from grind_env.machine.cycle import Cycle, CycleResult, PartState, advance, begin, dress, finished
-from grind_env.machine.lanes import LANES, run_blocks
-from grind_env.machine.rows import (
-    Table,
-    read_cycle,
-    read_parameters,
-    read_part,
-    read_wheel,
-    write_part,
-    write_result,
-    write_stroke,
-    write_wheel,
-)
+from grind_env.machine.courses import PLUNGE, TRAVERSE
+from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.feeding import FEED
+from grind_env.machine.loops import LANES, loops_of
+from grind_env.machine.rows import Table, read_cycle
+from grind_env.machine.tally import Tally
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
+
+PLUNGES, TRAVERSES, FEEDS = loops_of(PLUNGE), loops_of(TRAVERSE), loops_of(FEED)
 
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""
@@ -34,38 +29,11 @@ CYCLE = dtype_of(Cycle)
 PARAMETERS = dtype_of(StrokeParameters)
 WHEEL = dtype_of(WheelState)
 PART = dtype_of(PartState)
-RESULT = dtype_of(CycleResult)
+TALLY = dtype_of(Tally)
 STROKE = dtype_of(Stroke)
 
-
-@entry
-def run_scalar(cycles: Table, parameters: Table, wheels: Table, parts: Table, results: Table, log: Table) -> None:
-    """One machine after the other, with a log: what the block kernel must reproduce bit by bit.
-
-    Args:
-        cycles: as for `lanes.run_blocks`, like the next four.
-        parameters: of each machine.
-        wheels: updated in place.
-        parts: updated in place.
-        results: written.
-        log: shape (N, strokes, fields of `Stroke`), written; strokes beyond its length are not logged.
-    """
-    for i in range(len(cycles)):
-        cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
-        wheel, part = read_wheel(wheels, i), read_part(parts, i)
-        progress, ahead, result = begin(cycle, part)
-        for _ in range(int(progress.dresses)):
-            wheel, result = dress(cycle, wheel, result, p)
-        while not finished(cycle, progress):
-            progress, ahead, wheel, part, result, stroke = advance(cycle, progress, ahead, wheel, part, result, p)
-            number = int(progress.reversal) - 1
-            if number < log.shape[1]:
-                write_stroke(log[i], number, stroke)
-            for _ in range(int(progress.dresses)):
-                wheel, result = dress(cycle, wheel, result, p)
-        write_wheel(wheels, i, wheel)
-        write_part(parts, i, part)
-        write_result(results, i, result)
+NO_MOTIONS = np.empty((0, 0))
+"""Of cycles whose strokes lie where their picks have led."""
 
 
 @entry
@@ -85,7 +53,7 @@ def longest_first(cycles: Table, machines: Table, order: Table) -> None:
     for k in range(machines.size):
         cycle = read_cycle(cycles, machines[k])
         picks = 2.0 * (cycle.target - cycle.start) / (cycle.primary_pick + cycle.secondary_pick)
-        strokes = min(picks + cycle.sparkout, float(LONGEST_BUCKET - 1))
+        strokes = min(picks + cycle.at_depth - 1.0, float(LONGEST_BUCKET - 1))
         bucket[k] = LONGEST_BUCKET - 1 - int(strokes)
         count[bucket[k] + 1] += 1
     for k in range(LONGEST_BUCKET):
@@ -106,22 +74,22 @@ def grind_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, 
         threads: threads to use; the result does not depend on it.
 
     Returns:
-        Results, shape (N,), dtype `RESULT`.
+        Tallies, shape (N,), dtype `TALLY`.
 
     Raises:
         ValueError: if the arrays do not have one record a machine, or a cycle would not end.
     """
     _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
-    results, order = np.zeros(len(cycles), RESULT), np.empty(len(cycles), np.int64)
+    tallies, order = np.zeros(len(cycles), TALLY), np.empty(len(cycles), np.int64)
     longest_first(as_table(cycles), np.arange(len(cycles)), order)
-    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(results)
+    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
     if threads == 1:
-        run_blocks(*tables, order, 0, 1)
+        PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
     else:
         # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
         with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda first: run_blocks(*tables, order, first, threads), range(threads)))
-    return results
+            list(pool.map(lambda first: PLUNGES.lanes(*tables, NO_MOTIONS, order, first, threads), range(threads)))
+    return tallies
 
 
 def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:
@@ -135,16 +103,16 @@ def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, st
         strokes: how many to log.
 
     Returns:
-        Results, shape (N,), dtype `RESULT`, and the log, shape (N, strokes), dtype `STROKE`.
+        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `STROKE`.
 
     Raises:
         ValueError: as for `grind_cycles`.
     """
     _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
-    results, log = np.zeros(len(cycles), RESULT), np.zeros((len(cycles), strokes), STROKE)
-    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(results)
-    run_scalar(*tables, log.view(np.float64).reshape(*log.shape, len(Stroke._fields)))
-    return results, log
+    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), STROKE)
+    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
+    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(Stroke._fields)))
+    return tallies, log
 
 
 def _check(cycles: Table, **tables: Table) -> None:
@@ -153,7 +121,7 @@ def _check(cycles: Table, **tables: Table) -> None:
             raise ValueError(
                 f"{name} has shape {table.shape}, but there are {len(cycles)} cycles: give one record a machine"
             )
-    idle = np.flatnonzero((cycles["start"] >= cycles["target"]) & (cycles["coverage"] + cycles["sparkout"] <= 0.0))
+    idle = np.flatnonzero((cycles["start"] >= cycles["target"]) & (cycles["at_depth"] <= 0.0))
     if idle.size > 0:
         raise ValueError(f"cycle {idle[0]} makes no stroke: give it a depth, a coverage or a spark-out stroke")
     picks = np.maximum(cycles["primary_pick"], cycles["secondary_pick"])

@@ -1,32 +1,18 @@
-"""One G82 cycle, stroke by stroke: the rules of the control and the process model joined.
-
-`advance` runs one stroke and the reversal that ends it, `dress` one dress execution. The scalar loop of `batch.py`
-and the block kernel of `lanes.py` are made of these two; `run.py` applies the same rules and the same physics to one
-event of the interpreter at a time.
-"""
+"""A cycle block as the compiled loops see it, and its strokes and dresses: control and process model joined."""
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
-from grind_env.control.rules import DEPTH_TOLERANCE, PICK_TOLERANCE
+from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.rules import after_reversal, begin_plunge, plunge_finished
+from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
 
-FINISHING_DEPTH = 0.05
-"""mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
-
-POWER_WINDOW = 6.0
-"""Full plunges over which power is averaged at the start and at the end of a cycle."""
-
 
 class Cycle(NamedTuple):
-    """A G82 cycle block as the kernel sees it. Depths are mm from the touched-off surface, into the part."""
+    """A cycle block. Depths are mm from the touched-off surface, into the part."""
 
     speed: float
     """Table speed E/60, mm/s."""
@@ -42,16 +28,18 @@ class Cycle(NamedTuple):
     """J, mm."""
     secondary_pick: float
     """Q, mm."""
-    sparkout: float
-    """L, strokes."""
-    coverage: float
-    """1 if a coverage stroke precedes the spark-out strokes (PD-13), else 0."""
+    at_depth: float
+    """Strokes, in a G83 traverses, at full depth: that of coverage (PD-13) and L."""
     executions: float
     """D."""
     pre_dress: float
-    """1 for G82.1, else 0."""
+    """1 for the .1 forms, else 0."""
+    full_plunge: float
+    """By how much a stroke goes deeper at least that counts as a full plunge when power is averaged, mm."""
+    finish: float
+    """Depth of the finished surface, mm: `target` unless a later block goes deeper."""
     width: float
-    """Engaged width b, mm."""
+    """Width of the part, mm; of one narrower than the wheel the engaged width b."""
     length: float
     """Ground length Lw, mm."""
     dress_passes: float
@@ -62,139 +50,57 @@ class Cycle(NamedTuple):
     """Depth of each pass, mm."""
     dress_seconds: float
     """Time of one execution with set-up, approach and retrace, s."""
+    cross_start: float
+    """Cross coordinate of the wheel's edge where the crossover of a G83 begins, mm; 0 in the other cycles."""
+    cross_end: float
+    """Where it ends, mm."""
+    primary_cross_pick: float
+    """K of a G83, mm."""
+    secondary_cross_pick: float
+    """R of a G83, mm."""
 
 
 class PartState(NamedTuple):
     """The surface under the wheel."""
 
     Z: float
-    """Depth at which the wheel made its last stroke, mm."""
+    """Depth of the deepest stroke, mm."""
     S: float
     """Stock removed, mm."""
     Rs: float
     """Roughness Ra, um."""
 
 
-class Ahead(NamedTuple):
-    """What is known of the rest of a cycle."""
-
-    full_plunges: float
-    """Full plunges still to come."""
-
-
-class CycleResult(NamedTuple):
-    """What a cycle leaves behind, besides the states of wheel and part."""
-
-    seconds: float
-    """Time of strokes and dresses, s."""
-    strokes: float
-    dresses: float
-    first_power: float
-    """Sum of the power of the first full plunges (up to six), W."""
-    first_count: float
-    """How many plunges that sum holds."""
-    last_power: float
-    """Sum of the power of the last full plunges (up to six) since the last dress, W."""
-    last_count: float
-    """How many plunges that sum holds."""
-    peak_power: float
-    """Highest power of a stroke, W above idle."""
-    plunge_rise: float
-    """Highest temperature rise of a plunge stroke, K."""
-    finish_rise: float
-    """Highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K."""
-    burn_ratio: float
-    """Highest burn ratio of a plunge stroke; a spark-out cuts too little for the threshold to mean anything."""
-    worn: float
-    """Wheel volume worn, mm3."""
-    dressed_off: float
-    """Wheel volume dressed off, mm3."""
-
-
-@inlined
-def plunge_of(cycle: Cycle) -> PlungeCycle:
-    """The cycle as the rules of the control have it."""
-    return PlungeCycle(
-        depth=cycle.target - cycle.start,
-        primary_pick=cycle.primary_pick,
-        secondary_pick=cycle.secondary_pick,
-        at_depth=cycle.coverage + cycle.sparkout,
-        executions=cycle.executions,
-        pre_dress=cycle.pre_dress,
-    )
-
-
-@inlined
-def begin(cycle: Cycle, part: PartState) -> tuple[PlungeProgress, Ahead, CycleResult]:
-    """State of control and result at the start of a cycle."""
-    full = max(np.floor((cycle.target - part.Z) / full_pick(cycle) + PICK_TOLERANCE), 0.0)
-    result = CycleResult(
-        seconds=0.0,
-        strokes=0.0,
-        dresses=0.0,
-        first_power=0.0,
-        first_count=0.0,
-        last_power=0.0,
-        last_count=0.0,
-        peak_power=0.0,
-        plunge_rise=0.0,
-        finish_rise=0.0,
-        burn_ratio=0.0,
-        worn=0.0,
-        dressed_off=0.0,
-    )
-    return begin_plunge(plunge_of(cycle)), Ahead(full_plunges=full), result
-
-
-@inlined
-def full_pick(cycle: Cycle) -> float:
-    """The plunge that counts as a full one when power is averaged, mm."""
-    return max(cycle.primary_pick, cycle.secondary_pick)
-
-
-@inlined
-def finished(cycle: Cycle, progress: PlungeProgress) -> bool:
-    """Whether the cycle has made its last stroke."""
-    return plunge_finished(plunge_of(cycle), progress)
-
-
 @inlined
 def advance(
     cycle: Cycle,
-    progress: PlungeProgress,
-    ahead: Ahead,
+    Z: float,
+    seconds: float,
+    b: float,
+    reached: float,
     wheel: WheelState,
     part: PartState,
-    result: CycleResult,
+    tally: Tally,
     p: StrokeParameters,
-) -> tuple[PlungeProgress, Ahead, WheelState, PartState, CycleResult, Stroke]:
-    """One stroke, and the pick and the dresses that fall due at the reversal which ends it."""
-    Z = cycle.start + progress.depth
-    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, cycle.width, cycle.length, p)
+) -> tuple[WheelState, PartState, Tally, Stroke]:
+    """One stroke.
 
-    plunge = Z > part.Z
-    full = full_pick(cycle) - DEPTH_TOLERANCE <= Z - part.Z
-    among_first = full & (result.first_count < POWER_WINDOW)
-    among_last = full & (ahead.full_plunges <= POWER_WINDOW)
-    finishing = plunge & (cycle.target - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE)
-    result = CycleResult(
-        seconds=result.seconds + (cycle.stroke_seconds if progress.reversal > 0.0 else cycle.first_seconds),
-        strokes=result.strokes + 1.0,
-        dresses=result.dresses,
-        first_power=result.first_power + (stroke.power if among_first else 0.0),
-        first_count=result.first_count + (1.0 if among_first else 0.0),
-        last_power=result.last_power + (stroke.power if among_last else 0.0),
-        last_count=result.last_count + (1.0 if among_last else 0.0),
-        peak_power=max(result.peak_power, stroke.power),
-        plunge_rise=max(result.plunge_rise, stroke.T if plunge else 0.0),
-        finish_rise=max(result.finish_rise, stroke.T if finishing else 0.0),
-        burn_ratio=max(result.burn_ratio, stroke.Br if plunge else 0.0),
-        worn=result.worn + stroke.worn,
-        dressed_off=result.dressed_off,
-    )
-    progress = after_reversal(plunge_of(cycle), progress)
-    ahead = Ahead(full_plunges=ahead.full_plunges - (1.0 if full else 0.0))
-    return progress, ahead, wheel, PartState(Z=Z, S=part.S + stroke.ae, Rs=stroke.Ra), result, stroke
+    Args:
+        cycle: of the stroke.
+        Z: its depth, mm.
+        seconds: its time.
+        b: engaged width, mm.
+        reached: depth to which the surface under the wheel has been ground at least, mm.
+        wheel: before it.
+        part: the surface in the cut before it.
+        tally: before it.
+        p: parameters.
+    """
+    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
+    full = cycle.full_plunge <= Z - part.Z
+    finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
+    tally = count_stroke(tally, stroke, seconds, Z > reached, full, finishing)
+    return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 
 @inlined
@@ -204,23 +110,16 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 
 
 @inlined
-def dress(cycle: Cycle, wheel: WheelState, result: CycleResult, p: StrokeParameters) -> tuple[WheelState, CycleResult]:
-    """One dress execution within a cycle; the sums for the mean power of the last plunges start again from 0."""
+def stroke_seconds(cycle: Cycle, reversal: float) -> float:
+    """Time of the stroke after so many reversals of the cycle, s."""
+    return cycle.stroke_seconds if reversal > 0.0 else cycle.first_seconds
+
+
+@inlined
+def dress(
+    cycle: Cycle, wheel: WheelState, tally: Tally, p: StrokeParameters, waited: float
+) -> tuple[WheelState, Tally]:
+    """One dress execution within a cycle, for which the table has waited so many s."""
     lead = dress_lead(wheel, cycle.dress_feed, p)
     wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)
-    result = CycleResult(
-        seconds=result.seconds + cycle.dress_seconds,
-        strokes=result.strokes,
-        dresses=result.dresses + 1.0,
-        first_power=result.first_power,
-        first_count=result.first_count,
-        last_power=0.0,
-        last_count=0.0,
-        peak_power=result.peak_power,
-        plunge_rise=result.plunge_rise,
-        finish_rise=result.finish_rise,
-        burn_ratio=result.burn_ratio,
-        worn=result.worn,
-        dressed_off=result.dressed_off + removed,
-    )
-    return wheel, result
+    return wheel, count_dress(tally, cycle.dress_seconds + waited, removed)

@@ -25,8 +25,8 @@ class Progress(Protocol):
         """Way across since the last end of the crossover, mm."""
 
     @property
-    def forward(self) -> bool:
-        """Whether it leads away from where the crossover began."""
+    def forward(self) -> float:
+        """1 if it leads away from where the crossover began, else 0."""
 
     @property
     def dresses(self) -> float:

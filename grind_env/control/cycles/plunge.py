@@ -45,9 +45,9 @@ class PlungeProgress(NamedTuple):
         return 0.0
 
     @property
-    def forward(self) -> bool:
+    def forward(self) -> float:
         """Direction of the cross picks."""
-        return True
+        return 1.0
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:

@@ -43,8 +43,8 @@ class TraverseProgress(NamedTuple):
     """Depth reached."""
     crossed: float
     """Way across since the last end."""
-    forward: bool
-    """Whether it leads away from where the crossover began."""
+    forward: float
+    """1 if it leads away from where the crossover began, else 0."""
     left: float
     """Traverses to begin at full depth; -1 once the last one has ended."""
     dressed: float
@@ -75,7 +75,7 @@ def begin(cycle: TraverseCycle) -> TraverseProgress:
         plunges=0.0,
         depth=0.0,
         crossed=cycle.width,
-        forward=False,
+        forward=0.0,
         left=cycle.at_depth,
         dressed=0.0,
         dresses=cycle.pre_dress,
@@ -99,7 +99,7 @@ def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> Traverse
         plunges=plunges,
         depth=depth,
         crossed=0.0 if at_end else further,
-        forward=(not progress.forward) if at_end else progress.forward,
+        forward=1.0 - progress.forward if at_end else progress.forward,
         left=progress.left - (1.0 if at_end & (depth >= cycle.depth) else 0.0),
         dressed=due,
         dresses=due - progress.dressed,

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from grind_env.control import Control, Motion, Programs, Source, execute
 from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
-from grind_env.envs.reciprocation.step import feeding_of
+from grind_env.envs.reciprocation.infeed import Infeed, segments
+from grind_env.envs.reciprocation.step import infeed_of
 from grind_env.envs.rows import KindRow, Shop, kind_row
 from grind_env.envs.tasks import Task
-from grind_env.machine.reciprocation import Feeding, segments
 
 TASK = "reciprocation"
 """Name of its task file."""
@@ -20,12 +20,11 @@ NO_DRESS = Shop(*[0.0] * len(Shop._fields))
 """A shop without numbers. To look up those of a dress (`rows.shop_row`) would take longer than the step itself."""
 
 
-def feeding(task: Task, block: CycleBlock) -> Feeding:
-    """The block as the compiled step has it, but for the numbers of a dress, on which no word of its text depends."""
+def infeed_of_block(task: Task, block: CycleBlock) -> Infeed:
+    """The infeed of a block as the compiled step has it."""
     machine, kind = task.machine, KindRow(*map(float, kind_row(task, block.kind)))
     shop = NO_DRESS._replace(acceleration=machine.acceleration, dwell=machine.reversal_dwell)
-    requests, pre_dress = float(block.executions), float(block.pre_dress)
-    return feeding_of(kind, block.stock, block.speed, requests, shop, task.infeed / 60.0, pre_dress)
+    return infeed_of(kind, block.stock, block.speed, float(block.executions), shop, task.infeed / 60.0)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
@@ -33,7 +32,7 @@ def block_text(task: Task, block: CycleBlock) -> str:
     overrun, kind = task.setup.overrun, block.kind
     words = f"X{number(kind.length + overrun)} I{number(-overrun)} E{number(block.speed)} P{DRESS_PROGRAM}"
     lines = [f"{'G81.1' if block.pre_dress else 'G81'} {words}"]
-    for k, part in enumerate(segments(feeding(task, block))):
+    for k, part in enumerate(segments(infeed_of_block(task, block))):
         request = f" ({REQUEST})" if k < block.executions else ""
         lines += [f"G01 Y{number(-part.end)} F{number(task.infeed)}", f"G04 X{number(part.dwell)}{request}"]
     return "\n".join([*lines, "G80"])

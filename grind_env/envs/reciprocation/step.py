@@ -4,45 +4,64 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.envs.reciprocation.infeed import FULL, Infeed, write_motions
 from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
 from grind_env.envs.step import CYCLE_FIELDS, Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.tape import read_row
-from grind_env.kernel import entry
+from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_writer
-from grind_env.machine.reciprocation import Feeding, feed_blocks
+from grind_env.machine.batch import FEEDS
+from grind_env.machine.feeding import Feeding, Motion
 from grind_env.machine.rules import motion_time
-from grind_env.process.state import Stroke
 
 PICK = Memory._fields.index("pick")
-INFEED, TRAVEL, DWELL = (Feeding._fields.index(name) for name in ("infeed", "travel", "dwell"))
-FEEDING_FIELDS, STROKE_FIELDS = len(Feeding._fields), len(Stroke._fields)
+STROKE_SECONDS = Feeding._fields.index("stroke_seconds")
+FEEDING_FIELDS, MOTION_FIELDS = len(Feeding._fields), len(Motion._fields)
+grind_feedings = FEEDS.lanes
 
 write_feeding = column_writer(Feeding)
 
 
 @entry
-def feeding_of(kind: KindRow, stock: float, E: float, D: float, shop: Shop, infeed: float, pre_dress: float) -> Feeding:
-    """The G81 block that grinds `stock` mm with E (mm/min), D requests, F `infeed` (mm/s), perhaps a pre-dress (1).
+def infeed_of(kind: KindRow, stock: float, E: float, D: float, shop: Shop, rate: float) -> Infeed:
+    """The infeed of the G81 block that grinds `stock` mm with E (mm/min), D requests and F `rate` (mm/s).
 
     An entry and not inlined, because the program text needs it in every step of the single environment, too.
     """
-    speed = E / 60.0
-    return Feeding(
-        speed=speed,
-        travel=motion_time(kind.stroke, speed, shop.acceleration),
+    return Infeed(
+        travel=motion_time(kind.stroke, E / 60.0, shop.acceleration),
         dwell=shop.dwell,
-        infeed=infeed,
+        rate=rate,
         acceleration=shop.acceleration,
         target=stock,
         requests=D,
-        pre_dress=pre_dress,
         sparkout=kind.sparkout + 1.0,
+    )
+
+
+@inlined
+def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: float, motion: int) -> Feeding:
+    """The strokes beside that infeed, whose motions stand from row `motion` on, perhaps after a pre-dress (1)."""
+    seconds, middle = infeed.travel + infeed.dwell, 0.5 * infeed.travel
+    return Feeding(
+        speed=E / 60.0,
+        first_seconds=seconds,
+        stroke_seconds=seconds,
+        pre_dress=pre_dress,
+        full_plunge=FULL * infeed.rate * seconds,
+        finish=infeed.target,
         width=kind.width,
         length=kind.length,
         dress_passes=shop.dress_passes,
         dress_feed=shop.dress_feed,
         dress_depth=shop.dress_depth,
         dress_seconds=shop.dress_seconds,
+        first_middle=middle,
+        middle=middle,
+        acceleration=infeed.acceleration,
+        made=0.0,
+        to_secondary=0.0,
+        motion=float(motion),
     )
 
 
@@ -93,13 +112,16 @@ def step_feedings(
     feedings, cycles = np.empty((n, FEEDING_FIELDS)), np.empty((n, CYCLE_FIELDS))
     parameters = np.empty((n, base.shape[1]))
     prepare(tables, episodes, choices, active, cycles, parameters)
+    rows = 2 * (int(executions.max()) + 1)
+    motions = np.empty((n * rows, MOTION_FIELDS))
     for i in active:
         row = read_row(tape[i], block[i])
         kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
-        feeding = feeding_of(kind, row.stock, speeds[i], executions[i], shop, infeed, pre_dresses[i])
-        write_feeding(feedings, i, feeding)
-    feed_blocks(feedings, parameters, wheels, parts, results, np.empty((n, 0, STROKE_FIELDS)), active)
+        feed = infeed_of(kind, row.stock, speeds[i], executions[i], shop, infeed)
+        write_motions(motions, i * rows, feed)
+        write_feeding(feedings, i, feeding_of(kind, feed, speeds[i], shop, pre_dresses[i], i * rows))
+    grind_feedings(feedings, parameters, wheels, parts, results, motions, active, 0, 1)
     settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)
     for i in active:
         # the depth of a stroke is what the infeed covers in it
-        memory[i, PICK] = feedings[i, INFEED] * (feedings[i, TRAVEL] + feedings[i, DWELL])
+        memory[i, PICK] = infeed * feedings[i, STROKE_SECONDS]

@@ -1,0 +1,136 @@
+"""Plain reciprocation with an infeed by the program: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
+
+The table reciprocates on its own while the program feeds the wheel down, so that a stroke is as deep as the infeed has
+come when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D of them the
+infeed is programmed in D + 1 blocks of equal depth; at the end of each but the last the request is made, and a dwell
+gives the table the time to come to its next reversal point, where the control runs the dress (22-11).
+
+`machine.grind` runs the program of such a block to the same strokes (tests/envs/test_reciprocation_strokes.py).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.control.rules import INSTANT
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_writer
+from grind_env.machine.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
+from grind_env.machine.rules import motion_time
+
+FULL = 0.9
+"""Share of what the infeed covers in a stroke from which a plunge counts as a full one when power is averaged."""
+
+
+class Infeed(NamedTuple):
+    """The infeed of a G81 block. Depths are mm from the touched-off surface, where the wheel stands at first."""
+
+    travel: float
+    """Time of a stroke without its reversal dwell, s."""
+    dwell: float
+    """Reversal dwell, s."""
+    rate: float
+    """F/60, mm/s."""
+    acceleration: float
+    """Of the infeed, mm/s2."""
+    target: float
+    """Depth Y, mm; a whole number of um, like the ends of the infeed blocks."""
+    requests: float
+    """Dresses that the operator asks for."""
+    sparkout: float
+    """Strokes after the first one at full depth; at least 1."""
+
+
+class Segment(NamedTuple):
+    """One infeed block and the dwell after it."""
+
+    start: float
+    """Depth at which it begins, mm."""
+    end: float
+    """Depth at which it ends, mm."""
+    seconds: float
+    """Time of the infeed, s."""
+    strokes: float
+    """Strokes from its begin to the dress, or to G80."""
+    dwell: float
+    """Programmed dwell after the infeed, s; whole ms."""
+
+
+@inlined
+def segment(infeed: Infeed, number: float) -> Segment:
+    """Infeed block `number`, from 0; the last one is followed by the spark-out.
+
+    The dwell before a dress lasts until just after the table has come to its reversal point; that before G80 until the
+    middle of the last spark-out stroke, which G80 lets come to its end.
+    """
+    blocks = infeed.requests + 1.0
+    start = np.floor(1000.0 * infeed.target * number / blocks + 0.5) / 1000.0
+    end = np.floor(1000.0 * infeed.target * (number + 1.0) / blocks + 0.5) / 1000.0
+    seconds = motion_time(end - start, infeed.rate, infeed.acceleration)
+    stroke = infeed.travel + infeed.dwell
+    at_depth = max(math.ceil((seconds - 0.5 * infeed.travel) / stroke), 0.0)
+    last = number + 1.0 >= blocks
+    strokes = at_depth + 1.0 + infeed.sparkout if last else math.floor((seconds + INSTANT) / stroke) + 1.0
+    wait = (strokes - 0.5) * stroke - seconds if last else strokes * stroke - seconds
+    dwell = (math.floor(1000.0 * wait) + (0.0 if last else 2.0)) / 1000.0
+    return Segment(start=start, end=end, seconds=seconds, strokes=strokes, dwell=dwell)
+
+
+@inlined
+def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
+    """Write the motions of a block into the rows of a table from `row` on: an infeed and a dwell for each segment.
+
+    A request that the operator makes at the end of an infeed is met at the next reversal point: no stroke begins
+    after it.
+    """
+    for number in range(int(infeed.requests) + 1):
+        block = segment(infeed, float(number))
+        total = block.seconds + block.dwell
+        last = number == int(infeed.requests)
+        last_begin = total - INSTANT if last else block.seconds + 2.0 * INSTANT
+        down = Motion(
+            begin=0.0,
+            end=block.seconds,
+            depth=block.start,
+            way=block.end - block.start,
+            cross=0.0,
+            cross_way=0.0,
+            path=block.end - block.start,
+            rate=infeed.rate,
+            last_begin=last_begin,
+            leg_seconds=total,
+            after=GOES_ON,
+        )
+        rest = Motion(
+            begin=block.seconds,
+            end=total,
+            depth=block.end,
+            way=0.0,
+            cross=0.0,
+            cross_way=0.0,
+            path=0.0,
+            rate=infeed.rate,
+            last_begin=last_begin,
+            leg_seconds=total,
+            after=ENDS if last else DRESSES,
+        )
+        write_motion(motions, row + 2 * number, down)
+        write_motion(motions, row + 2 * number + 1, rest)
+
+
+write_segment = column_writer(Segment)
+
+
+@entry
+def write_segments(infeed: Infeed, table: Any) -> None:
+    """Write the infeed blocks of a block into the rows of `table`, shape (D + 1, fields of `Segment`)."""
+    for number in range(table.shape[0]):
+        write_segment(table, number, segment(infeed, float(number)))
+
+
+def segments(infeed: Infeed) -> list[Segment]:
+    """The infeed blocks of a block, for a program text."""
+    table = np.empty((int(infeed.requests) + 1, len(Segment._fields)))
+    write_segments(infeed, table)
+    return [Segment(*row) for row in table.tolist()]

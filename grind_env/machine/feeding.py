@@ -1,0 +1,245 @@
+"""Strokes that go on beside the motions of the program: those of a G81, and of any cycle that has come to its end.
+
+The table reciprocates on its own while the program moves the wheel, so that a stroke lies where the wheel stands as the
+table passes its middle. The motions of the program between two rests of the table are a leg; a leg ends with dresses at
+a reversal point, or with the table's last stroke.
+"""
+
+from typing import Any, NamedTuple
+
+from grind_env.control.rules import INSTANT
+from grind_env.kernel import inlined
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.machine.courses import Course
+from grind_env.machine.cycle import stroke_seconds
+from grind_env.machine.rules import travelled
+
+GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
+"""What comes after a motion: the next one of its leg, a dress and the next leg, or the end."""
+
+
+class Feeding(NamedTuple):
+    """The strokes beside some motions; fields as of `machine.cycle.Cycle`, and where and how long they are."""
+
+    speed: float
+    first_seconds: float
+    stroke_seconds: float
+    pre_dress: float
+    full_plunge: float
+    finish: float
+    width: float
+    length: float
+    dress_passes: float
+    dress_feed: float
+    dress_depth: float
+    dress_seconds: float
+    first_middle: float
+    """Time from the begin of the first stroke of the cycle to its middle, s."""
+    middle: float
+    """The same of every other stroke, s."""
+    acceleration: float
+    """Of the motions, mm/s2."""
+    made: float
+    """Strokes that the cycle has made before."""
+    to_secondary: float
+    """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
+    motion: float
+    """Row of the first motion."""
+
+
+class Motion(NamedTuple):
+    """A motion of the program, or a dwell. Times are s since the leg began."""
+
+    begin: float
+    end: float
+    depth: float
+    """Depth of the wheel at its begin, mm."""
+    way: float
+    """By which it goes deeper, mm."""
+    cross: float
+    """Cross coordinate of the wheel's edge on the minus side at its begin, mm."""
+    cross_way: float
+    """By which that grows, mm."""
+    path: float
+    """Length of the path, mm; 0 of a dwell."""
+    rate: float
+    """Speed along it, mm/s."""
+    last_begin: float
+    """Time of its leg from which on no stroke begins."""
+    leg_seconds: float
+    """Time of its leg, the dresses after it not counted."""
+    after: float
+    """`GOES_ON`, `DRESSES` or `ENDS`."""
+
+
+class FeedProgress(NamedTuple):
+    """How far the strokes have come."""
+
+    reversal: float
+    """Strokes that the cycle has made."""
+    dresses: float
+    begins: float
+    """Time of the leg at which the coming stroke begins, s."""
+    middle: float
+    """Time of the leg at which the table passes the middle of it, s."""
+    row: float
+    """Motion that is then under way."""
+    over: float
+    """1 once there is no stroke to make any more."""
+    begin: float
+    """Of that motion, like all that follow."""
+    end: float
+    depth: float
+    way: float
+    cross: float
+    cross_way: float
+    path: float
+    rate: float
+    last_begin: float
+    acceleration: float
+
+
+read_motion, write_motion = column_reader(Motion), column_writer(Motion)
+
+
+@inlined
+def as_planned(cycle: Feeding) -> Feeding:
+    """A feeding is its own plan."""
+    return cycle
+
+
+@inlined
+def begin(cycle: Feeding) -> FeedProgress:
+    """Before the first stroke, which has still to be found."""
+    return FeedProgress(
+        reversal=cycle.made,
+        dresses=cycle.pre_dress,
+        begins=0.0,
+        middle=0.0,
+        row=cycle.motion,
+        over=0.0,
+        begin=0.0,
+        end=0.0,
+        depth=0.0,
+        way=0.0,
+        cross=0.0,
+        cross_way=0.0,
+        path=0.0,
+        rate=0.0,
+        last_begin=-INSTANT,
+        acceleration=cycle.acceleration,
+    )
+
+
+@inlined
+def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
+    """After the next stroke."""
+    begins = progress.begins + stroke_seconds(cycle, progress.reversal)
+    return FeedProgress(
+        reversal=progress.reversal + 1.0,
+        dresses=0.0,
+        begins=begins,
+        middle=begins + cycle.middle,
+        row=progress.row,
+        over=progress.over,
+        begin=progress.begin,
+        end=progress.end,
+        depth=progress.depth,
+        way=progress.way,
+        cross=progress.cross,
+        cross_way=progress.cross_way,
+        path=progress.path,
+        rate=progress.rate,
+        last_begin=progress.last_begin,
+        acceleration=progress.acceleration,
+    )
+
+
+@inlined
+def finished(cycle: Feeding, progress: FeedProgress) -> bool:
+    """Whether the table has come to its last reversal point."""
+    return progress.over > 0.0
+
+
+@inlined
+def lost(progress: FeedProgress) -> bool:
+    """Whether the coming stroke does not lie in the motion of the one before."""
+    return (progress.middle > progress.end) | (progress.begins >= progress.last_begin)
+
+
+@inlined
+def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProgress, float]:
+    """Find the motion under way in the coming stroke, the dresses before it, and how long the table waits for them."""
+    begins, dresses, waited, over = progress.begins, progress.dresses, 0.0, 0.0
+    row = int(progress.row)
+    wait = cycle.middle if progress.reversal > 0.0 else cycle.first_middle
+    motion = read_motion(motions, row)
+    while True:
+        if begins >= motion.last_begin:
+            while motion.after == GOES_ON:
+                row += 1
+                motion = read_motion(motions, row)
+            if motion.after == ENDS:
+                at_secondary = 0.5 * progress.reversal == float(int(0.5 * progress.reversal))
+                over = 0.0 if cycle.to_secondary > 0.0 and not at_secondary else 1.0
+                break
+            dresses += 1.0
+            waited += max(motion.leg_seconds - begins, 0.0)
+            begins = 0.0
+        elif begins + wait <= motion.end or motion.after != GOES_ON:
+            break
+        row += 1
+        motion = read_motion(motions, row)
+    found = FeedProgress(
+        reversal=progress.reversal,
+        dresses=dresses,
+        begins=begins,
+        middle=begins + wait,
+        row=float(row),
+        over=over,
+        begin=motion.begin,
+        end=motion.end,
+        depth=motion.depth,
+        way=motion.way,
+        cross=motion.cross,
+        cross_way=motion.cross_way,
+        path=motion.path,
+        rate=motion.rate,
+        last_begin=motion.last_begin,
+        acceleration=progress.acceleration,
+    )
+    return found, waited
+
+
+@inlined
+def share(progress: FeedProgress) -> float:
+    """Share of the motion that is covered as the table passes the middle of the coming stroke."""
+    path = progress.path if progress.path > 0.0 else 1.0
+    done = travelled(progress.middle - progress.begin, path, progress.rate, progress.acceleration)
+    return done / path if progress.path > 0.0 else 1.0
+
+
+@inlined
+def depth(cycle: Feeding, progress: FeedProgress) -> float:
+    """Depth of the coming stroke, mm."""
+    return progress.depth + share(progress) * progress.way
+
+
+@inlined
+def edge(cycle: Feeding, progress: FeedProgress) -> float:
+    """Cross coordinate of the wheel's edge in the coming stroke, mm."""
+    return progress.cross + share(progress) * progress.cross_way
+
+
+FEED = Course(
+    cycle=Feeding,
+    progress=FeedProgress,
+    plan=as_planned,
+    begin=begin,
+    after_reversal=after_reversal,
+    finished=finished,
+    depth=depth,
+    edge=edge,
+    lost=lost,
+    find=find,
+)

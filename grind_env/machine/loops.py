@@ -1,0 +1,193 @@
+"""The compiled loops over the strokes of a cycle, made from its `Course`: one machine after the other, or eight at once.
+
+In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
+numbers for one machine are bit by bit those of the scalar loop, whatever runs beside it (tests/machine).
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_reader, lane_reader, lane_writer
+from grind_env.machine.courses import Course
+from grind_env.machine.cycle import PartState, advance, dress, stroke_seconds
+from grind_env.machine.rows import (
+    Table,
+    read_parameters,
+    read_part,
+    read_wheel,
+    write_part,
+    write_stroke,
+    write_tally,
+    write_wheel,
+)
+from grind_env.machine.tally import NOTHING, Tally
+from grind_env.process.state import StrokeParameters, WheelState
+
+LANES = 8
+"""Machines at once: one AVX-512 or two AVX2 registers wide."""
+
+IDLE = -1
+"""Machine number of a lane that has none."""
+
+
+class Loops(NamedTuple):
+    """The loops over the strokes of one kind of cycle; both give the same bits."""
+
+    lanes: Callable[..., None]
+    """`lanes(cycles, parameters, wheels, parts, tallies, motions, order, first, step)`: the machines
+    `order[first::step]` in SIMD lanes."""
+    scalar: Callable[..., None]
+    """`scalar(cycles, parameters, wheels, parts, tallies, motions, log)`: one machine after the other, with the first
+    strokes of each in `log`, shape (N, strokes, fields of `Stroke`)."""
+    advance_lanes: Callable[..., None]
+    """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
+
+
+def loops_of(course: Course) -> Loops:
+    """The loops over a cycle.
+
+    Their tables have one row a machine: `cycles` with the fields of `course.cycle`, `parameters` of
+    `StrokeParameters`, `wheels` of `WheelState`, `parts` of `PartState`, `tallies` of `Tally`. Wheels, parts and
+    tallies are updated. `motions` is what `course.find` looks strokes up in.
+    """
+    records = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
+    starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
+    event_row = starts[-1] * LANES
+    buffer_size = event_row + LANES
+    get_cycle, get_parameters, get_wheel, get_part, get_progress, get_tally = (
+        lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
+    )
+    put_cycle, put_parameters, put_wheel, put_part, put_progress, put_tally = (
+        lane_writer(record, start, LANES) for record, start in zip(records, starts, strict=False)
+    )
+    read_cycle = column_reader(course.cycle)
+    plan_of, begin, after_reversal, finished = course.plan, course.begin, course.after_reversal, course.finished
+    depth, lost, find = course.depth, course.lost, course.find
+
+    @inlined
+    def load(rows: Table, lane: int, cycles: Table, parameters: Table, wheels: Table, parts: Table, i: int) -> None:
+        """Put machine i into a lane, at the start of its cycle."""
+        cycle = read_cycle(cycles, i)
+        put_cycle(rows, lane, cycle)
+        put_parameters(rows, lane, read_parameters(parameters, i))
+        put_wheel(rows, lane, read_wheel(wheels, i))
+        put_part(rows, lane, read_part(parts, i))
+        put_progress(rows, lane, begin(plan_of(cycle)))
+        put_tally(rows, lane, NOTHING)
+
+    @inlined
+    def store(rows: Table, lane: int, wheels: Table, parts: Table, tallies: Table, i: int) -> None:
+        """Write what a lane holds to machine i."""
+        write_wheel(wheels, i, get_wheel(rows, lane))
+        write_part(parts, i, get_part(rows, lane))
+        write_tally(tallies, i, get_tally(rows, lane))
+
+    @inlined
+    def serve(rows: Table, lane: int, motions: Table) -> None:
+        """Find the coming stroke of a lane, and run the dress executions that are due before it."""
+        cycle, p = get_cycle(rows, lane), get_parameters(rows, lane)
+        wheel, tally = get_wheel(rows, lane), get_tally(rows, lane)
+        progress, waited = find(cycle, get_progress(rows, lane), motions)
+        for number in range(int(progress.dresses)):
+            wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
+        put_wheel(rows, lane, wheel)
+        put_progress(rows, lane, progress)
+        put_tally(rows, lane, tally)
+
+    @entry
+    def advance_lanes(rows: Table) -> None:
+        """One stroke in every lane. A function of its own: the loop vectorises only with nothing but `rows` in sight."""
+        for lane in range(LANES):
+            cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
+            part = get_part(rows, lane)
+            wheel, part, tally, _ = advance(
+                cycle,
+                depth(cycle, progress),
+                stroke_seconds(cycle, progress.reversal),
+                cycle.width,
+                part.Z,
+                get_wheel(rows, lane),
+                part,
+                get_tally(rows, lane),
+                get_parameters(rows, lane),
+            )
+            plan = plan_of(cycle)
+            progress = after_reversal(plan, progress)
+            put_progress(rows, lane, progress)
+            put_wheel(rows, lane, wheel)
+            put_part(rows, lane, part)
+            put_tally(rows, lane, tally)
+            event = finished(plan, progress) | (progress.dresses > 0.0) | lost(progress)
+            rows[event_row + lane] = 1.0 if event else 0.0
+
+    @entry
+    def lanes(
+        cycles: Table,
+        parameters: Table,
+        wheels: Table,
+        parts: Table,
+        tallies: Table,
+        motions: Table,
+        order: Table,
+        first: int,
+        step: int,
+    ) -> None:
+        if first >= order.size:
+            return
+        rows = np.empty(buffer_size)
+        machine = np.full(LANES, IDLE)
+        upcoming = first
+        running = 0
+        for lane in range(LANES):
+            if upcoming < order.size:
+                machine[lane] = order[upcoming]
+                running += 1
+                upcoming += step
+            # an idle lane repeats the first machine: finite numbers that nobody reads
+            i = machine[lane] if machine[lane] != IDLE else order[first]
+            load(rows, lane, cycles, parameters, wheels, parts, i)
+            serve(rows, lane, motions)
+        while running > 0:
+            advance_lanes(rows)
+            for lane in range(LANES):
+                if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
+                    serve(rows, lane, motions)
+                    if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
+                        store(rows, lane, wheels, parts, tallies, machine[lane])
+                        running -= 1
+                        machine[lane] = IDLE
+                        if upcoming < order.size:
+                            machine[lane] = order[upcoming]
+                            running += 1
+                            upcoming += step
+                            load(rows, lane, cycles, parameters, wheels, parts, machine[lane])
+                            serve(rows, lane, motions)
+
+    @entry
+    def scalar(
+        cycles: Table, parameters: Table, wheels: Table, parts: Table, tallies: Table, motions: Table, log: Table
+    ) -> None:
+        for i in range(len(cycles)):
+            cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
+            wheel, part, tally = read_wheel(wheels, i), read_part(parts, i), NOTHING
+            plan = plan_of(cycle)
+            progress, waited = find(cycle, begin(plan), motions)
+            for number in range(int(progress.dresses)):
+                wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
+            while not finished(plan, progress):
+                seconds = stroke_seconds(cycle, progress.reversal)
+                Z = depth(cycle, progress)
+                wheel, part, tally, stroke = advance(cycle, Z, seconds, cycle.width, part.Z, wheel, part, tally, p)
+                if tally.strokes <= log.shape[1]:
+                    write_stroke(log[i], int(tally.strokes) - 1, stroke)
+                progress, waited = find(cycle, after_reversal(plan, progress), motions)
+                for number in range(int(progress.dresses)):
+                    wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
+            write_wheel(wheels, i, wheel)
+            write_part(parts, i, part)
+            write_tally(tallies, i, tally)
+
+    return Loops(lanes, scalar, advance_lanes)

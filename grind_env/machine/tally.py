@@ -1,0 +1,145 @@
+"""What a run of strokes and dresses adds up: times, peaks, mean powers, burn and wear.
+
+The compiled loops, the run of a program and the episodes of every environment count with these functions.
+"""
+
+from typing import NamedTuple
+
+from grind_env.kernel import inlined
+from grind_env.process.state import Stroke
+
+FINISHING_DEPTH = 0.05
+"""mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
+
+POWER_WINDOW = 6.0
+"""Full plunges over which power is averaged at the start and at the end of a cycle."""
+
+
+class Tally(NamedTuple):
+    """What strokes and dresses have come to, besides the states of wheel and part. Powers are W above idle."""
+
+    seconds: float
+    """Time of strokes and dresses, s."""
+    strokes: float
+    dresses: float
+    first_power: float
+    """Sum of the power of the first full plunges (up to six)."""
+    first_count: float
+    """How many plunges that sum holds."""
+    power_1: float
+    """Power of the latest full plunge since the last dress; 0 if there is none, like those of the five before it."""
+    power_2: float
+    power_3: float
+    power_4: float
+    power_5: float
+    power_6: float
+    last_count: float
+    """How many of these six there are."""
+    peak_power: float
+    """Highest power of a stroke."""
+    plunge_rise: float
+    """Highest temperature rise of a plunge stroke, K."""
+    finish_rise: float
+    """Highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K."""
+    burn_ratio: float
+    """Highest burn ratio of a plunge stroke; a spark-out cuts too little for the threshold to mean anything."""
+    worn: float
+    """Wheel volume worn, mm3."""
+    dressed_off: float
+    """Wheel volume dressed off, mm3."""
+
+
+NOTHING = Tally(*[0.0] * len(Tally._fields))
+"""Before the first stroke."""
+
+
+@inlined
+def last_power(tally: Tally) -> float:
+    """Sum of the power of the last full plunges (up to six) since the last dress, oldest first, W."""
+    older = tally.power_6 + tally.power_5 + tally.power_4
+    return older + tally.power_3 + tally.power_2 + tally.power_1
+
+
+@inlined
+def mean_last_power(tally: Tally) -> float:
+    """Mean power of the last full plunges since the last dress, W; 0 if there was none."""
+    return last_power(tally) / tally.last_count if tally.last_count > 0.0 else 0.0
+
+
+@inlined
+def mean_first_power(tally: Tally) -> float:
+    """Mean power of the first full plunges, W; 0 if there was none."""
+    return tally.first_power / tally.first_count if tally.first_count > 0.0 else 0.0
+
+
+@inlined
+def count_stroke(tally: Tally, stroke: Stroke, seconds: float, plunge: bool, full: bool, finishing: bool) -> Tally:
+    """Count a stroke.
+
+    Args:
+        tally: before it.
+        stroke: what it has done.
+        seconds: its time.
+        plunge: whether it has gone deeper than any before it.
+        full: whether by a full pick.
+        finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
+    """
+    among_first = full & (tally.first_count < POWER_WINDOW)
+    # numba takes no condition among so many keywords
+    power_1 = stroke.power if full else tally.power_1
+    power_2 = tally.power_1 if full else tally.power_2
+    power_3 = tally.power_2 if full else tally.power_3
+    power_4 = tally.power_3 if full else tally.power_4
+    power_5 = tally.power_4 if full else tally.power_5
+    power_6 = tally.power_5 if full else tally.power_6
+    first_power = tally.first_power + (stroke.power if among_first else 0.0)
+    first_count = tally.first_count + (1.0 if among_first else 0.0)
+    last_count = min(tally.last_count + (1.0 if full else 0.0), POWER_WINDOW)
+    plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
+    finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
+    burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
+    return Tally(
+        seconds=tally.seconds + seconds,
+        strokes=tally.strokes + 1.0,
+        dresses=tally.dresses,
+        first_power=first_power,
+        first_count=first_count,
+        power_1=power_1,
+        power_2=power_2,
+        power_3=power_3,
+        power_4=power_4,
+        power_5=power_5,
+        power_6=power_6,
+        last_count=last_count,
+        peak_power=max(tally.peak_power, stroke.power),
+        plunge_rise=plunge_rise,
+        finish_rise=finish_rise,
+        burn_ratio=burn_ratio,
+        worn=tally.worn + stroke.worn,
+        dressed_off=tally.dressed_off,
+    )
+
+
+@inlined
+def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
+    """Count a dress execution of some s that took `removed` mm3 off the wheel; the last plunges are counted anew."""
+    return Tally(
+        seconds=tally.seconds + seconds,
+        strokes=tally.strokes,
+        dresses=tally.dresses + 1.0,
+        first_power=tally.first_power,
+        first_count=tally.first_count,
+        power_1=0.0,
+        power_2=0.0,
+        power_3=0.0,
+        power_4=0.0,
+        power_5=0.0,
+        power_6=0.0,
+        last_count=0.0,
+        peak_power=tally.peak_power,
+        plunge_rise=tally.plunge_rise,
+        finish_rise=tally.finish_rise,
+        burn_ratio=tally.burn_ratio,
+        worn=tally.worn,
+        dressed_off=tally.dressed_off + removed,
+    )
