@@ -6,14 +6,14 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from grind_env.machine.lanes import run_blocks
 from gymnasium import spaces
 from rich.table import Table
 
 import grind_env
 from grind_env.envs import step
 from grind_env.machine.batch import longest_first
-from grind_env.machine.cycle import CycleResult
-from grind_env.machine.lanes import run_blocks
+from grind_env.machine.tally import Tally
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those with a compiled step; the others run the control."""
@@ -63,7 +63,7 @@ def vector_episode(
     episodes, simulation = env.episodes, env.simulation
     cycles = np.empty((n, step.CYCLE_FIELDS))
     parameters = np.empty((n, simulation.base.shape[1]))
-    results = np.zeros((n, len(CycleResult._fields)))
+    results = np.zeros((n, len(Tally._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
     materials = len(simulation.kinds) // len(env.task.kinds)

@@ -12,14 +12,14 @@ from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.machine.cycle import CycleResult
+from grind_env.machine.tally import Tally
 
 AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 """Edges of the classes of wear-flat area."""
 VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
 """Edges of the classes of specific volume since the dress, mm3/mm."""
 SURVIVAL = Memory._fields.index("survival")
-SECONDS, DRESSES = Outcome._fields.index("seconds"), CycleResult._fields.index("dresses")
+SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2
 """More in one block were never worth their price (scenarios, section 1)."""

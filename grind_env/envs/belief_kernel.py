@@ -22,17 +22,18 @@ from grind_env.envs.rows import KindRow, Shop, read_kind
 from grind_env.envs.step import CYCLE_FIELDS, PARAMETER_COLUMNS, WEAR, cycle_of
 from grind_env.envs.tape import FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, exp, log
-from grind_env.machine.cycle import CycleResult, PartState, dress_lead
-from grind_env.machine.lanes import run_blocks
+from grind_env.machine.batch import NO_MOTIONS, PLUNGES
+from grind_env.machine.cycle import PartState, dress_lead
 from grind_env.machine.rows import (
     read_parameters,
     read_part,
-    read_result,
+    read_tally,
     read_wheel,
     write_cycle,
     write_part,
     write_wheel,
 )
+from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
@@ -48,7 +49,8 @@ NEW_WHEEL = 1.0
 """mm by which the diameter has to grow from block to block for the wheel to be another."""
 AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
 FLAT_LIMIT = StrokeParameters._fields.index("Amax")
-RESULT_FIELDS = len(CycleResult._fields)
+TALLY_FIELDS = len(Tally._fields)
+grind_plunges = PLUNGES.lanes
 
 
 @entry
@@ -129,12 +131,12 @@ def learn(
     area, rise, power = columns, columns + 1, columns + 2
     states = np.empty((columns + 5, members))
     for m in range(members):
-        result = read_result(results, m)
+        result = read_tally(results, m)
         states[:columns, m] = hidden[m]
         states[area, m] = log(wheels[m, AREA])
         states[rise, m] = result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
-        states[power, m] = log(result.last_power / max(result.last_count, 1.0) + SMALLEST_POWER)
-        states[power + 1, m] = log(result.first_power / max(result.first_count, 1.0) + SMALLEST_POWER)
+        states[power, m] = log(mean_last_power(result) + SMALLEST_POWER)
+        states[power + 1, m] = log(mean_first_power(result) + SMALLEST_POWER)
         states[power + 2, m] = log(result.peak_power + SMALLEST_POWER)
     readings = (seen.mean_power, seen.first_power, seen.peak_power)
     for k in range(3):
@@ -222,7 +224,7 @@ def follow(
     """
     members, highest = hidden.shape[1], base[0, FLAT_LIMIT]
     cycles, parameters = np.empty((members, CYCLE_FIELDS)), np.empty((members, base.shape[1]))
-    results, order = np.empty((members, RESULT_FIELDS)), np.arange(members)
+    results, order = np.empty((members, TALLY_FIELDS)), np.arange(members)
     for i in chosen:
         seen, number = read_signals(signals, i), last_kind[i]
         kind, burnt = read_kind(kinds, number), 0.0
@@ -243,7 +245,7 @@ def follow(
                 cycles,
                 parameters,
             )
-            run_blocks(cycles, parameters, wheels[i], parts[i], results, order, 0, 1)
+            grind_plunges(cycles, parameters, wheels[i], parts[i], results, NO_MOTIONS, order, 0, 1)
             burnt = learn(kind, seen, noise, highest, results, wheels[i], hidden[i])
             sample = draws[(updates[i] + 1) % draws.shape[0]]
             if seen.diameter > wheels[i, 0, DIAMETER] + NEW_WHEEL:

@@ -32,7 +32,7 @@ class Course(NamedTuple):
     lost: Callable[[Any], bool]
     """From the progress: whether the coming stroke has first to be found."""
     find: Callable[[Any, Any, Any], Any]
-    """From cycle, progress and the table of motions: the progress with it found, and the s for which the table waits."""
+    """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
 
 
 @inlined

@@ -99,7 +99,7 @@ def advance(
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
     full = cycle.full_plunge <= Z - part.Z
     finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    tally = count_stroke(tally, stroke, seconds, Z > reached, full, finishing)
+    tally = count_stroke(tally, stroke, seconds, reached < Z, full, finishing)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 

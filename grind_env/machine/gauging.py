@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.cycle import FINISHING_DEPTH
 from grind_env.machine.strips import Strips
+from grind_env.machine.tally import FINISHING_DEPTH
 
 
 class Surface(NamedTuple):

@@ -1,11 +1,11 @@
-"""The compiled loops over the strokes of a cycle, made from its `Course`: one machine after the other, or eight at once.
+"""The compiled loops over the strokes of a cycle, made from its `Course`: machine by machine, or eight at once.
 
 In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
 numbers for one machine are bit by bit those of the scalar loop, whatever runs beside it (tests/machine).
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def loops_of(course: Course) -> Loops:
 
     @entry
     def advance_lanes(rows: Table) -> None:
-        """One stroke in every lane. A function of its own: the loop vectorises only with nothing but `rows` in sight."""
+        """One stroke in every lane; a function of its own, for it vectorises only with nothing but `rows` in sight."""
         for lane in range(LANES):
             cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
             part = get_part(rows, lane)

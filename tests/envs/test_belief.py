@@ -20,7 +20,7 @@ from grind_env.envs.rows import Outcome, kind_row
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
-from grind_env.machine.cycle import CycleResult
+from grind_env.machine.tally import Tally
 from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
@@ -114,8 +114,8 @@ def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read:
     level = max(read) or 3000.0
     powers = level * np.exp(0.2 * rng.normal(size=(3, members)))
     hidden, wheels = rng.normal(size=(members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
-    results = np.zeros((members, len(CycleResult._fields)))
-    column = CycleResult._fields.index
+    results = np.zeros((members, len(Tally._fields)))
+    column = Tally._fields.index
     results[:, column("last_power")], results[:, column("last_count")] = 4.0 * powers[0], 4.0
     results[:, column("first_power")], results[:, column("first_count")] = 6.0 * powers[1], 6.0
     results[:, column("peak_power")] = powers[2]
@@ -146,8 +146,8 @@ def test_no_member_is_duller_than_a_wheel_can_be() -> None:
     hidden, wheels = np.zeros((members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
     area = WheelState._fields.index("A")
     wheels[:, area] = np.linspace(0.15, 0.24, members)
-    results = np.zeros((members, len(CycleResult._fields)))
-    results[:, CycleResult._fields.index("peak_power")] = np.linspace(5000.0, 8000.0, members)
+    results = np.zeros((members, len(Tally._fields)))
+    results[:, Tally._fields.index("peak_power")] = np.linspace(5000.0, 8000.0, members)
     seen = Signals(0.0, 0.0, 12_000.0, speed=12_000.0, executions=1.0, pre_dress=0.0, diameter=300.0, new_lot=0.0)
     learn(kind_row(PLATES, PLATES.kinds[0]), seen, 1.0, 0.25, results, wheels, hidden)
     assert wheels[:, area].max() == 0.25

@@ -11,7 +11,6 @@ from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
-from grind_env.machine.cycle import CycleResult
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, native, rollout, start
 
@@ -52,7 +51,7 @@ class Run:
             wheels.append(episodes.wheels.copy())
             observations.append(self.simulation.observe(episodes))
         self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
-        self.result = CycleResult(*np.moveaxis(np.array(results), 2, 0))
+        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
         self.wheels = WheelState(*np.moveaxis(np.array(wheels), 2, 0))
         self.observations = np.array(observations)
         self.read = physical(self.observations, self.simulation.entries)

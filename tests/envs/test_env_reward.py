@@ -10,7 +10,6 @@ from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
-from grind_env.machine.cycle import CycleResult
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, rollout, start
 
@@ -103,7 +102,7 @@ class Run:
             results.append(result)
             diameters.append(episodes.wheels[:, DS].copy())
         self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
-        self.result = CycleResult(*np.moveaxis(np.array(results), 2, 0))
+        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
         self.diameters = np.array(diameters)
 
     def of_kind(self, field: str) -> Array:

@@ -22,7 +22,6 @@ from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, load_task
-from grind_env.machine.cycle import CycleResult
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import materials
@@ -84,7 +83,7 @@ class Episode:
             outcomes.append(outcome[0])
             results.append(result[0])
         self.outcome = Outcome(*np.array(outcomes).T)
-        self.result = CycleResult(*np.array(results).T)
+        self.result = Tally(*np.array(results).T)
         shop = job(task, *(block.kind for block in self.blocks[: int(np.argmax(ends)) + 1]))
         start = replace(shop.wheel, diamond_flat=wheel.wd, diameter=wheel.ds)
         if task.start.wear_flat_area is not None:

@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from grind_env.machine.reciprocation import Feeding, Segment, feed_blocks, segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,7 +14,6 @@ from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.cycle import PartState
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.reciprocation import Feeding, Segment, feed_blocks, segments
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke

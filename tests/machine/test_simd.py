@@ -5,16 +5,18 @@ import llvmlite.binding as llvm
 import numba
 import pytest
 
-from grind_env.machine.lanes import advance_lanes
+from grind_env.machine.batch import FEEDS, PLUNGES
+from grind_env.machine.loops import Loops
 
 pytestmark = pytest.mark.bits
 
 
-@pytest.fixture(scope="module")
-def assembly() -> str:
+@pytest.fixture(scope="module", params=[PLUNGES, FEEDS], ids=["G82", "G81"])
+def assembly(request: pytest.FixtureRequest) -> str:
     if platform.machine() not in ("x86_64", "AMD64"):
         pytest.skip("reads x86 assembly")
-    compiled = numba.njit(error_model="numpy")(advance_lanes.py_func)
+    loops: Loops = request.param
+    compiled = numba.njit(error_model="numpy")(loops.advance_lanes.py_func)
     compiled.compile("void(float64[::1])")
     (text,) = compiled.inspect_asm().values()
     return str(text)

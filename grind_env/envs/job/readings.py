@@ -16,8 +16,8 @@ from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, measured_power
 from grind_env.envs.program_episode import BlockRun
 from grind_env.envs.tape import FACTORS
 from grind_env.envs.tasks import ActionRange, Spread, Task, load_task
-from grind_env.machine.cycle import POWER_WINDOW
 from grind_env.machine.job import Job
+from grind_env.machine.tally import POWER_WINDOW
 from grind_env.process.state import WheelState
 
 __all__ = ["Gauges", "coming", "hidden", "job_task", "readings", "scaled"]

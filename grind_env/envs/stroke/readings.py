@@ -11,7 +11,7 @@ from grind_env.envs.gauges import PartGauges, entries_of, wheel_values
 from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE, Reading, measured_power
 from grind_env.envs.stroke.episode import StrokeEpisode, StrokeRun
 from grind_env.envs.tasks import Task
-from grind_env.machine.cycle import POWER_WINDOW
+from grind_env.machine.tally import POWER_WINDOW
 
 SEEN = (
     "power",

@@ -23,7 +23,8 @@ from grind_env.envs.step import Choices, Tables, settle
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.wide_plates.program import chosen_words, part_program
-from grind_env.machine.cycle import POWER_WINDOW, Cycle, CycleResult, PartState
+from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
 from grind_env.process.catalogue import materials
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -123,7 +124,7 @@ class CrossSimulation(Simulation):
         cross, n = _cross(episodes), len(episodes.block)
         active = np.arange(n) if active is None else active
         pre = np.zeros(n) if pre_dresses is None else pre_dresses
-        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(CycleResult._fields)))
+        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         cycles, parameters = np.zeros((n, len(Cycle._fields))), np.zeros((n, len(StrokeParameters._fields)))
         blocks = {i: coming_block(self.task, cross, i, speeds[i], executions[i], pre[i]) for i in active.tolist()}
         for i, run in step_all(cross.programs, {i: chosen_words(block) for i, block in blocks.items()}).items():
@@ -176,7 +177,7 @@ def taper_reading(task: Task) -> Reading:
     return Reading("taper", "um", 0.0, max(task.kinds[0].tolerance, 1.0), 0.0, 5.0, noise, meaning)
 
 
-def result_of(run: BlockRun, pick: float) -> CycleResult:
+def result_of(run: BlockRun, pick: float) -> Tally:
     """What the cycle of a whole part leaves behind, its loading included in the seconds.
 
     Args:
@@ -187,13 +188,13 @@ def result_of(run: BlockRun, pick: float) -> CycleResult:
     full = np.flatnonzero(run.increments >= pick - DEPTH_TOLERANCE)
     first, last = full[: int(POWER_WINDOW)], full[-int(POWER_WINDOW) :]
     last = last[last >= (run.dresses["after"][-1] if run.dresses.size else 0)]
-    return CycleResult(
+    return NOTHING._replace(
         seconds=float(part["seconds"]),
         strokes=float(part["strokes"]),
         dresses=float(part["dresses"]),
         first_power=float(power[first].sum()),
         first_count=float(first.size),
-        last_power=float(power[last].sum()),
+        power_1=float(power[last].sum()),
         last_count=float(last.size),
         peak_power=float(part["peak_power"]),
         plunge_rise=float(part["rise"]),
