@@ -17,13 +17,14 @@ from grind_env.machine.rows import (
     Table,
     read_parameters,
     read_part,
+    read_tally,
     read_wheel,
     write_part,
     write_stroke,
     write_tally,
     write_wheel,
 )
-from grind_env.machine.tally import NOTHING, Tally
+from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
 LANES = 8
@@ -51,7 +52,7 @@ def loops_of(course: Course) -> Loops:
 
     Their tables have one row a machine: `cycles` with the fields of `course.cycle`, `parameters` of
     `StrokeParameters`, `wheels` of `WheelState`, `parts` of `PartState`, `tallies` of `Tally`. Wheels, parts and
-    tallies are updated. `motions` is what `course.find` looks strokes up in.
+    tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks strokes up in.
     """
     records = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
@@ -68,7 +69,16 @@ def loops_of(course: Course) -> Loops:
     depth, lost, find = course.depth, course.lost, course.find
 
     @inlined
-    def load(rows: Table, lane: int, cycles: Table, parameters: Table, wheels: Table, parts: Table, i: int) -> None:
+    def load(
+        rows: Table,
+        lane: int,
+        cycles: Table,
+        parameters: Table,
+        wheels: Table,
+        parts: Table,
+        tallies: Table,
+        i: int,
+    ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
         cycle = read_cycle(cycles, i)
         put_cycle(rows, lane, cycle)
@@ -76,7 +86,7 @@ def loops_of(course: Course) -> Loops:
         put_wheel(rows, lane, read_wheel(wheels, i))
         put_part(rows, lane, read_part(parts, i))
         put_progress(rows, lane, begin(plan_of(cycle)))
-        put_tally(rows, lane, NOTHING)
+        put_tally(rows, lane, read_tally(tallies, i))
 
     @inlined
     def store(rows: Table, lane: int, wheels: Table, parts: Table, tallies: Table, i: int) -> None:
@@ -148,7 +158,7 @@ def loops_of(course: Course) -> Loops:
                 upcoming += step
             # an idle lane repeats the first machine: finite numbers that nobody reads
             i = machine[lane] if machine[lane] != IDLE else order[first]
-            load(rows, lane, cycles, parameters, wheels, parts, i)
+            load(rows, lane, cycles, parameters, wheels, parts, tallies, i)
             serve(rows, lane, motions)
         while running > 0:
             advance_lanes(rows)
@@ -163,7 +173,7 @@ def loops_of(course: Course) -> Loops:
                             machine[lane] = order[upcoming]
                             running += 1
                             upcoming += step
-                            load(rows, lane, cycles, parameters, wheels, parts, machine[lane])
+                            load(rows, lane, cycles, parameters, wheels, parts, tallies, machine[lane])
                             serve(rows, lane, motions)
 
     @entry
@@ -172,7 +182,7 @@ def loops_of(course: Course) -> Loops:
     ) -> None:
         for i in range(len(cycles)):
             cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
-            wheel, part, tally = read_wheel(wheels, i), read_part(parts, i), NOTHING
+            wheel, part, tally = read_wheel(wheels, i), read_part(parts, i), read_tally(tallies, i)
             plan = plan_of(cycle)
             progress, waited = find(cycle, begin(plan), motions)
             for number in range(int(progress.dresses)):
