@@ -29,6 +29,7 @@ from grind_env.control.motions import (
     Source,
     Spindle,
     Stroke,
+    TableStop,
 )
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.operator import Interrupt
@@ -67,6 +68,7 @@ __all__ = [
     "Source",
     "Spindle",
     "Stroke",
+    "TableStop",
     "check",
     "dress_program_moves",
     "error_record",

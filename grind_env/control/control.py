@@ -53,7 +53,7 @@ class Control:
         groove_retract: retract amount e of G76 and G77, mm; None for 0.5 mm, and 0.02 in while G70 is in force.
         dress_amount: what one dress takes off the wheel radius of entry 33, mm.
         minimum_radius: of the wheel, below which the operator is warned, mm.
-        announce_cycles: whether a `CycleAhead` comes before every cycle block.
+        announce_cycles: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops.
 
     Raises:
         ControlError: setting, a value outside its range.

@@ -9,6 +9,7 @@ from grind_env.control.interpreter import Interpreter
 from grind_env.control.modes import Modes
 from grind_env.control.motions import Event, Motion, Position
 from grind_env.control.reader import Programs
+from grind_env.control.reciprocation import Reciprocation
 
 
 class Execution(Iterator[Event]):
@@ -30,6 +31,21 @@ class Execution(Iterator[Event]):
     def modes(self) -> Modes:
         """The modes in force; after the end of the program those of power-up (10-23)."""
         return self._interpreter.modes
+
+    @property
+    def position(self) -> Position:
+        """Where the axes stand or, beside reciprocation, are commanded to, mm."""
+        return self._interpreter.timeline.position
+
+    @property
+    def table(self) -> Reciprocation | None:
+        """The reciprocating table; None while none is, and during a dress."""
+        return self._interpreter.timeline.reciprocation
+
+    def move_table(self, axis: int, coordinate: float) -> None:
+        """Let the table that has just stopped stand elsewhere, mm: at its other reversal point."""
+        x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))
+        self._interpreter.timeline.position = x, y, z
 
     def choose(self, **words: str) -> None:
         """Give words of the cycle block announced by the last `CycleAhead` other numbers, such as ``E="9000"``."""

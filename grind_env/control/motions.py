@@ -209,6 +209,14 @@ class CycleEnd:
 
 
 @dataclass(frozen=True, slots=True)
+class TableStop:
+    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_table` may still move it."""
+
+    time: float
+    plan: CyclePlan
+
+
+@dataclass(frozen=True, slots=True)
 class DressStart:
     """A dress program begins, all axes at rest; `cause` is "pre", "auto" or "operator"."""
 
@@ -291,6 +299,7 @@ Event: TypeAlias = (
     | CycleAhead
     | CycleStart
     | CycleEnd
+    | TableStop
     | DressStart
     | DressEnd
     | InterruptStart

@@ -10,7 +10,7 @@ from grind_env.control.cycles.block import Memory, Situation, plan_cycle, redire
 from grind_env.control.decode import Command
 from grind_env.control.grinding import Service, grind, least_strokes
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event
+from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, TableStop
 from grind_env.control.moves import Mover
 from grind_env.control.paths import AXES, displaced
 from grind_env.control.reciprocation import Reciprocation
@@ -99,7 +99,9 @@ class Table:
         """Finish the stroke in progress and let the table stand (PD-1, ruling 1)."""
         yield from self.come_to_reversal()
         yield from self._end_reciprocation_cycle()
-        self.timeline.reciprocation = None
+        table, self.timeline.reciprocation = self.timeline.reciprocation, None
+        if table is not None and self.control.announce_cycles:
+            yield TableStop(self.timeline.time, table.plan)
 
     def come_to_reversal(self) -> Iterator[Event]:
         """Finish the stroke in progress, and serve what waits for its end."""

@@ -152,16 +152,10 @@ def loops_of(course: Course) -> Loops:
         upcoming = first
         running = 0
         for lane in range(LANES):
-            if upcoming < order.size:
-                machine[lane] = order[upcoming]
-                running += 1
-                upcoming += step
             # an idle lane repeats the first machine: finite numbers that nobody reads
-            i = machine[lane] if machine[lane] != IDLE else order[first]
-            load(rows, lane, cycles, parameters, wheels, parts, tallies, i)
-            serve(rows, lane, motions)
-        while running > 0:
-            advance_lanes(rows)
+            load(rows, lane, cycles, parameters, wheels, parts, tallies, order[first])
+            rows[event_row + lane] = 1.0
+        while True:
             for lane in range(LANES):
                 if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
                     serve(rows, lane, motions)
@@ -169,12 +163,19 @@ def loops_of(course: Course) -> Loops:
                         store(rows, lane, wheels, parts, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
-                        if upcoming < order.size:
-                            machine[lane] = order[upcoming]
-                            running += 1
-                            upcoming += step
-                            load(rows, lane, cycles, parameters, wheels, parts, tallies, machine[lane])
-                            serve(rows, lane, motions)
+                while machine[lane] == IDLE and upcoming < order.size:
+                    machine[lane] = order[upcoming]
+                    upcoming += step
+                    load(rows, lane, cycles, parameters, wheels, parts, tallies, machine[lane])
+                    serve(rows, lane, motions)
+                    running += 1
+                    if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
+                        store(rows, lane, wheels, parts, tallies, machine[lane])
+                        running -= 1
+                        machine[lane] = IDLE
+            if running == 0:
+                return
+            advance_lanes(rows)
 
     @entry
     def scalar(
