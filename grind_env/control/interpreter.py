@@ -17,6 +17,7 @@ from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prosp
 from grind_env.control.modes import CYCLES, Modes
 from grind_env.control.motions import (
     CycleAhead,
+    CyclePlan,
     DressEnd,
     DressStart,
     Event,
@@ -53,7 +54,7 @@ class Interpreter:
         self.budget = Budget(control.block_budget)
         self.timeline = Timeline(control, self.budget)
         self.mover = Mover(self.timeline, control, self._interruption, self._immediate)
-        self.table = Table(self.timeline, self.mover, control, self._serve, self.dress)
+        self.table = Table(self.timeline, self.mover, control, self._serve, self.dress, self._alone)
         self.modes = Modes()
         self.calls: list[Call] = []
         self.rounds: Rounds | None = None
@@ -61,6 +62,7 @@ class Interpreter:
         self.remembered_later: int | None = None
         self.interrupts = deque(control.interrupts)
         self.spindle: float | None = None
+        self.known_dresses: set[int] = set()
         self.chosen: dict[str, str] = {}
         self.place = programs.main.place
 
@@ -83,7 +85,10 @@ class Interpreter:
         """Execute a dress program with all axes at rest, and come back to where they stood (22-11)."""
         timeline, table = self.timeline, self.timeline.reciprocation
         yield DressStart(timeline.time, number, cause)
+        tables = self._tables()
         yield from self._interrupted(number, Source.DRESS, returning=True)
+        if self._tables() == tables:
+            self.known_dresses.add(number)
         tooling = self.mover.tooling
         if self.control.dress_amount > 0.0:
             tooling.dressed_off(self.control.dress_amount)
@@ -250,6 +255,25 @@ class Interpreter:
             mover.work.cancel_preset(command)
 
     # ------------------------------------------------------------------------------------------ interruptions
+
+    def _alone(self, plan: CyclePlan) -> bool:
+        """Whether nothing can come between the strokes of a cycle, and its dresses have nothing to tell but their time.
+
+        A dress program that has been executed, and has found and left the same tables, does so again. Under G96 the
+        wheel may turn faster after a dress, and below its minimum radius there is a message.
+        """
+        control, panel = self.control, self.control.panel
+        asked = self.timeline.requested or self.interrupts or panel.interrupts
+        stopped = panel.single_block or panel.holding is not None
+        telling = self.modes.surface_speed or control.minimum_radius > 0.0
+        known = plan.dresses == 0 or (plan.program in self.known_dresses and not telling)
+        return control.whole_cycles and not asked and not stopped and known and control.dress_amount == 0.0
+
+    def _tables(self) -> tuple[object, ...]:
+        """What a program can write for later ones."""
+        mover, work, tooling = self.mover, self.mover.work, self.mover.tooling
+        written = dict(work.offsets), work.shift, work.length, tooling.entry
+        return *written, mover.passed, self.remembered
 
     def _serve(self, auto: int) -> Iterator[Event]:
         """The dresses due at a reversal point: auto-dresses first, then the operator's (22-11)."""

@@ -198,6 +198,31 @@ class CycleStart:
     plan: CyclePlan
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CycleStrokes:
+    """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
+
+    Attributes:
+        time: at which the last stroke ends, s; what the auto-dresses take is not in it.
+        begin: at which the table sets out for the first one, s.
+        plan: of the cycle.
+        start: position of all axes when it sets out.
+        feed: E in force, mm/min.
+        strokes: how many there are.
+        dresses: auto-dresses that fell due; they have not been executed.
+        inch: whether inches are in force for output.
+    """
+
+    time: float
+    begin: float
+    plan: CyclePlan
+    start: Position
+    feed: float
+    strokes: int
+    dresses: int
+    inch: bool
+
+
 @dataclass(frozen=True, slots=True)
 class CycleEnd:
     """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
@@ -298,6 +323,7 @@ Event: TypeAlias = (
     Motion
     | CycleAhead
     | CycleStart
+    | CycleStrokes
     | CycleEnd
     | TableStop
     | DressStart

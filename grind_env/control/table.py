@@ -5,10 +5,9 @@ from dataclasses import replace
 
 from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
-from grind_env.control.cycles import RULES
 from grind_env.control.cycles.block import Memory, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
-from grind_env.control.grinding import Service, grind, least_strokes
+from grind_env.control.grinding import Service, grind, grind_whole, least_strokes
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, TableStop
 from grind_env.control.moves import Mover
@@ -18,6 +17,8 @@ from grind_env.control.timeline import Timeline
 
 Dress = Callable[[int, str], Iterator[Event]]
 """Runs a dress program for a cause."""
+Alone = Callable[[CyclePlan], bool]
+"""Whether nothing can come between the strokes of a cycle."""
 
 
 class Table:
@@ -27,9 +28,11 @@ class Table:
         memory: what later cycle blocks may omit, in coordinates of the program.
     """
 
-    def __init__(self, timeline: Timeline, mover: Mover, control: Control, serve: Service, dress: Dress) -> None:
+    def __init__(
+        self, timeline: Timeline, mover: Mover, control: Control, serve: Service, dress: Dress, alone: Alone
+    ) -> None:
         self.timeline, self.mover, self.control = timeline, mover, control
-        self.serve, self.dress = serve, dress
+        self.serve, self.dress, self.alone = serve, dress, alone
         self.memory = Memory()
 
     def redirect(self, command: Command) -> None:
@@ -62,8 +65,7 @@ class Table:
         yield from self._end_reciprocation_cycle()
         self.memory = memory
         place = command.block.place
-        if plan.code in RULES:
-            timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
+        timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
         if table is None:
             start = timeline.position[plan.axis]
             table = Reciprocation(plan, place, plan.primary, plan.secondary, plan.feed, start, timeline.time)
@@ -74,11 +76,15 @@ class Table:
         yield CycleStart(timeline.time, plan)
         if plan.pre_dress and plan.program is not None:
             yield from self.dress(plan.program, "pre")
-        if plan.code not in RULES:
+        if plan.code == "G81":
             return
         table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
-        yield from grind(plan, timeline, self.serve)
+        whole = grind_whole(plan, timeline) if self.alone(plan) else None
+        if whole is None:
+            yield from grind(plan, timeline, self.serve)
+        else:
+            yield whole
         timeline.settle()
         table.in_cycle = False
         yield CycleEnd(timeline.time, plan, table.count, table.dresses)

@@ -155,7 +155,7 @@ class _Writer:
 
     def __init__(self, programs: Programs, job: Job, elsewhere: bool) -> None:
         self.programs, self.job, self.elsewhere = programs, job, elsewhere
-        self.control = replace(job.control, announce_cycles=True)
+        self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
         self.blocks: list[ScriptBlock] = []
