@@ -12,7 +12,6 @@ from grind_env.envs.reciprocation.step import feeding_of
 from grind_env.envs.rows import KindRow, Shop
 from grind_env.kernel.rows import dtype_of
 from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
-from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.cycle import PartState
 from grind_env.machine.feeding import Feeding, Motion
 from grind_env.machine.grind import grind
@@ -20,7 +19,7 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
-from tests.machine.harness import DRESS, job
+from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
 NO_KIND, NO_SHOP = KindRow(*[0.0] * len(KindRow._fields)), Shop(*[0.0] * len(Shop._fields))
@@ -52,9 +51,7 @@ class Case:
 
     def feeding(self, dress_seconds: float, motion: int) -> Feeding:
         kind = NO_KIND._replace(width=20.0, length=200.0)
-        shop = NO_SHOP._replace(
-            dress_passes=2.0, dress_feed=191.0 / 60.0, dress_depth=0.02, dress_seconds=dress_seconds
-        )
+        shop = NO_SHOP._replace(dress_seconds=dress_seconds, **DRESS_NUMBERS)
         return feeding_of(kind, self.infeed_block, float(self.E), shop, float(self.pre_dress), motion)
 
     @property
@@ -94,9 +91,7 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
         write_motions(motions, i * rows, case.infeed_block)
     feedings = np.array([case.feeding(seconds, i * rows) for i, case in enumerate(cases)])
     parameters = np.array([p] * n)
-    wheel = dressed_wheel(300.0, 0.0, 0.1, 0.02, p)
-    wheel = dressed_wheel(300.0, 0.0, dress_lead(wheel, 191.0 / 60.0, p), 0.02, p)
-    start = job.wheel
+    wheel, start = start_wheel(p), job.wheel
     wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)
 
     def states() -> tuple[Any, Any, Any]:

@@ -27,7 +27,6 @@ from grind_env.kernel.fingerprint import fingerprint
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine import batch, loops
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles, log_cycles
-from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.courses import PLUNGE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.job import Job, WheelStart
@@ -35,7 +34,7 @@ from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import Table
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
-from tests.machine.harness import CATALOGUE, job, run
+from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
 
 MICRON = 0.001
 
@@ -150,9 +149,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
     wheels: list[WheelState] = []
     for case in cases:
         p, v = case.job.parameters, case.E / 60.0
-        fresh = dressed_wheel(300.0, case.diamond_flat, 0.1, 0.02, p)
-        fresh = dressed_wheel(300.0, case.diamond_flat, dress_lead(fresh, 191.0 / 60.0, p), 0.02, p)
-        wheels.append(fresh._replace(A=case.wear_flats, V=case.volume))
+        wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
         picks = [pick * MICRON for pick in (case.J, case.J if case.Q is None else case.Q)]
@@ -172,14 +169,12 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
                 finish=case.depth * MICRON,
                 width=case.width,
                 length=case.length,
-                dress_passes=2.0,
-                dress_feed=191.0 / 60.0,
-                dress_depth=0.02,
                 dress_seconds=dress_seconds,
                 cross_start=0.0,
                 cross_end=0.0,
                 primary_cross_pick=0.0,
                 secondary_cross_pick=0.0,
+                **DRESS_NUMBERS,
             )
         )
     parts = [PartState(0.0, 0.0, INITIAL_ROUGHNESS)] * len(cases)
