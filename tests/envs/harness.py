@@ -121,7 +121,7 @@ def rollout(
         executions: D, broadcast to (blocks, N).
 
     Returns:
-        Outcomes, each field of shape (blocks, N); cycle results, shape (blocks, N, fields of `CycleResult`);
+        Outcomes, each field of shape (blocks, N); cycle results, shape (blocks, N, fields of `Tally`);
         observations before every block and after the last one, shape (blocks + 1, N, entries).
     """
     shape = (simulation.task.blocks, len(episodes.block))
