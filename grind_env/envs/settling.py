@@ -53,7 +53,7 @@ def outcome_of(
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
-    finished = 1.0 if kind.ends_part > 0.0 else 0.0
+    finished = kind.ends_part
     time_cost, wheel_cost, dress_cost = expenses(seconds, result.worn + result.dressed_off, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
@@ -92,10 +92,12 @@ def remembered(
     E: float,
     D: float,
     pre_dress: float,
+    volume: float,
 ) -> Memory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
-    The other arguments are those of `outcome_of`, and what came of it.
+    The other arguments are those of `outcome_of`, what came of it, and the volume ground since the last dress of the
+    block, mm3/mm, by book-keeping.
     """
     ends = kind.ends_part > 0.0
     # of a new wheel nothing is known yet
@@ -110,8 +112,6 @@ def remembered(
     gauged = -1.0 if ends else old.gauged
     if ends and int(old.parts) % GAUGE_EVERY == 0:
         gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
-    # the executions stand evenly in the depth: an equal share of it is ground after the last one
-    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
     sharpened = result.dresses + change > 0.0
     volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0

@@ -7,7 +7,7 @@ many.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,6 +51,20 @@ class Episodes:
         return Episodes(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
 
 
+class Generator(Protocol):
+    """Draws episodes."""
+
+    def begin(
+        self,
+        tape: Table,
+        wheels: Table,
+        index: NDArray[np.int64],
+        rngs: Sequence[np.random.Generator],
+        given: Sequence[Given],
+    ) -> None:
+        """Write tape and first wheel of the episodes at `index`, one from each generator."""
+
+
 class Simulation:
     """Steps episodes of one task.
 
@@ -63,15 +77,18 @@ class Simulation:
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         self.task = task
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
-        self.kinds, self.base = kind_table(task), parameter_table(task)
-        self.shop = shop_row(task)
-        self._shops = np.array([self.shop])
+        self.kinds, self.base, self.shop = kind_table(task), parameter_table(task), shop_row(task)
         self._materials = len(materials())
         self._scaling = scaling(task, self.entries)
-        self._generator = EpisodeGenerator(task)
+        self._begin_with(EpisodeGenerator(task))
+
+    def _begin_with(self, generator: Generator) -> None:
+        """Let episodes begin as a generator draws them, with nothing done yet."""
+        self._shops = np.array([self.shop])
+        self._generator = generator
         self._first_part = np.array(PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
         nothing = Memory(*[0.0] * len(Memory._fields))
-        self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=task.start.volume, survival=1.0))
+        self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=self.task.start.volume, survival=1.0))
 
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
         """New episodes, one from each generator, with what is given of each."""
@@ -150,7 +167,7 @@ class Simulation:
 
         After the last block of an episode the coming block reads as zeros.
         """
-        observations = np.zeros((len(episodes.block), len(self.entries)), np.float32)
+        observations = np.zeros((len(episodes.block), len(self._scaling.offset)), np.float32)
         observe_blocks(
             self.kinds,
             episodes.tape,

@@ -202,7 +202,11 @@ def settle(
         good = good_so_far(kind, part, result, size_error, old)
         outcome = outcome_of(kind, row, shop, part, result, old, size_error, good, change, handover)
         write_outcome(outcomes, i, outcome)
-        new = remembered(kind, row, result, old, outcome, good, change, speeds[i], executions[i], pre_dresses[i])
+        # the executions stand evenly in the depth: an equal share of it is ground after the last one
+        volume = row.stock * kind.length / (result.dresses - pre_dresses[i] + 1.0)
+        new = remembered(
+            kind, row, result, old, outcome, good, change, speeds[i], executions[i], pre_dresses[i], volume
+        )
         write_memory(memory, i, new)
         block[i] += 1
 

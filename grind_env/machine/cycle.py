@@ -97,9 +97,9 @@ def advance(
         p: parameters.
     """
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
-    full = cycle.full_plunge <= Z - part.Z
+    deeper = Z - part.Z
     finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    tally = count_stroke(tally, stroke, seconds, reached < Z, full, finishing)
+    tally = count_stroke(tally, stroke, seconds, deeper, reached < Z, cycle.full_plunge <= deeper, finishing)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 

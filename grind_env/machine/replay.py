@@ -14,11 +14,11 @@ from grind_env.machine.cycle import Cycle
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.feeding import ENDS, GOES_ON, Feeding, Motion, deepest_pick
 from grind_env.machine.job import Job
-from grind_env.machine.rows import read_part, read_tally, read_wheel, write_cycle
+from grind_env.machine.rows import read_part, write_cycle
 from grind_env.machine.rules import motion_time
 from grind_env.machine.script import Script, ScriptBlock, ScriptError, depth_of, edge_of
+from grind_env.machine.tally import Tally
 from grind_env.process.cost import Limits
-from grind_env.process.state import WheelState
 
 RECIPROCATION, PLUNGE, TRAVERSE = 0.0, 1.0, 2.0
 CODES = {"G81": RECIPROCATION, "G82": PLUNGE, "G83": TRAVERSE}
@@ -27,7 +27,7 @@ NO_BLOCK = -1.0
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
 
 FULL = 0.9
-"""Share of the deepest plunge beside the motions of a G81 from which one counts as full; the others have their picks."""
+"""Share of the deepest plunge of a G81 from which one counts as full; the other cycles have their picks."""
 
 Table = NDArray[Any]
 
@@ -105,7 +105,7 @@ MOTION = dtype_of(Motion)
 read_block = column_reader(BlockRow)
 read_feeding, write_feeding = column_reader(Feeding), column_writer(Feeding)
 CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
-STROKES = 1  # column of a tally
+STROKES = Tally._fields.index("strokes")
 grind_plunges, grind_traverses, grind_feedings = PLUNGES.lanes, TRAVERSES.lanes, FEEDS.lanes
 
 
@@ -138,11 +138,13 @@ def tables_of(script: Script) -> ScriptTables:
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
         limits = job.limits_at(asked)
-        rows.append(_row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
-            judged=float(judged),
-            counts_all=float(asked.rise_allowance > 0.0),
-            stock=asked.stock if ends_stage else 0.0,
-        ))
+        rows.append(
+            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
+                judged=float(judged),
+                counts_all=float(asked.rise_allowance > 0.0),
+                stock=asked.stock if ends_stage else 0.0,
+            )
+        )
         motions += beside
         if judged:
             rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
@@ -218,7 +220,6 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
     """The motions beside the table; one of no time if its strokes go on without."""
     control, plan, time, rows = job.control, block.plan, 0.0, []
-    begin = block.beside[0].begin if block.beside else 0.0
     total = sum(motion.seconds for motion in block.beside)
     for motion in block.beside:
         depth, edge = depth_of(motion.start, plan, job), edge_of(motion.start, plan)
@@ -253,7 +254,8 @@ def _refuse_beside(script: Script, block: ScriptBlock) -> None:
     job, plan = script.job, block.plan
     part, wheel = job.part, job.setup.wheel
     edges = {edge_of(block.start, plan), *(edge_of(motion.end, plan) for motion in block.beside)}
-    if plan.code == "G83" or any(not (edge <= part.across and part.across + part.width <= edge + wheel.width) for edge in edges):
+    covered = all(edge <= part.across and part.across + part.width <= edge + wheel.width for edge in edges)
+    if plan.code == "G83" or not covered:
         raise ScriptError(f"{script.programs.name}:{plan.line}: the wheel does not cover the width of the part")
 
 
@@ -291,12 +293,14 @@ def cycle_of(row: BlockRow, E: float, D: float) -> Cycle:
 def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feeding:
     """The strokes beside the motions of a block with E (mm/min), after those that its cycle has `made`."""
     speed = E / 60.0
-    first, travel = motion_time(row.first_length, speed, row.acceleration), motion_time(row.stroke_length, speed, row.acceleration)
+    first = motion_time(row.first_length, speed, row.acceleration)
+    travel = motion_time(row.stroke_length, speed, row.acceleration)
+    pre_dress = row.pre_dress if row.code == RECIPROCATION else 0.0  # numba takes no condition among many keywords
     return Feeding(
         speed=speed,
         first_seconds=first + row.dwell,
         stroke_seconds=travel + row.dwell,
-        pre_dress=row.pre_dress if row.code == RECIPROCATION else 0.0,
+        pre_dress=pre_dress,
         full_plunge=full_plunge,
         finish=row.finish,
         width=row.width,

@@ -35,6 +35,8 @@ class Tally(NamedTuple):
     power_6: float
     last_count: float
     """How many of these six there are."""
+    deepened: float
+    """By how much strokes have gone deeper since the last dress, mm."""
     peak_power: float
     """Highest power of a stroke."""
     plunge_rise: float
@@ -73,14 +75,17 @@ def mean_first_power(tally: Tally) -> float:
 
 
 @inlined
-def count_stroke(tally: Tally, stroke: Stroke, seconds: float, plunge: bool, full: bool, finishing: bool) -> Tally:
+def count_stroke(
+    tally: Tally, stroke: Stroke, seconds: float, deeper: float, plunge: bool, full: bool, finishing: bool
+) -> Tally:
     """Count a stroke.
 
     Args:
         tally: before it.
         stroke: what it has done.
         seconds: its time.
-        plunge: whether it has gone deeper than any before it.
+        deeper: by how much it has gone deeper than any before it, mm; not above 0 if it has not.
+        plunge: whether it has gone deeper than any before it at some place of its own.
         full: whether by a full pick.
         finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
     """
@@ -111,6 +116,7 @@ def count_stroke(tally: Tally, stroke: Stroke, seconds: float, plunge: bool, ful
         power_5=power_5,
         power_6=power_6,
         last_count=last_count,
+        deepened=tally.deepened + max(deeper, 0.0),
         peak_power=max(tally.peak_power, stroke.power),
         plunge_rise=plunge_rise,
         finish_rise=finish_rise,
@@ -136,6 +142,7 @@ def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
         power_5=0.0,
         power_6=0.0,
         last_count=0.0,
+        deepened=0.0,
         peak_power=tally.peak_power,
         plunge_rise=tally.plunge_rise,
         finish_rise=tally.finish_rise,
