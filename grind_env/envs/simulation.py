@@ -117,6 +117,10 @@ class Simulation:
         episodes.parts[rows] = self._first_part
         episodes.memory[rows] = self._first_memory
 
+    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+        """What the coming blocks make of a choice."""
+        return choice
+
     def step(
         self,
         episodes: Episodes,

@@ -138,8 +138,9 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
-    as_it_is, turned = (_Writer(programs, job, elsewhere) for elsewhere in (False, True))
+    as_it_is = _Writer(programs, job)
     blocks = as_it_is.run()
+    turned = _Writer(programs, job, [block.takes_dresses for block in blocks] if speeds else None, elsewhere=True)
     for block, other in zip(blocks, turned.run(), strict=True):
         if other.start != block.start:
             raise _error(programs, block.plan.line, "its first stroke depends on where the table came to rest before")
@@ -151,10 +152,19 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
 
 
 class _Writer:
-    """Executes a program and writes its blocks down; `elsewhere`, with the table at its other end at every stop."""
+    """Executes a program and writes its blocks down.
 
-    def __init__(self, programs: Programs, job: Job, elsewhere: bool) -> None:
-        self.programs, self.job, self.elsewhere = programs, job, elsewhere
+    Args:
+        programs: the program.
+        job: the job.
+        dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
+        elsewhere: whether the table comes to rest at its other end at every stop.
+    """
+
+    def __init__(
+        self, programs: Programs, job: Job, dressing: Sequence[bool] | None = None, *, elsewhere: bool = False
+    ) -> None:
+        self.programs, self.job, self.dressing, self.elsewhere = programs, job, dressing, elsewhere
         self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
@@ -175,6 +185,8 @@ class _Writer:
         match event:
             case CycleAhead():
                 self.ahead = event.block
+                if self.dressing is not None and self.dressing[len(self.blocks)]:
+                    self.execution.choose(D="1")
             case CycleStart():
                 self._begin(event.plan)
             case CycleEnd():
@@ -186,8 +198,10 @@ class _Writer:
             case ProgramEnd():
                 self._unload()
                 self._close()
-            case Infeed() | InterruptStart() | Hold():
-                raise self._error("the operator or a grooving cycle comes in between")
+            case Infeed():
+                raise self._error("a wheel or a tool cuts a groove", event.line)
+            case InterruptStart() | Hold():
+                raise self._error("the operator comes in between")
             case DressStart() if event.cause == "operator":
                 raise self._error("the operator asks for a dress")
             case Rapid() | Line() | Arc() | Dwell() if event.source in PROGRAMMED:

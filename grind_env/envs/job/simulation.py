@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.control import Programs
+from grind_env.control.rewriting import with_words
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.outline import (
@@ -102,7 +103,7 @@ class JobSimulation(Simulation):
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
             raise JobProgramError(
-                f"{programs.name} has no cycle block G81, G82 or G83, so that there is no E or D to choose"
+                f"{programs.name} makes no stroke: it has no cycle block G81, G82 or G83, and no E or D to choose"
             )
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
@@ -171,11 +172,16 @@ class JobSimulation(Simulation):
         """What was drawn for episode i."""
         return job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
 
-    def choice(self, episodes: Episodes, speeds: Table, executions: Table) -> tuple[Table, Table]:
+    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it, and D where there is such a word."""
+        speeds, executions = choice
         number = np.minimum(episodes.block, self.task.blocks - 1)
         inches = np.round(speeds / INCH, 4) * INCH
         return np.where(self._inch[number], inches, np.rint(speeds)), executions * self._takes_dresses[number]
+
+    def text(self, block: int, speed: float, executions: float) -> str:
+        """What the control reads for a block."""
+        return with_words(self.blocks[block].block, self.words(block, speed, executions)).source.text
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
@@ -199,7 +205,7 @@ class JobSimulation(Simulation):
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        E, D = self.choice(episodes, speeds, executions)
+        E, D = self.taken(episodes, (speeds, executions))
         if self.script is None:
             self._execute(episodes, E, D, active, tallies, outcomes)
             return outcomes, tallies
