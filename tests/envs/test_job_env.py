@@ -431,7 +431,7 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
     monkeypatch.setattr(job_simulation, "outline_of_runs", noted)
     assert JobEnv().why_not_replayed is None and not tried
     env = JobEnv(written(tmp_path, GROOVED))
-    assert "part.nc:4: there is no script of this program" in str(env.why_not_replayed)
+    assert "part.nc:3: there is no script of this program" in str(env.why_not_replayed)
     assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
     assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
 
