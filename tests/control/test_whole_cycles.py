@@ -28,7 +28,9 @@ from grind_env.control import (
     execute,
     read,
 )
+from grind_env.control.cycles import RULES, Rules
 from tests.control.harness import COMMON, DRESS, PARKED, run
+from tests.control.test_cycle_rules import Along
 
 CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
 
@@ -155,6 +157,26 @@ def test_a_whole_cycle_leaves_everything_as_its_strokes_would(
     control: dict[str, Any] = {"start": (x, 0.0, 0.0), "reversal_dwell": dwell, "coverage_pass": coverage}
     control["acceleration"] = acceleration
     require_alike(run(text, whole_cycles=True, **control), run(text, **control), dwell)
+
+
+def test_a_cycle_ends_once_its_last_pick_has() -> None:
+    text = f"{COMMON}{CYCLE.replace('L1', 'L0').replace('F60.', 'F1.')}\nG04 P1.\nM30{DRESS}"
+    control: dict[str, Any] = {"start": PARKED, "coverage_pass": False}
+    found = run(text, whole_cycles=True, **control)
+    require_alike(found, run(text, **control), dwell=0.0)
+    assert found[2].time > found[1].time  # type: ignore[union-attr]
+
+
+def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    both = Rules(
+        cycle_of=lambda plan, coverage: None,
+        begin=lambda cycle: Along(0.0),
+        after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.03, crossed=0.05),
+        finished=lambda cycle, along: along.made >= 1.0,
+    )
+    monkeypatch.setitem(RULES, "G83", both)
+    text = f"{COMMON}G83 X230. I-30. Y-.03 J-.01 Z.05 K.05 F6. E12000.\nG04 P1.\nM30"
+    require_alike(run(text, start=PARKED, whole_cycles=True), run(text, start=PARKED), dwell=0.0)
 
 
 @given(text=programs(), limit=st.integers(1, 400))
