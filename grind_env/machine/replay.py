@@ -39,6 +39,8 @@ class BlockRow(NamedTuple):
     """`RECIPROCATION`, `PLUNGE` or `TRAVERSE`."""
     first_length: float
     """From the start point to the primary point, mm."""
+    away: float
+    """1 if the table sets out from elsewhere than its secondary point, else 0."""
     stroke_length: float
     """Between the reversal points, mm."""
     dwell: float
@@ -160,13 +162,14 @@ def _table(rows: list[Any], kind: type[Any]) -> Table:
 def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
     plan, dress, part = block.plan, block.dress or NO_DRESS, job.part
     from_secondary, from_primary = block.ways
-    first = plan.secondary if block.taken_over else block.start[plan.axis]
+    first = block.start[plan.axis]
     start = depth_of(block.start, plan, job)
     edge = edge_of(block.start, plan)
     crosses = plan.cross_axis is not None
     return BlockRow(
         code=CODES[plan.code],
         first_length=abs(plan.primary - first),
+        away=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
         dwell=job.control.reversal_dwell,
         acceleration=job.control.acceleration,
@@ -243,7 +246,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         time += motion.seconds
     if rows:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
-    if not block.to_secondary:
+    if not block.to_secondary and plan.code != "G81":
         return []
     depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
     edge = edge_of(block.start, plan)
@@ -313,6 +316,7 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
         middle=0.5 * travel,
         acceleration=row.acceleration,
         made=made,
+        away=row.away,
         to_secondary=row.to_secondary,
         motion=row.motion,
     )

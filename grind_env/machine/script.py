@@ -319,7 +319,7 @@ def _speeds_between(own: float, ends: Sequence[float], length: float, accelerati
 def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
     """Refuse strokes that pass over some of the length of the part only."""
     plan, part = block.plan, job.part
-    first = plan.secondary if block.taken_over else block.start[plan.axis]
+    first = block.start[plan.axis]
     for ends in ((plan.primary, plan.secondary), (first, plan.primary)):
         if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
             place = f"{AXES[plan.axis]} turns over the part or beside it"

@@ -50,6 +50,7 @@ class Counted(NamedTuple):
     T: float
     Br: float
     worn: float
+    deeper: float
     plunge: bool
     full: bool
     finishing: bool
@@ -58,7 +59,7 @@ class Counted(NamedTuple):
 
 positive = st.floats(0.0, 1e5)
 counted = st.builds(
-    Counted, positive, positive, positive, positive, st.booleans(), st.booleans(), st.booleans(), st.just(False)
+    Counted, positive, positive, positive, positive, st.floats(-1.0, 1.0), st.booleans(), st.booleans(), st.booleans(), st.just(False)
 )
 dressing = counted.map(lambda each: each._replace(dress=True))
 
@@ -81,7 +82,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
             tally = count_dress(tally, each.power, each.worn)
         else:
             stroke = EMPTY._replace(power=each.power, T=each.T, Br=each.Br, worn=each.worn)
-            tally = count_stroke(tally, stroke, 2.0, each.plunge, each.full, each.finishing)
+            tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing)
     strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
     since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]
     first, last = [e.power for e in strokes if e.full][:6], [e.power for e in since if e.full][-6:]
@@ -92,6 +93,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
     assert last_power(tally) == pytest.approx(math.fsum(last))
     assert mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
     assert mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)
+    assert tally.deepened == pytest.approx(math.fsum(max(e.deeper, 0.0) for e in since))
     assert tally.peak_power == max((e.power for e in strokes), default=0.0)
     assert tally.plunge_rise == max((e.T for e in plunges), default=0.0)
     assert tally.finish_rise == max((e.T for e in plunges if e.finishing), default=0.0)

@@ -44,7 +44,7 @@ from grind_env.process.state import WheelState
 FULL = 0.9
 """Least share of the deepest plunge of a G81 that counts as a full one; the other cycles have their picks."""
 STROKES_AT_MOST = int(POWER_WINDOW)
-COST = Outcome._fields.index("cost")
+COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
 @dataclass(slots=True)
@@ -136,9 +136,12 @@ class JobSimulation(Simulation):
     def _nominal_cost(self) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
         episodes, total = self.start([np.random.default_rng(0)]), 0.0
+        strokes = 0.0
         for block in self.blocks:
-            outcomes, _ = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
-            total += outcomes[0, COST]
+            outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
+            total, strokes = total + outcomes[0, COST], strokes + tallies[0, STROKES]
+        if strokes == 0.0:
+            raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return total / len(self.blocks)
 
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
