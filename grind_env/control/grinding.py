@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from grind_env.control.cycles import RULES
+from grind_env.control.cycles.traverse import cross_coordinate
 from grind_env.control.motions import CyclePlan, Event
 from grind_env.control.rules import PICK_TOLERANCE
 from grind_env.control.timeline import Timeline
@@ -22,13 +23,11 @@ def grind(plan: CyclePlan, timeline: Timeline, service: Service) -> Iterator[Eve
         before, progress = progress, rules.after_reversal(cycle, progress)
         if progress.depth > before.depth:
             assert plan.plunge_axis is not None
-            target = _coordinate(plan.plunge_start, plan.depth_target, progress.depth, plan.depth)
+            target = _depth_coordinate(plan, progress.depth)
             yield from timeline.pick(stroke, "plunge", plan.plunge_axis, target + timeline.infeed_shift, plan.pick_feed)
         if progress.crossed > before.crossed:
             assert plan.cross_axis is not None
-            ends = plan.cross_start, plan.cross_end
-            near, far = ends if progress.forward else reversed(ends)
-            target = _coordinate(near, far, progress.crossed, abs(far - near))
+            target = cross_coordinate(progress.crossed, progress.forward, plan.cross_start, plan.cross_end)
             yield from timeline.pick(stroke, "cross", plan.cross_axis, target, plan.pick_feed)
         yield from service(int(progress.dresses))
 
@@ -45,8 +44,8 @@ def _least_picks(way: float, *picks: float) -> int:
     return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
 
 
-def _coordinate(start: float, end: float, done: float, total: float) -> float:
-    """The coordinate after part of the way, exactly `end` after the whole."""
-    if done >= total:
-        return end
-    return start + done if end > start else start - done
+def _depth_coordinate(plan: CyclePlan, depth: float) -> float:
+    """The coordinate of a depth, exactly that of the block after the whole."""
+    if depth >= plan.depth:
+        return plan.depth_target
+    return plan.plunge_start + depth if plan.depth_target > plan.plunge_start else plan.plunge_start - depth
