@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from grind_env.control.cycles import RULES
+from grind_env.control.cycles.traverse import cross_coordinate
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event
 from grind_env.control.profile import ramp_time
@@ -24,19 +25,16 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
-    depth = plan.depth
     while not rules.finished(cycle, progress):
         before, progress = progress, rules.after_reversal(cycle, progress)
         picks: list[Target] = []
         if progress.depth > before.depth:
             assert plan.plunge_axis is not None
-            target = _coordinate(plan.plunge_start, plan.depth_target, progress.depth, depth)
-            picks.append(("plunge", plan.plunge_axis, target))
+            picks.append(("plunge", plan.plunge_axis, _depth_coordinate(plan, progress.depth)))
         if progress.crossed > before.crossed:
             assert plan.cross_axis is not None
-            ends = plan.cross_start, plan.cross_end
-            near, far = ends if progress.forward else reversed(ends)
-            picks.append(("cross", plan.cross_axis, _coordinate(near, far, progress.crossed, abs(far - near))))
+            target = cross_coordinate(progress.crossed, progress.forward, plan.cross_start, plan.cross_end)
+            picks.append(("cross", plan.cross_axis, target))
         yield picks, int(progress.dresses)
 
 
@@ -121,8 +119,8 @@ def _least_picks(way: float, *picks: float) -> int:
     return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
 
 
-def _coordinate(start: float, end: float, done: float, total: float) -> float:
-    """The coordinate after part of the way, exactly `end` after the whole."""
-    if done >= total:
-        return end
-    return start + done if end > start else start - done
+def _depth_coordinate(plan: CyclePlan, depth: float) -> float:
+    """The coordinate of a depth, exactly that of the block after the whole."""
+    if depth >= plan.depth:
+        return plan.depth_target
+    return plan.plunge_start + depth if plan.depth_target > plan.plunge_start else plan.plunge_start - depth

@@ -60,9 +60,9 @@ def column_reader(record: type[Any]) -> Callable[[Any, int], Any]:
     return _loads(read, record, ROWS, _in_row(fields))
 
 
-def column_writer(record: type[Any]) -> Callable[[Any, int, Any], None]:
-    """Compiled `write(table, i, value)`, the counterpart of `column_reader`."""
-    fields = tuple(range(len(record._fields)))
+def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any], None]:
+    """Compiled `write(table, i, value)`, the counterpart of `column_reader`, for a record from column `first` on."""
+    fields = tuple(range(first, first + len(record._fields)))
 
     def write(table: Any, i: int, value: Any) -> None:
         for column, number in zip(fields, value, strict=True):

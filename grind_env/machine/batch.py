@@ -12,12 +12,12 @@ from grind_env.kernel.rows import dtype_of
 from grind_env.machine.courses import PLUNGE, TRAVERSE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FEED
-from grind_env.machine.loops import LANES, loops_of
-from grind_env.machine.rows import Table, read_cycle
+from grind_env.machine.loops import LANES, loops_of, zoned_loops_of
+from grind_env.machine.rows import LOG, Table, read_cycle
 from grind_env.machine.tally import Tally
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, WheelState
 
-PLUNGES, TRAVERSES, FEEDS = loops_of(PLUNGE), loops_of(TRAVERSE), loops_of(FEED)
+PLUNGES, FEEDS, TRAVERSES = loops_of(PLUNGE), loops_of(FEED), zoned_loops_of(TRAVERSE)
 
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""
@@ -30,7 +30,6 @@ PARAMETERS = dtype_of(StrokeParameters)
 WHEEL = dtype_of(WheelState)
 PART = dtype_of(PartState)
 TALLY = dtype_of(Tally)
-STROKE = dtype_of(Stroke)
 
 NO_MOTIONS = np.empty((0, 0))
 """Of cycles whose strokes lie where their picks have led."""
@@ -103,15 +102,15 @@ def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, st
         strokes: how many to log.
 
     Returns:
-        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `STROKE`.
+        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `LOG`.
 
     Raises:
         ValueError: as for `grind_cycles`.
     """
     _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
-    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), STROKE)
+    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), LOG)
     tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
-    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(Stroke._fields)))
+    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, -1))
     return tallies, log
 
 

@@ -35,6 +35,9 @@ class Course(NamedTuple):
     """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
 
 
+cross_coordinate = inlined_rule(traverse.cross_coordinate)
+
+
 @inlined
 def _plunge_plan(cycle: Cycle) -> PlungeCycle:
     return PlungeCycle(
@@ -74,11 +77,7 @@ def _fixed_edge(cycle: Cycle, progress: Any) -> float:
 
 @inlined
 def _crossed_edge(cycle: Cycle, progress: TraverseProgress) -> float:
-    forward = progress.forward > 0.0
-    near = cycle.cross_start if forward else cycle.cross_end
-    far = cycle.cross_end if forward else cycle.cross_start
-    way = progress.crossed if far > near else -progress.crossed
-    return far if progress.crossed >= abs(far - near) else near + way
+    return cross_coordinate(progress.crossed, progress.forward, cycle.cross_start, cycle.cross_end)
 
 
 @inlined

@@ -14,18 +14,20 @@ from grind_env.kernel.rows import column_reader, lane_reader, lane_writer
 from grind_env.machine.courses import Course
 from grind_env.machine.cycle import PartState, advance, dress, stroke_seconds
 from grind_env.machine.rows import (
+    Made,
     Table,
+    log_made,
+    log_stroke,
+    log_wheel,
     read_parameters,
-    read_part,
     read_tally,
     read_wheel,
-    write_part,
-    write_stroke,
     write_tally,
     write_wheel,
 )
+from grind_env.machine.surfaces import Buffer, Place, Surface, whole, zoned
 from grind_env.machine.tally import Tally
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 LANES = 8
 """Machines at once: one AVX-512 or two AVX2 registers wide."""
@@ -38,26 +40,34 @@ class Loops(NamedTuple):
     """The loops over the strokes of one kind of cycle; both give the same bits."""
 
     lanes: Callable[..., None]
-    """`lanes(cycles, parameters, wheels, parts, tallies, motions, order, first, step)`: the machines
+    """`lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: the machines
     `order[first::step]` in SIMD lanes."""
     scalar: Callable[..., None]
-    """`scalar(cycles, parameters, wheels, parts, tallies, motions, log)`: one machine after the other, with the first
-    strokes of each in `log`, shape (N, strokes, fields of `Stroke`)."""
+    """`scalar(cycles, parameters, wheels, surfaces, tallies, motions, log)`: one machine after the other, with the
+    first strokes of each in `log`, shape (N, strokes, columns of `rows.LOG`)."""
     advance_lanes: Callable[..., None]
     """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
 
 
 def loops_of(course: Course) -> Loops:
-    """The loops over a cycle.
+    """The loops over a cycle on parts that the wheel covers.
 
     Their tables have one row a machine: `cycles` with the fields of `course.cycle`, `parameters` of
-    `StrokeParameters`, `wheels` of `WheelState`, `parts` of `PartState`, `tallies` of `Tally`. Wheels, parts and
+    `StrokeParameters`, `wheels` of `WheelState`, `surfaces` of `PartState`, `tallies` of `Tally`. Wheels, surfaces and
     tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks strokes up in.
     """
+    return _loops(course, whole)
+
+
+def zoned_loops_of(course: Course) -> Loops:
+    """The same on parts whose surface is in zones: `surfaces` has shape (N, zones, fields of `Zone`)."""
+    return _loops(course, zoned)
+
+
+def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     records = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
-    buffer_size = event_row + LANES
     get_cycle, get_parameters, get_wheel, get_part, get_progress, get_tally = (
         lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
@@ -66,7 +76,42 @@ def loops_of(course: Course) -> Loops:
     )
     read_cycle = column_reader(course.cycle)
     plan_of, begin, after_reversal, finished = course.plan, course.begin, course.after_reversal, course.finished
-    depth, lost, find = course.depth, course.lost, course.find
+    depth, edge, lost, find = course.depth, course.edge, course.lost, course.find
+
+    @inlined
+    def place_in(rows: Table, lane: int) -> Place:
+        """Where the coming stroke of a lane lies."""
+        cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
+        near = edge(cycle, progress)
+        return Place(Z=depth(cycle, progress), edge=near, end=near + get_parameters(rows, lane).bs)
+
+    @inlined
+    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> Stroke:
+        """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
+        cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
+        wheel, part, tally, stroke = advance(
+            cycle,
+            depth(cycle, progress),
+            stroke_seconds(cycle, progress.reversal),
+            b,
+            reached,
+            get_wheel(rows, lane),
+            part,
+            get_tally(rows, lane),
+            get_parameters(rows, lane),
+        )
+        plan = plan_of(cycle)
+        progress = after_reversal(plan, progress)
+        put_progress(rows, lane, progress)
+        put_wheel(rows, lane, wheel)
+        put_part(rows, lane, part)
+        put_tally(rows, lane, tally)
+        event = finished(plan, progress) | (progress.dresses > 0.0) | lost(progress)
+        rows[event_row + lane] = 1.0 if event else 0.0
+        return stroke
+
+    surface = surface_of(Buffer(LANES, starts[-1] + 1, get_cycle, get_wheel, get_part, place_in, stroke_in))
+    buffer_size, part_of, load_surface, store_surface, advance_lanes, advance_one = surface
 
     @inlined
     def load(
@@ -75,7 +120,7 @@ def loops_of(course: Course) -> Loops:
         cycles: Table,
         parameters: Table,
         wheels: Table,
-        parts: Table,
+        surfaces: Table,
         tallies: Table,
         i: int,
     ) -> None:
@@ -84,16 +129,17 @@ def loops_of(course: Course) -> Loops:
         put_cycle(rows, lane, cycle)
         put_parameters(rows, lane, read_parameters(parameters, i))
         put_wheel(rows, lane, read_wheel(wheels, i))
-        put_part(rows, lane, read_part(parts, i))
+        put_part(rows, lane, part_of(surfaces, i))
         put_progress(rows, lane, begin(plan_of(cycle)))
         put_tally(rows, lane, read_tally(tallies, i))
+        load_surface(rows, lane, surfaces, i)
 
     @inlined
-    def store(rows: Table, lane: int, wheels: Table, parts: Table, tallies: Table, i: int) -> None:
+    def store(rows: Table, lane: int, wheels: Table, surfaces: Table, tallies: Table, i: int) -> None:
         """Write what a lane holds to machine i."""
         write_wheel(wheels, i, get_wheel(rows, lane))
-        write_part(parts, i, get_part(rows, lane))
         write_tally(tallies, i, get_tally(rows, lane))
+        store_surface(rows, lane, surfaces, i)
 
     @inlined
     def serve(rows: Table, lane: int, motions: Table) -> None:
@@ -108,37 +154,11 @@ def loops_of(course: Course) -> Loops:
         put_tally(rows, lane, tally)
 
     @entry
-    def advance_lanes(rows: Table) -> None:
-        """One stroke in every lane; a function of its own, for it vectorises only with nothing but `rows` in sight."""
-        for lane in range(LANES):
-            cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
-            part = get_part(rows, lane)
-            wheel, part, tally, _ = advance(
-                cycle,
-                depth(cycle, progress),
-                stroke_seconds(cycle, progress.reversal),
-                cycle.width,
-                part.Z,
-                get_wheel(rows, lane),
-                part,
-                get_tally(rows, lane),
-                get_parameters(rows, lane),
-            )
-            plan = plan_of(cycle)
-            progress = after_reversal(plan, progress)
-            put_progress(rows, lane, progress)
-            put_wheel(rows, lane, wheel)
-            put_part(rows, lane, part)
-            put_tally(rows, lane, tally)
-            event = finished(plan, progress) | (progress.dresses > 0.0) | lost(progress)
-            rows[event_row + lane] = 1.0 if event else 0.0
-
-    @entry
     def lanes(
         cycles: Table,
         parameters: Table,
         wheels: Table,
-        parts: Table,
+        surfaces: Table,
         tallies: Table,
         motions: Table,
         order: Table,
@@ -147,30 +167,30 @@ def loops_of(course: Course) -> Loops:
     ) -> None:
         if first >= order.size:
             return
-        rows = np.empty(buffer_size)
+        rows = np.empty(buffer_size(surfaces))
         machine = np.full(LANES, IDLE)
         upcoming = first
         running = 0
         for lane in range(LANES):
             # an idle lane repeats the first machine: finite numbers that nobody reads
-            load(rows, lane, cycles, parameters, wheels, parts, tallies, order[first])
+            load(rows, lane, cycles, parameters, wheels, surfaces, tallies, order[first])
             rows[event_row + lane] = 1.0
         while True:
             for lane in range(LANES):
                 if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
                     serve(rows, lane, motions)
                     if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
-                        store(rows, lane, wheels, parts, tallies, machine[lane])
+                        store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
                 while machine[lane] == IDLE and upcoming < order.size:
                     machine[lane] = order[upcoming]
                     upcoming += step
-                    load(rows, lane, cycles, parameters, wheels, parts, tallies, machine[lane])
+                    load(rows, lane, cycles, parameters, wheels, surfaces, tallies, machine[lane])
                     serve(rows, lane, motions)
                     running += 1
                     if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
-                        store(rows, lane, wheels, parts, tallies, machine[lane])
+                        store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
             if running == 0:
@@ -179,26 +199,29 @@ def loops_of(course: Course) -> Loops:
 
     @entry
     def scalar(
-        cycles: Table, parameters: Table, wheels: Table, parts: Table, tallies: Table, motions: Table, log: Table
+        cycles: Table, parameters: Table, wheels: Table, surfaces: Table, tallies: Table, motions: Table, log: Table
     ) -> None:
         for i in range(len(cycles)):
             cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
-            wheel, part, tally = read_wheel(wheels, i), read_part(parts, i), read_tally(tallies, i)
+            wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
             plan = plan_of(cycle)
             progress, waited = find(cycle, begin(plan), motions)
             for number in range(int(progress.dresses)):
                 wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
             while not finished(plan, progress):
                 seconds = stroke_seconds(cycle, progress.reversal)
-                Z = depth(cycle, progress)
-                wheel, part, tally, stroke = advance(cycle, Z, seconds, cycle.width, part.Z, wheel, part, tally, p)
+                near = edge(cycle, progress)
+                place = Place(Z=depth(cycle, progress), edge=near, end=near + p.bs)
+                wheel, part, tally, stroke, b = advance_one(surfaces, i, place, cycle, seconds, wheel, part, tally, p)
                 if tally.strokes <= log.shape[1]:
-                    write_stroke(log[i], int(tally.strokes) - 1, stroke)
+                    row = int(tally.strokes) - 1
+                    log_made(log[i], row, Made(seconds=seconds, edge=place.edge, Z=place.Z, b=b))
+                    log_stroke(log[i], row, stroke)
+                    log_wheel(log[i], row, wheel)
                 progress, waited = find(cycle, after_reversal(plan, progress), motions)
                 for number in range(int(progress.dresses)):
                     wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
             write_wheel(wheels, i, wheel)
-            write_part(parts, i, part)
             write_tally(tallies, i, tally)
 
     return Loops(lanes, scalar, advance_lanes)

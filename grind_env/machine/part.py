@@ -14,16 +14,11 @@ from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
-from grind_env.machine.strips import Strips, grind_strips
+from grind_env.machine.strips import IDLE, Strips, grind_strips
+from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
-
-STRIP = 1.0
-"""mm; width of a strip at most."""
-
-IDLE = Stroke(*[0.0] * len(Stroke._fields))
-"""A stroke that does not pass over the part."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +89,6 @@ class PartRun:
     ) -> None:
         if conditions.part is not None:
             job = replace(job, part=conditions.part)
-        strips = math.ceil(job.part.width / STRIP)
         self.number, self.job, self.began = number, job, began
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
@@ -103,11 +97,12 @@ class PartRun:
         self.deepest = 0.0
         self.passed: list[tuple[str, ...]] = []
         self.strokes = self.infeeds = self.dresses = 0
+        self._centres = strip_centres(job.part.across, job.part.width)
+        strips = self._centres.size
         self._S = np.zeros(strips)
         self._Rs = np.full(strips, INITIAL_ROUGHNESS)
         self._reached = np.zeros(strips)
         self._coverage = Coverage(job.part.start, job.part.length, strips)
-        self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
         self._earlier, self._stage_power = 1.0, 0.0

@@ -1,11 +1,13 @@
 """How kernels read and write the records of a machine: each a row of a table, one field a column."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
@@ -17,4 +19,25 @@ read_parameters = column_reader(StrokeParameters)
 read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
 read_part, write_part = column_reader(PartState), column_writer(PartState)
 read_tally, write_tally = column_reader(Tally), column_writer(Tally)
-write_stroke = column_writer(Stroke)
+read_zone, write_zone = column_reader(Zone), column_writer(Zone)
+
+
+class Made(NamedTuple):
+    """How a stroke was made."""
+
+    seconds: float
+    """Its time, s."""
+    edge: float
+    """Cross coordinate of the wheel's edge on the minus side, mm."""
+    Z: float
+    """Depth, mm."""
+    b: float
+    """Engaged width, mm."""
+
+
+LOG = np.dtype([(name, np.float64) for record in (Made, Stroke, WheelState) for name in record._fields])
+"""A stroke in a log: how it was made, what happened in it, and the wheel after it."""
+
+log_made = column_writer(Made)
+log_stroke = column_writer(Stroke, len(Made._fields))
+log_wheel = column_writer(WheelState, len(Made._fields) + len(Stroke._fields))

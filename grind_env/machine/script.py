@@ -295,8 +295,7 @@ def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds:
     seconds = motion_time(most, rate, control.acceleration) if most > 0.0 else 0.0
     plunge = max(plan.primary_pick, plan.secondary_pick)
     dressing = motion_time(plunge, rate, control.acceleration) if plunge > 0.0 else 0.0
-    first = abs(plan.primary - block.start[plan.axis])
-    for stroke in (length, length if block.taken_over else first):
+    for stroke in (length, abs(plan.primary - block.start[plan.axis])):
         for speed in _speeds_between(
             plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
         ):

@@ -1,4 +1,11 @@
-"""One stroke over a part whose surface is kept in strips across its width."""
+"""One stroke over a part whose surface is kept in strips across its width.
+
+The strips with more than half of the deepest interference under the wheel are cut; the others, ground at this depth
+before, only spark. The cut is that of the mean interference over the joint width, and takes the same depth off each.
+"""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +19,123 @@ Strips = NDArray[np.float64]
 """One value per strip of the part."""
 
 
+IDLE = Stroke(*[0.0] * len(Stroke._fields))
+"""A stroke that does not pass over the part."""
+
+
+class Zone(NamedTuple):
+    """Strips side by side that only ever lie under the wheel together: what one of them is, all are."""
+
+    S: float
+    """Stock removed, mm."""
+    Rs: float
+    """Roughness Ra, um."""
+    reached: float
+    """Depth of the deepest stroke so far, mm."""
+    centre: float
+    """Cross coordinate of the middle of the first of them, mm."""
+    strips: float
+    """How many they are; 0 where there is no zone, which is then never under the wheel."""
+
+
+class Contact(NamedTuple):
+    """What a stroke meets, of the zones looked at so far."""
+
+    tip: float
+    """Depth of the wheel face, mm."""
+    strips: float
+    """Of the part."""
+    S: float
+    """Least stock removed under the wheel, mm; infinite where it is beside the part."""
+    Rs: float
+    """Roughness of the first zone under it, um."""
+    reached: float
+    """Least depth reached under it, mm; infinite as for S."""
+    engaged: float
+    """Strips in the cut."""
+    S_offset: float
+    """Sum over them of the stock removed beyond the least, mm."""
+    Rs_offset: float
+    """Sum over them of the roughness beyond that of the first zone, um."""
+
+
 @inlined
-def in_cut(u: float, deepest: float) -> bool:
-    """Whether a strip with interference `u` takes part in a cut whose deepest interference is given."""
-    return (u > 0.5 * deepest) | (deepest <= 0.0)
+def contact_at(tip: float) -> Contact:
+    """The wheel at a depth, before any zone has been looked at."""
+    return Contact(tip=tip, strips=0.0, S=math.inf, Rs=0.0, reached=math.inf, engaged=0.0, S_offset=0.0, Rs_offset=0.0)
+
+
+@inlined
+def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
+    """Look at a zone, which is under the wheel or not, for the deepest interference."""
+    first = under & (contact.reached == math.inf)
+    Rs = zone.Rs if first else contact.Rs
+    S = min(contact.S, zone.S) if under else contact.S
+    reached = min(contact.reached, zone.reached) if under else contact.reached
+    return Contact(
+        tip=contact.tip,
+        strips=contact.strips + zone.strips,
+        S=S,
+        Rs=Rs,
+        reached=reached,
+        engaged=contact.engaged,
+        S_offset=contact.S_offset,
+        Rs_offset=contact.Rs_offset,
+    )
+
+
+@inlined
+def in_cut(contact: Contact, zone: Zone, under: bool) -> bool:
+    """Whether a zone takes part in the cut, once all have been looked at."""
+    deepest = contact.tip - contact.S
+    return under & ((contact.tip - zone.S > 0.5 * deepest) | (deepest <= 0.0))
+
+
+@inlined
+def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
+    """Add a zone that is in the cut.
+
+    Means are offsets from one strip: exact where all are equal, so that a plunge cut is that of one strip.
+    """
+    S_more = zone.strips * (zone.S - contact.S) if cut else 0.0
+    Rs_more = zone.strips * (zone.Rs - contact.Rs) if cut else 0.0
+    more = zone.strips if cut else 0.0
+    return Contact(
+        tip=contact.tip,
+        strips=contact.strips,
+        S=contact.S,
+        Rs=contact.Rs,
+        reached=contact.reached,
+        engaged=contact.engaged + more,
+        S_offset=contact.S_offset + S_more,
+        Rs_offset=contact.Rs_offset + Rs_more,
+    )
+
+
+@inlined
+def cut_surface(contact: Contact, width: float) -> tuple[float, float, float]:
+    """Engaged width in mm of a part so wide, and the means of stock removed in mm and roughness in um over it.
+
+    A wheel beside the part has no interference, over whatever width: such a stroke changes nothing.
+    """
+    beside = contact.engaged <= 0.0
+    engaged = contact.strips if beside else contact.engaged
+    S = contact.tip if beside else contact.S + contact.S_offset / engaged
+    return width * (engaged / contact.strips), S, contact.Rs + contact.Rs_offset / engaged
+
+
+@inlined
+def ground(zone: Zone, under: bool, cut: bool, Z: float, ae: float, Rg: float) -> Zone:
+    """A zone after a stroke at depth `Z`, mm, that took `ae`, mm, off what was in the cut, and left `Rg`, um."""
+    S = zone.S + ae if cut else zone.S
+    Rs = surface_roughness(zone.Rs, Rg, ae) if cut else zone.Rs
+    reached = max(zone.reached, Z) if under else zone.reached
+    return Zone(S=S, Rs=Rs, reached=reached, centre=zone.centre, strips=zone.strips)
+
+
+@inlined
+def _strip(S: Strips, Rs: Strips, reached: Strips, i: int) -> Zone:
+    return Zone(S=S[i], Rs=Rs[i], reached=reached[i], centre=0.0, strips=1.0)
 
 
 @entry
@@ -34,10 +154,6 @@ def grind_strips(
 ) -> tuple[WheelState, Stroke, float, bool]:
     """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
-    The strips with more than half of the deepest interference are cut; the others, ground at this depth
-    before, only spark. The cut is that of the mean interference over the joint width, and takes the same
-    depth off each.
-
     Args:
         wheel: state before the stroke.
         S: stock removed, mm; updated.
@@ -55,23 +171,16 @@ def grind_strips(
         The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
         into a strip than before.
     """
-    S_least, Rs_first = np.min(S[first:last]), Rs[first]
-    deepest = Z - wheel.W - S_least
-    # means as offsets from one strip: exact where all are equal, so that a plunge cut is that of one strip
-    engaged, S_offset, Rs_offset = 0, 0.0, 0.0
+    contact = contact_at(Z - wheel.W)
+    for i in range(S.size):
+        contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
     for i in range(first, last):
-        if in_cut(Z - wheel.W - S[i], deepest):
-            engaged += 1
-            S_offset += S[i] - S_least
-            Rs_offset += Rs[i] - Rs_first
-    b = width * (engaged / S.size)
-    S_mean, Rs_mean = S_least + S_offset / engaged, Rs_first + Rs_offset / engaged
-    after, cut = grind_stroke(wheel, S_mean, Rs_mean, Z, vw, b, Lw, p)
-    plunged = False
+        zone = _strip(S, Rs, reached, i)
+        contact = joined(contact, zone, in_cut(contact, zone, True))
+    b, S_mean, Rs_mean = cut_surface(contact, width)
+    after, stroke = grind_stroke(wheel, S_mean, Rs_mean, Z, vw, b, Lw, p)
     for i in range(first, last):
-        plunged = plunged or reached[i] < Z
-        if in_cut(Z - wheel.W - S[i], deepest):
-            S[i] += cut.ae
-            Rs[i] = surface_roughness(Rs[i], cut.Rg, cut.ae)
-        reached[i] = max(reached[i], Z)
-    return after, cut, b, plunged
+        zone = _strip(S, Rs, reached, i)
+        zone = ground(zone, True, in_cut(contact, zone, True), Z, stroke.ae, stroke.Rg)
+        S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
+    return after, stroke, b, contact.reached < Z

@@ -5,13 +5,13 @@ import llvmlite.binding as llvm
 import numba
 import pytest
 
-from grind_env.machine.batch import FEEDS, PLUNGES
+from grind_env.machine.batch import FEEDS, PLUNGES, TRAVERSES
 from grind_env.machine.loops import Loops
 
 pytestmark = pytest.mark.bits
 
 
-@pytest.fixture(scope="module", params=[PLUNGES, FEEDS], ids=["G82", "G81"])
+@pytest.fixture(scope="module", params=[PLUNGES, FEEDS, TRAVERSES], ids=["G82", "G81", "G83 in zones"])
 def assembly(request: pytest.FixtureRequest) -> str:
     if platform.machine() not in ("x86_64", "AMD64"):
         pytest.skip("reads x86 assembly")

@@ -106,6 +106,21 @@ def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> Traverse
     )
 
 
+def cross_coordinate(crossed: float, forward: float, start: float, end: float) -> float:
+    """Cross coordinate of a stroke, exactly that of an end where the crossover has come to it.
+
+    Args:
+        crossed: of the progress before the stroke, like the next one.
+        forward: direction.
+        start: where the crossover begins, mm.
+        end: where it ends, mm.
+    """
+    near = start if forward > 0.0 else end
+    far = end if forward > 0.0 else start
+    way = crossed if far > near else -crossed
+    return far if crossed >= abs(far - near) else near + way
+
+
 def finished(cycle: TraverseCycle, progress: TraverseProgress) -> bool:
     """Whether there is no stroke to make any more."""
     return progress.left < 0.0

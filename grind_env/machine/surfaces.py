@@ -1,0 +1,246 @@
+"""How the compiled loops keep the surfaces of parts: whole, where the wheel covers the part, or in zones across."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import lane_reader, lane_writer
+from grind_env.machine.cycle import Cycle, PartState, advance
+from grind_env.machine.rows import Table, read_part, read_zone, write_part, write_zone
+from grind_env.machine.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
+from grind_env.machine.tally import Tally
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
+
+
+class Place(NamedTuple):
+    """Where a stroke lies. Lengths are mm."""
+
+    Z: float
+    """Depth."""
+    edge: float
+    """Cross coordinate of the wheel's edge on the minus side."""
+    end: float
+    """That of the other edge."""
+
+
+class Buffer(NamedTuple):
+    """The buffer of the lanes, as a surface finds it: compiled functions of it."""
+
+    lanes: int
+    rows: int
+    """Of what is not of the surface."""
+    cycle: Callable[..., Any]
+    """`cycle(rows, lane)`: numbers of the cycle."""
+    wheel: Callable[..., Any]
+    """`wheel(rows, lane)`: the wheel before the coming stroke."""
+    part: Callable[..., Any]
+    """`part(rows, lane)`: the part before it."""
+    place: Callable[..., Any]
+    """`place(rows, lane)`: where it lies."""
+    stroke: Callable[..., Any]
+    """`stroke(rows, lane, b, reached, part)`: makes it; arguments as for `cycle.advance`."""
+
+
+class Surface(NamedTuple):
+    """A way to keep surfaces, in a table with an entry for each machine: compiled functions of it."""
+
+    size: Callable[..., Any]
+    """`size(surfaces)`: of the buffer."""
+    begin: Callable[..., Any]
+    """`begin(surfaces, i)`: the part on machine i before its cycle."""
+    load: Callable[..., Any]
+    """`load(rows, lane, surfaces, i)`: into a lane, what of machine i is not in its `PartState`."""
+    store: Callable[..., Any]
+    """`store(rows, lane, surfaces, i)`: what a lane holds to machine i."""
+    advance_lanes: Callable[..., Any]
+    """`advance_lanes(rows)`: one stroke in every lane; a function of its own, for it vectorises only with nothing but
+    `rows` in sight."""
+    advance: Callable[..., Any]
+    """`advance(surfaces, i, place, cycle, seconds, wheel, part, tally, p)`: the same stroke on machine i; gives wheel,
+    part and tally after it, the stroke and the engaged width, which is 0 where the wheel is beside the part."""
+
+
+def whole(buffer: Buffer) -> Surface:
+    """Surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
+    lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
+    cycle_in, part_in, stroke_in = buffer.cycle, buffer.part, buffer.stroke
+
+    @inlined
+    def size(surfaces: Table) -> int:
+        return buffer_size
+
+    @inlined
+    def load(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+        pass
+
+    @inlined
+    def store(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+        write_part(surfaces, i, part_in(rows, lane))
+
+    @entry
+    def advance_lanes(rows: Table) -> None:
+        for lane in range(lanes):
+            part = part_in(rows, lane)
+            stroke_in(rows, lane, cycle_in(rows, lane).width, part.Z, part)
+
+    @inlined
+    def advance_one(
+        surfaces: Table,
+        i: int,
+        place: Place,
+        cycle: Cycle,
+        seconds: float,
+        wheel: WheelState,
+        part: PartState,
+        tally: Tally,
+        p: StrokeParameters,
+    ) -> tuple[WheelState, PartState, Tally, Stroke, float]:
+        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, cycle.width, part.Z, wheel, part, tally, p)
+        write_part(surfaces, i, part)
+        return wheel, part, tally, stroke, cycle.width
+
+    return Surface(size, read_part, load, store, advance_lanes, advance_one)
+
+
+BUNCH = 2
+"""Zones looked at in one go over the lanes: LLVM unrolls a loop over the lanes that does less, and vectorises it no
+more."""
+
+MOST_ZONES = 4096
+"""Of a surface in the lanes; a power of 2, see `zone_in`."""
+
+NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
+"""Fills the last bunch."""
+
+
+class Taken(NamedTuple):
+    """What a stroke does to the zones in its cut."""
+
+    ae: float
+    """mm."""
+    Rg: float
+    """um."""
+
+
+@inlined
+def is_under(zone: Zone, place: Place) -> bool:
+    """Whether the wheel is over a zone."""
+    return (place.edge <= zone.centre) & (zone.centre < place.end)
+
+
+def zoned(buffer: Buffer) -> Surface:
+    """Surfaces in zones; their table has shape (N, zones, fields of `Zone`).
+
+    In the lanes the zones are run one after the other, each with all lanes side by side.
+    """
+    lanes, place_in, wheel_in, part_in = buffer.lanes, buffer.place, buffer.wheel, buffer.part
+    cycle_in, stroke_in = buffer.cycle, buffer.stroke
+    records = (Place, Contact, Taken)
+    starts = [buffer.rows + sum(len(record._fields) for record in records[:k]) for k in range(4)]
+    get_place, get_contact, get_taken = (
+        lane_reader(record, start, lanes) for record, start in zip(records, starts, strict=False)
+    )
+    put_place, put_contact, put_taken = (
+        lane_writer(record, start, lanes) for record, start in zip(records, starts, strict=False)
+    )
+    read_lane, write_lane = lane_reader(Zone, starts[-1], lanes), lane_writer(Zone, starts[-1], lanes)
+    first_zone, zone_size = starts[-1] * lanes, len(Zone._fields) * lanes
+
+    @inlined
+    def get_zone(rows: Table, number: int, lane: int) -> Any:
+        # LLVM sees of a bounded number that the zone is not where a loop over the lanes writes, and vectorises it
+        return read_lane(rows, (number & (MOST_ZONES - 1)) * zone_size + lane)
+
+    @inlined
+    def put_zone(rows: Table, number: int, lane: int, zone: Zone) -> None:
+        write_lane(rows, (number & (MOST_ZONES - 1)) * zone_size + lane, zone)
+
+    @inlined
+    def size(surfaces: Table) -> Any:
+        bunches = (surfaces.shape[1] + BUNCH - 1) // BUNCH
+        return first_zone + bunches * BUNCH * zone_size
+
+    @inlined
+    def begin(surfaces: Table, i: int) -> PartState:
+        deepest = 0.0
+        for number in range(surfaces.shape[1]):
+            deepest = max(deepest, read_zone(surfaces[i], number).reached)
+        return PartState(Z=deepest, S=0.0, Rs=0.0)
+
+    @inlined
+    def load(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+        zones = surfaces.shape[1]
+        for number in range((rows.size - first_zone) // zone_size):
+            put_zone(rows, number, lane, read_zone(surfaces[i], number) if number < zones else NO_ZONE)
+
+    @inlined
+    def store(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+        for number in range(surfaces.shape[1]):
+            write_zone(surfaces[i], number, get_zone(rows, number, lane))
+
+    @entry
+    def advance_lanes(rows: Table) -> None:
+        zones = (rows.size - first_zone) // zone_size
+        for lane in range(lanes):
+            place = place_in(rows, lane)
+            put_place(rows, lane, place)
+            put_contact(rows, lane, contact_at(place.Z - wheel_in(rows, lane).W))
+        for bunch in range(zones // BUNCH):
+            for lane in range(lanes):
+                place, contact = get_place(rows, lane), get_contact(rows, lane)
+                for k in range(BUNCH):
+                    zone = get_zone(rows, bunch * BUNCH + k, lane)
+                    contact = beneath(contact, zone, is_under(zone, place))
+                put_contact(rows, lane, contact)
+        for bunch in range(zones // BUNCH):
+            for lane in range(lanes):
+                place, contact = get_place(rows, lane), get_contact(rows, lane)
+                for k in range(BUNCH):
+                    zone = get_zone(rows, bunch * BUNCH + k, lane)
+                    contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
+                put_contact(rows, lane, contact)
+        for lane in range(lanes):
+            contact, part = get_contact(rows, lane), part_in(rows, lane)
+            b, S, Rs = cut_surface(contact, cycle_in(rows, lane).width)
+            stroke = stroke_in(rows, lane, b, contact.reached, PartState(Z=part.Z, S=S, Rs=Rs))
+            put_taken(rows, lane, Taken(ae=stroke.ae, Rg=stroke.Rg))
+        for number in range(zones):
+            for lane in range(lanes):
+                zone, place = get_zone(rows, number, lane), get_place(rows, lane)
+                taken, under = get_taken(rows, lane), is_under(zone, place)
+                cut = in_cut(get_contact(rows, lane), zone, under)
+                put_zone(rows, number, lane, ground(zone, under, cut, place.Z, taken.ae, taken.Rg))
+
+    @inlined
+    def advance_one(
+        surfaces: Table,
+        i: int,
+        place: Place,
+        cycle: Cycle,
+        seconds: float,
+        wheel: WheelState,
+        part: PartState,
+        tally: Tally,
+        p: StrokeParameters,
+    ) -> tuple[WheelState, PartState, Tally, Stroke, float]:
+        zones = surfaces[i]
+        contact = contact_at(place.Z - wheel.W)
+        for number in range(len(zones)):
+            zone = read_zone(zones, number)
+            contact = beneath(contact, zone, is_under(zone, place))
+        for number in range(len(zones)):
+            zone = read_zone(zones, number)
+            contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
+        b, S, Rs = cut_surface(contact, cycle.width)
+        part = PartState(Z=part.Z, S=S, Rs=Rs)
+        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, b, contact.reached, wheel, part, tally, p)
+        for number in range(len(zones)):
+            zone = read_zone(zones, number)
+            under = is_under(zone, place)
+            cut = in_cut(contact, zone, under)
+            write_zone(zones, number, ground(zone, under, cut, place.Z, stroke.ae, stroke.Rg))
+        met = contact.engaged > 0.0
+        return wheel, part, tally, stroke if met else IDLE, b if met else 0.0
+
+    return Surface(size, begin, load, store, advance_lanes, advance_one)

@@ -1,0 +1,70 @@
+"""The surface of a part in strips across its width, and which of them can be run as one zone."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control.cycles import traverse
+from grind_env.control.cycles.traverse import TraverseCycle, cross_coordinate
+from grind_env.machine.rows import Table
+from grind_env.machine.strips import Strips, Zone
+from grind_env.process.equations import INITIAL_ROUGHNESS
+
+STRIP = 1.0
+"""mm; width of a strip at most."""
+
+WALKED = 4
+"""Traverses. One begins at either end of the crossover, at the primary or the secondary reversal point; after so many
+all of these four have come by that ever do."""
+
+
+def strip_centres(across: float, width: float) -> Strips:
+    """Cross coordinates of the middles of the strips of a part that begins at `across` and is `width` wide, mm."""
+    strips = math.ceil(width / STRIP)
+    return np.asarray(across + width * (np.arange(strips) + 0.5) / strips)
+
+
+def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float]:
+    """Where the wheel's edge on the minus side can lie in a G83, however deep it goes, mm.
+
+    Args:
+        cycle: its rules.
+        start: cross coordinate where the crossover begins, mm.
+        end: where it ends, mm.
+    """
+    walked = cycle._replace(depth=0.0, at_depth=float(WALKED))
+    progress, edges = traverse.begin(walked), set()
+    while not traverse.finished(walked, progress):
+        edges.add(cross_coordinate(progress.crossed, progress.forward, start, end))
+        progress = traverse.after_reversal(walked, progress)
+    return sorted(edges)
+
+
+def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Table:
+    """A new part in zones of neighbouring strips that only ever lie under the wheel together.
+
+    Args:
+        centres: of the strips, mm, shape (strips,).
+        edges: all places of the wheel's edge on the minus side, mm.
+        wheel_width: mm.
+
+    Returns:
+        The zones, shape (zones, fields of `Zone`).
+    """
+    near = np.array(list(edges))[:, None]
+    under = (near <= centres) & (centres < near + wheel_width)
+    return _new_zones(centres, np.flatnonzero((under[:, 1:] != under[:, :-1]).any(axis=0)) + 1)
+
+
+def strip_zones(centres: Strips) -> Table:
+    """A new part with a zone for each strip, shape (strips, fields of `Zone`); `centres` has shape (strips,), mm."""
+    return _new_zones(centres, np.arange(1, centres.size))
+
+
+def _new_zones(centres: Strips, bounds: NDArray[np.int64]) -> Table:
+    firsts = np.concatenate([[0], bounds])
+    counts = np.diff(np.append(firsts, centres.size))
+    zone = Zone(S=0.0, Rs=INITIAL_ROUGHNESS, reached=0.0, centre=math.nan, strips=math.nan)
+    return np.array([zone._replace(centre=centres[k], strips=float(n)) for k, n in zip(firsts, counts, strict=True)])

@@ -1,0 +1,329 @@
+"""A surface in zones: the lanes, the scalar loop, the strips of the interpreter and the control say the same of it."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control.cycles.traverse import TraverseCycle
+from grind_env.control.rules import motion_time
+from grind_env.machine.batch import CYCLE, NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine.cycle import Cycle
+from grind_env.machine.job import Job, WheelStart
+from grind_env.machine.rows import LOG, Table
+from grind_env.machine.strips import Zone, grind_strips
+from grind_env.machine.surfaces import MOST_ZONES
+from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke, WheelState
+from tests.machine.harness import CATALOGUE, job, run
+
+FEED = 191.0 / 60.0
+"""mm/s; of the dress program of the harness."""
+
+S, RS, REACHED, CENTRE, STRIPS = range(len(Zone._fields))
+WHEEL_WIDTH = 25.0
+STROKES = 1200
+"""At most, of any case."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A G83 block and the job it runs on; depths and picks in um, ways across in quarters of a mm, as doubles hold."""
+
+    wear_flats: float
+    volume: float
+    stiffness: float
+    width: int
+    start: int
+    end: int
+    above: int
+    depth: int
+    J: int
+    Q: int
+    K: int
+    R: int
+    L: int
+    E: int
+    D: int
+    pre_dress: bool
+
+    @property
+    def text(self) -> str:
+        code = "G83.1" if self.pre_dress else "G83"
+        return (
+            "G71 G94 G90 G19\n"
+            f"G00 X-30. Y{self.above / 1000:.3f} Z{self.start / 4:.2f}\n"
+            f"{code} X230. I-30. Y-{self.depth / 1000:.3f} J-{self.J / 1000:.3f} Q-{self.Q / 1000:.3f} "
+            f"Z{self.end / 4:.2f} K{self.sign * self.K / 4:.2f} R{self.sign * self.R / 4:.2f} L{self.L} "
+            f"F6000. E{self.E}. P9100 D{self.D}\nM30\n"
+        )
+
+    @property
+    def sign(self) -> float:
+        return 1.0 if self.end >= self.start else -1.0
+
+    @property
+    def job(self) -> Job:
+        return job(
+            width=self.width / 2.0,
+            setup={"machine": dataclasses.replace(CATALOGUE.machine("default"), stiffness=self.stiffness)},
+            wheel_start=WheelStart(wear_flat_area=self.wear_flats, volume_since_dress=self.volume),
+        )
+
+    @property
+    def wheel(self) -> WheelState:
+        p = self.job.parameters
+        lead = dress_lead(dressed_wheel(300.0, 0.0, 0.1, 0.02, p), FEED, p)
+        return dressed_wheel(300.0, 0.0, lead, 0.02, p)._replace(A=self.wear_flats, V=self.volume)
+
+    def cycle(self, dress_seconds: float = 30.0) -> Cycle:
+        v = self.E / 60.0
+        seconds = motion_time(260.0, v, 1000.0) + 0.15
+        return Cycle(
+            speed=v,
+            first_seconds=seconds,
+            stroke_seconds=seconds,
+            start=-self.above / 1000.0,
+            target=self.depth / 1000.0,
+            primary_pick=self.J / 1000.0,
+            secondary_pick=self.Q / 1000.0,
+            at_depth=1.0 + self.L,
+            executions=float(self.D),
+            pre_dress=float(self.pre_dress),
+            full_plunge=max(self.J, self.Q) / 1000.0 - 1e-9,
+            finish=self.depth / 1000.0,
+            width=self.width / 2.0,
+            length=200.0,
+            dress_passes=2.0,
+            dress_feed=FEED,
+            dress_depth=0.02,
+            dress_seconds=dress_seconds,
+            cross_start=self.start / 4.0,
+            cross_end=self.end / 4.0,
+            primary_cross_pick=self.K / 4.0,
+            secondary_cross_pick=self.R / 4.0,
+        )
+
+    @property
+    def centres(self) -> Any:
+        return strip_centres(0.0, self.width / 2.0)
+
+    @property
+    def joined(self) -> Table:
+        """The part in as few zones as the traverses allow."""
+        cycle = TraverseCycle(
+            depth=1.0,
+            primary_pick=1.0,
+            secondary_pick=1.0,
+            width=abs(self.end - self.start) / 4.0,
+            primary_cross_pick=self.K / 4.0,
+            secondary_cross_pick=self.R / 4.0,
+            at_depth=1.0,
+            executions=0.0,
+            pre_dress=0.0,
+        )
+        return zones_of(self.centres, traverse_edges(cycle, self.start / 4.0, self.end / 4.0), WHEEL_WIDTH)
+
+
+def cases(**fixed: Any) -> st.SearchStrategy[Case]:
+    """Plates and crossovers that begin or end on them, beside them, or lead back."""
+    drawn = {
+        "wear_flats": st.floats(0.005, 0.06),
+        "volume": st.floats(0.0, 600.0),
+        "stiffness": st.sampled_from([10_000.0, 20_000.0, 500_000.0]),
+        "width": st.integers(30, 180),
+        "start": st.integers(-140, 240),
+        "end": st.integers(-140, 240),
+        "above": st.integers(0, 5),
+        "depth": st.integers(0, 40),
+        "J": st.integers(3, 20),
+        "Q": st.integers(0, 20),
+        "K": st.integers(24, 100),
+        "R": st.integers(0, 100),
+        "L": st.integers(0, 2),
+        "E": st.integers(6000, 30_000),
+        "D": st.integers(0, 3),
+        "pre_dress": st.booleans(),
+    }
+    return st.builds(Case, **{**drawn, **{name: st.just(value) for name, value in fixed.items()}})
+
+
+def padded(tables: list[Table]) -> Table:
+    """The surfaces of several parts in one table; zones that a part lacks have no strips."""
+    most = max(len(table) for table in tables)
+    none = Zone(S=0.0, Rs=1.0, reached=0.0, centre=np.inf, strips=0.0)
+    return np.array([[*table, *[none] * (most - len(table))] for table in tables])
+
+
+def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Table, Table, Table]:
+    return (
+        as_table(np.array([case.cycle(dress_seconds) for case in cases], CYCLE)),
+        as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
+        as_table(np.array([case.wheel for case in cases], WHEEL)),
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Ground:
+    wheels: Table
+    surfaces: Table
+    tallies: Table
+    log: Any
+
+    def machine(self, i: int) -> bytes:
+        return self.wheels[i].tobytes() + self.surfaces[i].tobytes() + self.tallies[i].tobytes()
+
+
+def in_lanes(cases: list[Case], surfaces: Table) -> Ground:
+    cycles, parameters, wheels = machines(cases)
+    surfaces, tallies = surfaces.copy(), np.zeros((len(cases), len(TALLY)))
+    order = np.arange(len(cases))
+    TRAVERSES.lanes(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
+    return Ground(wheels, surfaces, tallies, None)
+
+
+def one_by_one(cases: list[Case], surfaces: Table, dress_seconds: float = 30.0) -> Ground:
+    cycles, parameters, wheels = machines(cases, dress_seconds)
+    surfaces, tallies, log = surfaces.copy(), np.zeros((len(cases), len(TALLY))), np.zeros((len(cases), STROKES), LOG)
+    rows = log.view(np.float64).reshape(*log.shape, -1)
+    TRAVERSES.scalar(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, rows)
+    found = Ground(wheels, surfaces, tallies, log)
+    assert strokes_of(found).max() <= STROKES
+    return found
+
+
+def strokes_of(found: Ground) -> Any:
+    return found.tallies.view(TALLY)["strokes"][:, 0]
+
+
+@pytest.mark.bits
+@settings(max_examples=25, deadline=None)
+@given(many=st.lists(cases(), min_size=1, max_size=20), joined=st.booleans())
+def test_the_lanes_have_the_bits_of_the_scalar_loop(many: list[Case], joined: bool) -> None:
+    surfaces = padded([case.joined if joined else strip_zones(case.centres) for case in many])
+    lanes, scalar = in_lanes(many, surfaces), one_by_one(many, surfaces)
+    for i, case in enumerate(many):
+        assert lanes.machine(i) == scalar.machine(i), case
+    # nor does it matter what is beside a machine, or how many zones the others have
+    alone = in_lanes(many[-1:], surfaces[-1:])
+    assert alone.machine(0) == lanes.machine(len(many) - 1)
+
+
+@pytest.mark.bits
+@settings(max_examples=40, deadline=None)
+@given(case=cases(D=0, pre_dress=False))
+def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case: Case) -> None:
+    found = one_by_one([case], strip_zones(case.centres)[None])
+    wheel, p, cycle, centres = case.wheel, case.job.parameters, case.cycle(), case.centres
+    ground, roughness, reached = (
+        np.zeros(centres.size),
+        np.full(centres.size, INITIAL_ROUGHNESS),
+        np.zeros(centres.size),
+    )
+    for row in found.log[0, : int(strokes_of(found)[0])]:
+        first, last = np.searchsorted(centres, (row["edge"], row["edge"] + WHEEL_WIDTH))
+        stroke, b = Stroke(*[0.0] * len(Stroke._fields)), 0.0
+        if first < last:
+            place = int(first), int(last), float(row["Z"])
+            wheel, stroke, b, _ = grind_strips(
+                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p
+            )
+        assert row["b"] == b
+        assert tuple(row[list(Stroke._fields)]) == stroke
+        assert tuple(row[list(WheelState._fields)]) == wheel
+    for column, values in ((S, ground), (RS, roughness), (REACHED, reached)):
+        assert found.surfaces[0, :, column].tobytes() == values.tobytes()
+
+
+@settings(max_examples=40, deadline=None)
+@given(case=cases())
+def test_a_program_and_the_scalar_loop_agree(case: Case) -> None:
+    record = run(case.text, case.job)
+    dress_seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
+    found = one_by_one([case], strip_zones(case.centres)[None], dress_seconds)
+    tally, n = found.tallies.view(TALLY)[0, 0], len(record.strokes)
+    assert n == tally["strokes"]
+    assert len(record.dresses) == tally["dresses"]
+    log = found.log[0, :n]
+    assert_close_logs(log, record.strokes, ("seconds", "Z", "b", *Stroke._fields))
+    part = record.parts[0]
+    mean = found.surfaces[0, :, S].mean()
+    assert_close(mean, part["S"], "S")
+    assert_close(found.surfaces[0, :, RS].mean(), part["Ra"], "Ra")
+    assert_close(np.ptp(found.surfaces[0, :, S]), part["taper"] / 1000.0, "taper")
+    for name in ("peak_power", "burn_ratio", "worn", "dressed_off"):
+        assert_close(tally[name], part[name], name)
+    assert_close(tally["finish_rise"], part["rise"], "rise")
+    assert tally["seconds"] == pytest.approx(record.strokes["seconds"].sum() + record.dresses["seconds"].sum())
+
+
+def assert_close_logs(found: Any, expected: Any, names: tuple[str, ...]) -> None:
+    # a cut of some pm shows how depths were added up: its energy per volume is no number to rely on
+    ae = np.maximum(found["ae"], expected["ae"])
+    firm = (ae == 0.0) | (ae > 1e-6)
+    for name in names:
+        assert_close(found[name][firm], expected[name][firm], name)
+
+
+def assert_close(found: Any, expected: Any, name: str) -> None:
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+@settings(max_examples=40, deadline=None)
+@given(case=cases())
+def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
+    zones = case.joined
+    assert zones[:, STRIPS].sum() == case.centres.size
+    joined, apart = one_by_one([case], zones[None]), one_by_one([case], strip_zones(case.centres)[None])
+    n = int(strokes_of(joined)[0])
+    assert n == strokes_of(apart)[0]
+    assert_close_logs(joined.log[0, :n], apart.log[0, :n], LOG.names or ())
+    for column in (S, RS, REACHED):
+        each = np.repeat(joined.surfaces[0, :, column], zones[:, STRIPS].astype(int))
+        assert_close(each, apart.surfaces[0, :, column], Zone._fields[column])
+
+
+@settings(max_examples=40, deadline=None)
+@given(case=cases())
+def test_what_the_strokes_remove_is_off_the_zones(case: Case) -> None:
+    zones = case.joined
+    found = one_by_one([case], zones[None])
+    log = found.log[0, : int(strokes_of(found)[0])]
+    removed = (found.surfaces[0, :, S] * zones[:, STRIPS]).sum() / case.centres.size * case.width / 2.0
+    assert removed == pytest.approx((log["ae"] * log["b"]).sum(), rel=1e-12, abs=1e-15)
+
+
+def test_a_wheel_beside_the_part_changes_nothing_but_the_time() -> None:
+    case = Case(0.02, 100.0, 20_000.0, 60, 0, 80, 0, 20, 10, 10, 40, 40, 1, 12_000, 0, False)
+    beside = dataclasses.replace(case, start=160, end=240)
+    found = one_by_one([beside], strip_zones(beside.centres)[None])
+    assert tuple(found.wheels[0]) == beside.wheel
+    assert found.surfaces[0].tobytes() == strip_zones(beside.centres).tobytes()
+    tally = found.tallies.view(TALLY)[0, 0]
+    assert tally["seconds"] == one_by_one([case], case.joined[None]).tallies.view(TALLY)[0, 0]["seconds"] > 0.0
+    assert tally["peak_power"] == tally["worn"] == tally["plunge_rise"] == 0.0
+
+
+def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
+    # there by 12 mm and back by 12 mm, in 35 mm: the wheel of 25 mm begins at 0, 12, 24, 35, 23 and 11 mm
+    case = Case(0.02, 0.0, 20_000.0, 120, 0, 140, 0, 20, 10, 10, 48, 48, 0, 12_000, 0, False)
+    edges = {0, 11, 12, 23, 24, 35}
+    bounds = sorted({*edges, *(edge + 25 for edge in edges)} - {0, 60})
+    zones = case.joined
+    assert np.diff([0, *bounds, 60]).tolist() == zones[:, STRIPS].tolist()
+    assert zones[:, CENTRE].tolist() == [edge + 0.5 for edge in [0, *bounds]]
+    assert len(zones) < MOST_ZONES
+
+
+@settings(max_examples=60, deadline=None)
+@given(case=cases(depth=40, J=3, Q=3, L=2))
+def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> None:
+    found = one_by_one([case], strip_zones(case.centres)[None])
+    cycle = TraverseCycle(1.0, 1.0, 1.0, abs(case.end - case.start) / 4.0, case.K / 4.0, case.R / 4.0, 1.0, 0.0, 0.0)
+    edges = traverse_edges(cycle, case.start / 4.0, case.end / 4.0)
+    assert sorted(set(found.log[0, : int(strokes_of(found)[0])]["edge"])) == edges
