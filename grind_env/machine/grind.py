@@ -40,8 +40,8 @@ def grind(
     """
     run = GrindingRun(programs, job, control or job.control, conditions)
     execution = execute(programs, run.control)
-    execution.set_wheel_radius(run.wheel_radius)
+    execution.set_wheel_radius(0.5 * run.mount.diameter)
     for event in execution:
         run.take(event)
-        execution.set_wheel_radius(run.wheel_radius)
+        execution.set_wheel_radius(0.5 * run.mount.diameter)
     return run.record()

@@ -9,12 +9,13 @@ import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
-from grind_env.machine.compiled import judge
+from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
 from grind_env.machine.strips import Strips, grind_strips
+from grind_env.machine.tally import NOTHING
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
@@ -86,6 +87,8 @@ class PartRun:
         cutting: whether its first cycle or stroke has begun, which ends the loading.
         p: parameters.
         deepest: deepest programmed depth so far, mm.
+        infeeds: into grooves so far.
+        tally: of strokes, infeeds and dresses; its peak power is that since the last stage.
         passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
     """
 
@@ -102,7 +105,7 @@ class PartRun:
         self.cutting = False
         self.deepest = 0.0
         self.passed: list[tuple[str, ...]] = []
-        self.strokes = self.infeeds = self.dresses = 0
+        self.infeeds, self.tally = 0, NOTHING
         self._S = np.zeros(strips)
         self._Rs = np.full(strips, INITIAL_ROUGHNESS)
         self._reached = np.zeros(strips)
@@ -110,11 +113,15 @@ class PartRun:
         self._centres = job.part.across + job.part.width * (np.arange(strips) + 0.5) / strips
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._stage_power = 1.0, 0.0
-        self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
+        self._earlier, self._earlier_power = 1.0, 0.0  # in the stages before
+
+    @property
+    def strokes(self) -> int:
+        """Of the table so far, those beside the part among them."""
+        return int(self.tally.strokes) - self.infeeds
 
     def grind(
-        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float
+        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float, seconds: float
     ) -> tuple[WheelState, Pass]:
         """Pass over the part once.
 
@@ -124,16 +131,16 @@ class PartRun:
             vw: table speed, mm/s.
             ends: reversal points between which the table moves, mm.
             edge: cross coordinate of the wheel's edge on the minus side, mm.
+            seconds: time of the stroke.
 
         Returns:
             The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
         """
         part = self.job.part
-        self.strokes += 1
         Lw = min(max(ends), part.start + part.length) - max(min(ends), part.start)
         first, last = self._under(edge)
         if Lw <= 0.0 or first == last:
-            return wheel, Pass(IDLE, 0.0, 0.0)
+            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
         wheel, stroke, b, plunged = grind_strips(
             wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
         )
@@ -141,8 +148,7 @@ class PartRun:
         self._coverage.add(first, last, ends, Z)
         if plunged:
             self._plunges.append((Z, stroke.T))
-        self._count(stroke, plunged)
-        return wheel, Pass(stroke, b, Lw)
+        return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
@@ -173,16 +179,13 @@ class PartRun:
         self.infeeds += 1
         cut = self._grooves.grind(wheel, event, self.p) if self.job.setup.grooving_wheel else None
         if cut is None:
-            return wheel, Pass(IDLE, 0.0, 0.0)
+            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
         wheel, stroke, b = cut
-        self._count(stroke, plunged=True)
-        return wheel, Pass(stroke, b, self._grooves.length)
+        return wheel, self._counted(Pass(stroke, b, self._grooves.length), event.seconds, plunged=True)
 
-    def _count(self, stroke: Stroke, plunged: bool) -> None:
-        if plunged:
-            self._burn_ratio = max(self._burn_ratio, stroke.Br)
-        self._stage_power = max(self._stage_power, stroke.power)
-        self._worn += stroke.worn
+    def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
+        self.tally = count_stroke(self.tally, done.stroke, seconds, plunged)
+        return done
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
@@ -190,10 +193,11 @@ class PartRun:
             return
         asked = self.job.part.stages[len(self.passed)]
         found, limits = self._surface(asked.stock), self.job.limits_at(asked)
-        values = self._rise(asked), self._stage_power, found.Ra, found.worst_error
+        values = self._rise(asked), self.tally.peak_power, found.Ra, found.worst_error
         self._earlier *= survival(*values, limits)
         self.passed.append(passed_limits(*values, limits))
-        self._peak_power, self._stage_power = max(self._peak_power, self._stage_power), 0.0
+        self._earlier_power = max(self._earlier_power, self.tally.peak_power)
+        self.tally = self.tally._replace(peak_power=0.0)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
             plunges.clear()
 
@@ -201,10 +205,9 @@ class PartRun:
         """Go on with a new wheel."""
         self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
 
-    def dress(self, removed: float) -> None:
-        """Count a dress execution that took `removed` mm3 off the wheel."""
-        self.dresses += 1
-        self._dressed_off += removed
+    def dress(self, seconds: float, removed: float) -> None:
+        """Count a dress execution of some s that took `removed` mm3 off the wheel."""
+        self.tally = count_dress(self.tally, seconds, removed)
 
     @property
     def missed(self) -> bool:
@@ -239,14 +242,14 @@ class PartRun:
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, found = self.job, self._surface(self.stock)
+        job, tally, found = self.job, self.tally, self._surface(self.stock)
         unground = self._coverage.unground if self.strokes else 0.0
         verdict = judge(
             seconds,
-            self._worn + self._dressed_off,
-            float(self.dresses),
+            tally.worn + tally.dressed_off,
+            tally.dresses,
             self.rise,
-            self._stage_power,
+            tally.peak_power,
             found.Ra,
             found.worst_error,
             job.limits,
@@ -259,7 +262,7 @@ class PartRun:
             seconds,
             self.strokes,
             self.infeeds,
-            self.dresses,
+            int(tally.dresses),
             self.stock,
             found.S,
             found.size_error,
@@ -267,11 +270,11 @@ class PartRun:
             found.worst_error,
             unground,
             found.Ra,
-            max(self._peak_power, self._stage_power),
+            max(self._earlier_power, tally.peak_power),
             self.rise,
-            self._burn_ratio,
-            self._worn,
-            self._dressed_off,
+            tally.burn_ratio,
+            tally.worn,
+            tally.dressed_off,
             self._earlier,
             *verdict,
         )

@@ -74,6 +74,40 @@ PART_ROW = np.dtype(
 )
 
 
+class Log:
+    """A table that grows, by a row or by many."""
+
+    def __init__(self, dtype: np.dtype[np.void]) -> None:
+        self._rows, self._count = np.empty(64, dtype), 0
+
+    def __len__(self) -> int:
+        """How many rows there are."""
+        return self._count
+
+    def add(self, row: tuple[object, ...]) -> None:
+        """Add one row, a value for each field."""
+        self._reserve(1)
+        self._rows[self._count] = row
+        self._count += 1
+
+    def extend(self, rows: Table) -> None:
+        """Add rows of the same dtype."""
+        self._reserve(rows.size)
+        self._rows[self._count : self._count + rows.size] = rows
+        self._count += rows.size
+
+    def table(self, first: int = 0) -> Table:
+        """A copy of the rows from `first` on."""
+        return self._rows[first : self._count].copy()
+
+    def _reserve(self, rows: int) -> None:
+        """Make room: twice as much as there is, so that a row is not copied often."""
+        if self._count + rows > self._rows.size:
+            grown = np.empty(max(2 * self._rows.size, self._count + rows), self._rows.dtype)
+            grown[: self._count] = self._rows[: self._count]
+            self._rows = grown
+
+
 class RecordError(GrindError):
     """A record that cannot be written or converted as asked."""
 

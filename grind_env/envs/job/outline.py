@@ -143,7 +143,7 @@ def handover(run: GrindingRun, plan: CyclePlan, job: Job) -> float:
     """Price of the dull wheel that a run leaves, $; 0 if its last cycle knows no dress program to sharpen it with."""
     if plan.program is None or run.wheel is None:
         return 0.0
-    dress: DressPlan = run.plans[plan.program]
+    dress: DressPlan = run.dressing.plans[plan.program]
     return handover_cost(run.wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, run.part.p, job.rates)
 
 
