@@ -30,7 +30,7 @@ class Execution(Iterator[Event]):
     @property
     def modes(self) -> Modes:
         """The modes in force; after the end of the program those of power-up (10-23)."""
-        return self._interpreter.modes
+        return self._interpreter.mover.modes
 
     @property
     def position(self) -> Position:
@@ -97,4 +97,4 @@ def dress_program_moves(
     if programs.find(number) is None:
         message = f"O{number} names no program; it must be in {programs.name} or beside it"
         raise ControlError("program-not-found", message)
-    return [event for event in interpreter.dress(number, "pre") if isinstance(event, Motion)]
+    return [event for event in interpreter.interruptions.dress(number, "pre") if isinstance(event, Motion)]

@@ -1,17 +1,14 @@
 """Runs a cycle by its rules: strokes, and what follows the reversals that end them; one by one or all at once."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from grind_env.control.cycles import RULES
+from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import PICK_TOLERANCE, motion_time
 from grind_env.control.timeline import Timeline
-
-Service = Callable[[int], Iterator[Event]]
-"""Runs the dresses at a reversal point: the given number of auto-dresses, then the operator's."""
-
 
 Target = tuple[str, int, float]
 """Where a pick leads: "plunge" or "cross", its axis, and the coordinate without what dresses have added to it, mm."""
@@ -43,14 +40,15 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
         yield picks, int(progress.dresses)
 
 
-def grind(plan: CyclePlan, timeline: Timeline, service: Service) -> Iterator[Event]:
+def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
     """Work off a cycle stroke by stroke."""
+    timeline = interruptions.timeline
     for picks, due in turns(plan, timeline.control.coverage_pass):
         stroke = yield from timeline.finish_stroke()
         for kind, axis, coordinate in picks:
             target = coordinate + timeline.infeed_shift if kind == "plunge" else coordinate
             yield from timeline.pick(stroke, kind, axis, target, plan.pick_feed)
-        yield from service(due)
+        yield from interruptions.serve(due)
 
 
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
