@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
@@ -14,6 +15,8 @@ from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
+from grind_env.machine.passes import IDLE, Course, grind_passes
+from grind_env.machine.record import Table, seen_of, strokes_of
 from grind_env.machine.strips import Strips, grind_strips
 from grind_env.machine.tally import NOTHING
 from grind_env.process.cost import passed_limits, survival
@@ -22,9 +25,6 @@ from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 STRIP = 1.0
 """mm; width of a strip at most."""
-
-IDLE = Stroke(*[0.0] * len(Stroke._fields))
-"""A stroke that does not pass over the part."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,6 +150,57 @@ class PartRun:
             self._plunges.append((Z, stroke.T))
         return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
 
+    def grind_all(self, wheel: WheelState, rows: Table, ends: NDArray[np.float64], edges: Strips) -> WheelState:
+        """Pass over the part many times at one table speed.
+
+        Args:
+            wheel: state before the strokes.
+            rows: of the strokes, dtype `record.STROKE_ROW`, with time, E and Z; what they do to the part is written.
+            ends: reversal points of each, mm, shape (strokes, 2).
+            edges: cross coordinate of the wheel's edge on the minus side in each, mm.
+
+        Returns:
+            The wheel after them.
+        """
+        part = self.job.part
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        Lw = np.minimum(high, part.start + part.length) - np.maximum(low, part.start)
+        first = np.searchsorted(self._centres, edges)
+        last = np.searchsorted(self._centres, edges + self.job.setup.wheel.width)
+        over = (Lw > 0.0) & (first < last)
+        rows["Lw"] = np.where(over, Lw, 0.0)
+        plunged = np.empty(rows.size, np.bool_)
+        wheel, self.tally = grind_passes(
+            wheel,
+            self._S,
+            self._Rs,
+            self._reached,
+            Course(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
+            rows["E"][0] / 60.0,
+            part.width,
+            self.p,
+            self.tally,
+            rows["b"],
+            plunged,
+            strokes_of(rows),
+            seen_of(rows),
+        )
+        self._note_passed(np.stack([first, last, low, high], axis=1)[over], rows["Z"][over])
+        self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
+        return wheel
+
+    def _note_passed(self, places: NDArray[np.float64], Z: Strips) -> None:
+        """Strokes have passed over the part: first strip and the one after the last, and the way between two points."""
+        if not Z.size:
+            return
+        self.deepest = max(self.deepest, float(Z.max()))
+        begins = np.flatnonzero(np.r_[True, (places[1:] != places[:-1]).any(axis=1)])
+        deepest: dict[tuple[float, ...], float] = {}
+        for place, depth in zip(places[begins].tolist(), np.maximum.reduceat(Z, begins).tolist(), strict=True):
+            deepest[tuple(place)] = max(deepest.get(tuple(place), 0.0), depth)
+        for (first, last, low, high), depth in deepest.items():
+            self._coverage.add(int(first), int(last), (low, high), depth)
+
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
 
@@ -242,13 +293,13 @@ class PartRun:
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, tally, found = self.job, self.tally, self._surface(self.stock)
+        job, tally, found, rise = self.job, self.tally, self._surface(self.stock), self.rise
         unground = self._coverage.unground if self.strokes else 0.0
         verdict = judge(
             seconds,
             tally.worn + tally.dressed_off,
             tally.dresses,
-            self.rise,
+            rise,
             tally.peak_power,
             found.Ra,
             found.worst_error,
@@ -271,7 +322,7 @@ class PartRun:
             unground,
             found.Ra,
             max(self._earlier_power, tally.peak_power),
-            self.rise,
+            rise,
             tally.burn_ratio,
             tally.worn,
             tally.dressed_off,

@@ -12,11 +12,12 @@ from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.kernel.rows import dtype_of
 from grind_env.machine.compiled import Verdict
+from grind_env.machine.passes import WheelSeen
 from grind_env.process.state import Stroke
 
 Table = NDArray[Any]
 
-WHEEL_FIELDS = ("A", "lam", "V", "ds", "alw", "W")
+WHEEL_FIELDS = WheelSeen._fields
 """Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
 
 STROKE_ROW = np.dtype(
@@ -74,11 +75,25 @@ PART_ROW = np.dtype(
 )
 
 
+def strokes_of(rows: Table) -> Table:
+    """What was done in each of some rows of strokes, as a table of the fields of `Stroke`; to be written to."""
+    end = rows.dtype.itemsize // 8 - len(WHEEL_FIELDS)
+    return rows.view(np.float64).reshape(rows.size, -1)[:, end - len(Stroke._fields) : end]
+
+
+def seen_of(rows: Table) -> Table:
+    """The same of the wheel, the fields of `WheelSeen`."""
+    return rows.view(np.float64).reshape(rows.size, -1)[:, -len(WHEEL_FIELDS) :]
+
+
 class Log:
     """A table that grows, by a row or by many."""
 
     def __init__(self, dtype: np.dtype[np.void]) -> None:
-        self._rows, self._count = np.empty(64, dtype), 0
+        self.dtype = dtype
+        self._chunks: list[Table] = []
+        self._single: list[tuple[object, ...]] = []  # after all chunks
+        self._count = 0
 
     def __len__(self) -> int:
         """How many rows there are."""
@@ -86,26 +101,31 @@ class Log:
 
     def add(self, row: tuple[object, ...]) -> None:
         """Add one row, a value for each field."""
-        self._reserve(1)
-        self._rows[self._count] = row
+        self._single.append(row)
         self._count += 1
 
     def extend(self, rows: Table) -> None:
-        """Add rows of the same dtype."""
-        self._reserve(rows.size)
-        self._rows[self._count : self._count + rows.size] = rows
+        """Add rows of the same dtype, which are the log's from now on."""
+        self._close()
+        self._chunks.append(rows)
         self._count += rows.size
 
     def table(self, first: int = 0) -> Table:
         """A copy of the rows from `first` on."""
-        return self._rows[first : self._count].copy()
+        self._close()
+        found, rows = [np.empty(0, self.dtype)], self._count - first
+        for chunk in reversed(self._chunks):
+            if rows <= 0:
+                break
+            found.append(chunk[-rows:])
+            rows -= chunk.size
+        return np.concatenate(found[::-1])
 
-    def _reserve(self, rows: int) -> None:
-        """Make room: twice as much as there is, so that a row is not copied often."""
-        if self._count + rows > self._rows.size:
-            grown = np.empty(max(2 * self._rows.size, self._count + rows), self._rows.dtype)
-            grown[: self._count] = self._rows[: self._count]
-            self._rows = grown
+    def _close(self) -> None:
+        """Make a chunk of the rows that have come one by one."""
+        if self._single:
+            self._chunks.append(np.array(self._single, self.dtype))
+            self._single = []
 
 
 class RecordError(GrindError):

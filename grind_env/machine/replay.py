@@ -138,11 +138,13 @@ def tables_of(script: Script) -> ScriptTables:
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
         limits = job.limits_at(asked)
-        rows.append(_row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
-            judged=float(judged),
-            counts_all=float(asked.rise_allowance > 0.0),
-            stock=asked.stock if ends_stage else 0.0,
-        ))
+        rows.append(
+            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
+                judged=float(judged),
+                counts_all=float(asked.rise_allowance > 0.0),
+                stock=asked.stock if ends_stage else 0.0,
+            )
+        )
         motions += beside
         if judged:
             rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
@@ -253,7 +255,9 @@ def _refuse_beside(script: Script, block: ScriptBlock) -> None:
     job, plan = script.job, block.plan
     part, wheel = job.part, job.setup.wheel
     edges = {edge_of(block.start, plan), *(edge_of(motion.end, plan) for motion in block.beside)}
-    if plan.code == "G83" or any(not (edge <= part.across and part.across + part.width <= edge + wheel.width) for edge in edges):
+    if plan.code == "G83" or any(
+        not (edge <= part.across and part.across + part.width <= edge + wheel.width) for edge in edges
+    ):
         raise ScriptError(f"{script.programs.name}:{plan.line}: the wheel does not cover the width of the part")
 
 
@@ -291,7 +295,10 @@ def cycle_of(row: BlockRow, E: float, D: float) -> Cycle:
 def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feeding:
     """The strokes beside the motions of a block with E (mm/min), after those that its cycle has `made`."""
     speed = E / 60.0
-    first, travel = motion_time(row.first_length, speed, row.acceleration), motion_time(row.stroke_length, speed, row.acceleration)
+    first, travel = (
+        motion_time(row.first_length, speed, row.acceleration),
+        motion_time(row.stroke_length, speed, row.acceleration),
+    )
     return Feeding(
         speed=speed,
         first_seconds=first + row.dwell,

@@ -8,10 +8,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from grind_env.control import (
     Arc,
     Control,
     CycleStart,
+    CycleStrokes,
     DressEnd,
     DressStart,
     Event,
@@ -29,12 +32,22 @@ from grind_env.control import (
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.mounting import Mount
 from grind_env.machine.part import PartConditions, PartRun, Pass
-from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, WHEEL_FIELDS, GrindingRecord, Log
+from grind_env.machine.record import (
+    DRESS_ROW,
+    PART_ROW,
+    STROKE_ROW,
+    WHEEL_FIELDS,
+    GrindingRecord,
+    Log,
+    seen_of,
+    strokes_of,
+)
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
 
@@ -171,23 +184,48 @@ class GrindingRun:
 
     def _end_dress(self, event: DressEnd) -> None:
         plan, began = self.dressing.end(event, self.axis)
+        self._dress(plan, event.program, event.cause, began, event.time)
+
+    def _dress(self, plan: DressPlan, program: int, cause: str, began: float, ended: float) -> None:
+        """Dress the wheel between two times of the control, s, which are the same if it has not run the motions."""
+        time, number = self.clock(began), self.part.number
         removed = self.mount.dress(plan, self.part.p)
-        time = self.clock(began)
-        self.delay += plan.seconds - (event.time - began)
+        self.delay += plan.seconds - (ended - began)
         self.part.dress(plan.seconds, removed)
-        self.dresses.add(
-            (
-                self.part.number,
-                len(self.strokes),
-                time,
-                event.cause,
-                event.program,
-                plan.seconds,
-                self.mount.diameter,
-                removed,
-            )
-        )
-        self.watch.diameter(self.mount.diameter)
+        ds = self.mount.diameter
+        self.dresses.add((number, len(self.strokes), time, cause, program, plan.seconds, ds, removed))
+        self.watch.diameter(ds)
+
+    def _strokes(self, event: CycleStrokes) -> None:
+        """A whole cycle: its strokes from dress to dress."""
+        made, program = 0, event.plan.program
+        for after, time in event.dresses:
+            self._make(event, made, after)
+            assert program is not None  # a D is not accepted without P
+            self._dress(self.dressing.plans[program], program, "auto", time, time)
+            made = after
+        self._make(event, made, len(event.begins))
+        self.position = event.end
+
+    def _make(self, event: CycleStrokes, made: int, upto: int) -> None:
+        """Make strokes of a whole cycle after those that it has `made`, up to a number of them."""
+        if made == upto:
+            return
+        part, plan, some = self.part, event.plan, slice(made, upto)
+        rows = np.empty(upto - made, STROKE_ROW)
+        rows["part"], rows["line"], rows["groove"] = part.number, plan.line, 0
+        rows["number"] = np.arange(made + 1, upto + 1)
+        rows["time"] = np.array(event.begins[some]) + self.delay
+        rows["seconds"], rows["E"] = event.seconds[some], event.feed
+        rows["Z"] = part.job.part.surface - np.array(event.plunge[some])
+        ends = np.tile((plan.secondary, plan.primary), (rows.size, 1))
+        if made == 0:
+            ends[0, 0] = event.start[plan.axis]
+        before = self.mount.present(part.p)
+        self.mount.wheel = wheel = part.grind_all(before, rows, ends, np.array(event.cross[some]))
+        self._require_numbers(sum(wheel) + strokes_of(rows).sum() + seen_of(rows).sum(), plan.line)
+        self.strokes.extend(rows)
+        self.watch.strokes(event, made + 1, rows, before)
 
     def _stroke(self, event: Stroke) -> None:
         self._begin_cutting(event.begin)
@@ -216,9 +254,8 @@ class GrindingRun:
     def _write(
         self, event: Motion, line: int, number: int, groove: int, feed: float, Z: float, done: Pass, wheel: WheelState
     ) -> None:
-        """Add the row of a stroke or an infeed (`record.STROKE_ROW`), if it has one: no factor of a job is 1e300."""
-        if not math.isfinite(sum(wheel) + sum(done.stroke)):
-            raise GrindingError(f"{self.programs.name}:{line}: {BEYOND_NUMBERS}")
+        """Add the row of a stroke or an infeed (`record.STROKE_ROW`)."""
+        self._require_numbers(sum(wheel) + sum(done.stroke), line)
         self.strokes.add(
             (
                 self.part.number,
@@ -236,12 +273,18 @@ class GrindingRun:
             )
         )
 
+    def _require_numbers(self, total: float, line: int) -> None:
+        """Refuse what has come to no finite number; no factor of a job is 1e300."""
+        if not math.isfinite(total):
+            raise GrindingError(f"{self.programs.name}:{line}: {BEYOND_NUMBERS}")
+
 
 HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     CycleStart: GrindingRun._start_cycle,
     DressStart: lambda run, event: run.dressing.begin(event),
     DressEnd: GrindingRun._end_dress,
     Stroke: GrindingRun._stroke,
+    CycleStrokes: GrindingRun._strokes,
     Infeed: GrindingRun._infeed,
     ProgramStop: GrindingRun._stop,
     ProgramEnd: GrindingRun._end,

@@ -283,7 +283,9 @@ def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds:
     dressing = motion_time(plunge, rate, control.acceleration) if plunge > 0.0 else 0.0
     first = abs(plan.primary - block.start[plan.axis])
     for stroke in (length, length if block.taken_over else first):
-        for speed in _speeds_between(plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration):
+        for speed in _speeds_between(
+            plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
+        ):
             window = ramp_time(stroke, speed, control.acceleration) + control.reversal_dwell
             if seconds > window + 0.5 * motion_time(length, speed, control.acceleration):
                 raise _error(programs, plan.line, "a pick is still under way in the middle of the stroke after it")
