@@ -1,12 +1,15 @@
 """Runs a cycle by its rules: strokes, and what follows the reversals that end them; one by one or all at once."""
 
+import functools
+import itertools
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from grind_env.control.cycles import RULES
 from grind_env.control.cycles.traverse import cross_coordinate
 from grind_env.control.interruptions import Interruptions
-from grind_env.control.motions import CyclePlan, CycleStrokes, Event
+from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import PICK_TOLERANCE, motion_time
 from grind_env.control.timeline import Timeline
@@ -49,8 +52,53 @@ def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
         yield from interruptions.serve(due)
 
 
+class Course(NamedTuple):
+    """The strokes of a cycle without their times."""
+
+    plunge: tuple[float, ...]
+    """Coordinate of the plunge axis in the middle of each stroke, mm."""
+    cross: tuple[float, ...]
+    """Of the third axis."""
+    picks: tuple[tuple[float, ...], ...]
+    """Times of the picks that follow each stroke, s."""
+    dresses: tuple[int, ...]
+    """Auto-dresses due after it."""
+    end: Position
+    """Of the plunge axis and the third one after the last pick, mm; the table is where it was."""
+
+
+@functools.lru_cache(maxsize=64)
+def course_of(
+    plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
+) -> Course:
+    """The strokes of a cycle, which a program may repeat for every part.
+
+    Args:
+        plan: of the cycle.
+        start: position of the axes before it, mm.
+        coverage: whether there is a coverage pass (PD-13).
+        pick_speed: mm/s.
+        acceleration: mm/s2.
+        most: strokes; what comes after them is left out.
+    """
+    assert plan.plunge_axis is not None
+    third = 3 - plan.axis - plan.plunge_axis
+    position, plunge, cross, seconds, dresses = list(start), [], [], [], []
+    for picks, due in itertools.islice(turns(plan, coverage), most):
+        plunge.append(position[plan.plunge_axis])
+        cross.append(position[third])
+        ways = []
+        for _, axis, coordinate in picks:
+            ways.append(abs(coordinate - position[axis]))
+            position[axis] = coordinate
+        seconds.append(tuple(motion_time(way, pick_speed, acceleration) for way in ways))
+        dresses.append(due)
+    end = position[0], position[1], position[2]
+    return Course(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
+
+
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
-    """Work off at once a cycle that nothing comes between; its auto-dresses are counted and take no time.
+    """Work off at once a cycle that nothing comes between; its auto-dresses are noted and take no time.
 
     Times are added up as the timeline does, so that they have the same bits.
 
@@ -58,51 +106,53 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         None if a pick is slow, still under way when the table passes the middle of the stroke after it, or if there is
         no stroke; then nothing has been done.
     """
-    table, control, budget = timeline.reciprocation, timeline.control, timeline.budget
+    table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only
-    acceleration, feed = control.acceleration, timeline.rate(table.feed)
-    pick_speed = timeline.rate(plan.pick_feed) / 60.0
+    acceleration, dwell, feed = control.acceleration, control.reversal_dwell, timeline.rate(table.feed)
+    pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # one too many is refused
+    course = course_of(plan, start, control.coverage_pass, pick_speed, acceleration, most)
 
     def timed(length: float) -> tuple[float, float]:
         """Seconds of a stroke, and of the deceleration at its end."""
         return motion_time(length, feed / 60.0, acceleration), ramp_time(length, feed / 60.0, acceleration)
 
-    travel, ramp = timed(abs(table.primary - table.coordinate))
+    first, ramp = timed(abs(table.primary - table.coordinate))
     later = timed(abs(table.secondary - table.primary))
-    position = list(timeline.position)
-    begin = end = table.free_at
-    picked = -math.inf
-    strokes = dresses = 0
-    for strokes, (picks, due) in enumerate(turns(plan, control.coverage_pass), 1):
-        if picked > begin + 0.5 * travel:
+    begins: list[float] = []
+    dresses: list[tuple[int, float]] = []
+    free = end = table.free_at
+    travel, picked = first, -math.inf
+    for picks, due in zip(course.picks, course.dresses, strict=True):
+        if picked > free + 0.5 * travel:
             return None
-        budget.foresee(strokes, table.place)
-        for _, axis, coordinate in picks:
-            seconds = motion_time(abs(coordinate - position[axis]), pick_speed, acceleration)
-            picked = max(begin + travel - ramp, picked) + seconds
-            position[axis] = coordinate
-        begin = end = begin + travel + control.reversal_dwell
+        begins.append(free)
+        for seconds in picks:
+            picked = max(free + travel - ramp, picked) + seconds
+        free = end = free + travel + dwell
         if due:
-            begin = max(begin, picked)
-            dresses += due
+            free = max(free, picked)
+            dresses += [(len(begins), free)] * due
         travel, ramp = later
-    if not strokes:
+    if not begins:
         return None
-    made = CycleStrokes(
-        time=end,
-        begin=table.free_at,
-        plan=plan,
-        start=timeline.position,
-        feed=feed,
-        strokes=strokes,
-        dresses=dresses,
-        inch=timeline.inch,
-    )
-    budget.spend(table.place, strokes)
-    table.make(strokes, dresses, max(begin, picked))
+    timeline.budget.spend(table.place, len(begins))
+    table.make(len(begins), len(dresses), max(free, picked))
+    position = list(course.end)
     position[table.axis] = table.coordinate
     timeline.time, timeline.position = table.free_at, (position[0], position[1], position[2])
-    return made
+    return CycleStrokes(
+        time=end,
+        plan=plan,
+        start=start,
+        feed=feed,
+        begins=tuple(begins),
+        seconds=(first + dwell, *itertools.repeat(later[0] + dwell, len(begins) - 1)),
+        plunge=course.plunge,
+        cross=course.cross,
+        end=timeline.position,
+        dresses=tuple(dresses),
+        inch=timeline.inch,
+    )
 
 
 def least_strokes(plan: CyclePlan, coverage: bool) -> int:

@@ -204,23 +204,60 @@ class CycleStrokes:
 
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.
-        begin: at which the table sets out for the first one, s.
         plan: of the cycle.
-        start: position of all axes when it sets out.
+        start: position of all axes when the table sets out.
         feed: E in force, mm/min.
-        strokes: how many there are.
-        dresses: auto-dresses that fell due; they have not been executed.
+        begins: at which each stroke begins, s.
+        seconds: time of each; the first one leads from `start` to the primary point.
+        plunge: coordinate of the plunge axis in the middle of each stroke, mm.
+        cross: of the third axis.
+        end: position of all axes after the last stroke and its picks.
+        dresses: after how many strokes each auto-dress falls due, and when the axes stand for it, s; they have not been
+            executed.
         inch: whether inches are in force for output.
     """
 
     time: float
-    begin: float
     plan: CyclePlan
     start: Position
     feed: float
-    strokes: int
-    dresses: int
+    begins: tuple[float, ...]
+    seconds: tuple[float, ...]
+    plunge: tuple[float, ...]
+    cross: tuple[float, ...]
+    end: Position
+    dresses: tuple[tuple[int, float], ...]
     inch: bool
+
+    def stroke(self, number: int) -> Stroke:
+        """One of the strokes, counted from 1, as an event of its own."""
+        plan, k = self.plan, number - 1
+        axis, points = plan.axis, (plan.secondary, plan.primary)
+        before = points[k % 2] if k else self.start[axis]
+        turn = points[number % 2]
+        return Stroke(
+            start=self._at(before, k),
+            middle=self._at(0.5 * (before + turn), k),
+            end=self._at(turn, k),
+            begin=self.begins[k],
+            seconds=self.seconds[k],
+            block=plan.block,
+            line=plan.line,
+            source=Source.CYCLE,
+            inch=self.inch,
+            axis=axis,
+            feed=self.feed,
+            number=number,
+            cycle=plan,
+        )
+
+    def _at(self, coordinate: float, k: int) -> Position:
+        """Position with the table at a coordinate in stroke k, counted from 0."""
+        axis, plunge = self.plan.axis, self.plan.plunge_axis
+        x, y, z = (
+            coordinate if each == axis else self.plunge[k] if each == plunge else self.cross[k] for each in range(3)
+        )
+        return x, y, z
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,7 @@ def zoned_loops_of(course: Course) -> Loops:
 
 
 def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
-    records = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
+    records: tuple[type[Any], ...] = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
     get_cycle, get_parameters, get_wheel, get_part, get_progress, get_tally = (

@@ -131,7 +131,7 @@ def _outlines(runs: Sequence[BlockRun], episode: ProgramEpisode) -> Iterator[Blo
         surface = 0.0 if starts else reached
         # grooves of another part may lie on the way to this block, or from it
         part, reached = run.part, max([surface, *run.strokes["Z"][run.strokes["part"] == run.part]])
-        dress = None if run.plan.program is None else episode.run.plans[run.plan.program]
+        dress = None if run.plan.program is None else episode.run.dressing.plans[run.plan.program]
         yield BlockOutline(
             block, run.plan, run.inch, dress, reached - surface, part - 1, starts, int(run.finished.size)
         )

@@ -246,10 +246,10 @@ class JobSimulation(Simulation):
         """Let the control execute the next block of programs without a script."""
         programs, found = episodes.programs, np.zeros((len(E), FOUND_FIELDS))
         words = {i: self.words(episodes.block[i], E[i], D[i]) for i in active.tolist()}
-        changes = {i: programs[i].run.wheel_changes for i in words}
+        changes = {i: programs[i].run.mount.changes for i in words}
         for i, run in step_all(programs, words).items():
             machine = programs[i].run
-            change = machine.wheel_changes - changes[i]
+            change = machine.mount.changes - changes[i]
             tally = tally_of(run, self.job)
             tallies[i] = tally._replace(seconds=tally.seconds - change * self.shop.change_seconds)
             finished = run.finished
@@ -284,7 +284,7 @@ class JobSimulation(Simulation):
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""
         if run.plan.program is None or program.run.wheel is None:
             return 0.0
-        dress = program.run.plans[run.plan.program]
+        dress = program.run.dressing.plans[run.plan.program]
         wheel, p = program.run.wheel, program.run.part.p
         return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
 

@@ -91,7 +91,7 @@ class StrokeEpisode:
         part, task = self.part, self.task
         assert part is not None
         pick, depth, removed = self.coming_pick, self.depth(self.made), 0.0
-        seconds = self.program.stroke_time(speed)
+        stroke_seconds = seconds = self.program.stroke_time(speed)
         if self.made == 0:
             self.program.start_part(depth, speed, dress)
             seconds += task.setup.load
@@ -101,11 +101,11 @@ class StrokeEpisode:
             self.wheel, removed = dress_wheel(
                 self.wheel, float(task.dress.passes), task.dress_feed, task.dress.depth, part.p
             )
-            part.dress(removed)
+            part.dress(task.dress_seconds, removed)
             seconds += task.dress_seconds
         overrun = task.setup.overrun
         ends = -overrun, self.job.part.length + overrun
-        self.wheel, made = part.grind(self.wheel, depth, speed / 60.0, ends, 0.0)
+        self.wheel, made = part.grind(self.wheel, depth, speed / 60.0, ends, 0.0, stroke_seconds)
         self.made += 1
         self._seconds += seconds
         finished = self._unload(part) if self.made == self.strokes else None
