@@ -5,7 +5,7 @@ numbers for one machine are bit by bit those of the scalar loop, whatever runs b
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
