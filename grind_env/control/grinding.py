@@ -1,11 +1,10 @@
 """Runs a G82 or G83: strokes, and what its rules say of the reversals that end them."""
 
-import math
 from collections.abc import Callable, Iterator
 
 from grind_env.control.cycles import RULES
 from grind_env.control.motions import CyclePlan, Event
-from grind_env.control.rules import PICK_TOLERANCE
+from grind_env.control.rules import picks_to
 from grind_env.control.timeline import Timeline
 
 Service = Callable[[int], Iterator[Event]]
@@ -42,7 +41,7 @@ def least_strokes(plan: CyclePlan, coverage: bool) -> int:
 
 
 def _least_picks(way: float, *picks: float) -> int:
-    return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
+    return picks_to(way, max(picks)) if way > 0.0 else 0
 
 
 def _coordinate(start: float, end: float, done: float, total: float) -> float:

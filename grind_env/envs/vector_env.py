@@ -17,7 +17,6 @@ from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import CycleBlock, coming_block
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,
@@ -94,7 +93,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
-        self.history = None if render_mode is None else History(self.task, num_envs, self.form.text)
+        self.history = None if render_mode is None else History(num_envs)
 
     @property
     def np_random_seed(self) -> Any:
@@ -182,18 +181,18 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset.
             RenderError: if what draws it is not installed.
         """
-        return drawn_all(
-            self.render_mode, self.begun, () if self.history is None else self.history.views(self.episodes)
-        )
+        ground = () if self.history is None else enumerate(self.history)
+        text = self.form.text
+        views = (self.form.view(self.task, self.episodes, i, *each, text) for i, each in ground)
+        return drawn_all(self.render_mode, self.begun, views)
 
-    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, CycleBlock]:
+    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, Any]:
         return {
-            i: coming_block(self.task, self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()
+            i: self.form.block(self.task, self.episodes, i, *(values[i] for values in choice))
+            for i in stepping.tolist()
         }
 
-    def _info(
-        self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, CycleBlock], mask: Array
-    ) -> dict[str, Any]:
+    def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:
         info = self.infos.vector(outcomes, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
