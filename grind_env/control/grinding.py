@@ -11,7 +11,7 @@ from grind_env.control.cycles.traverse import cross_coordinate
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
 from grind_env.control.profile import ramp_time
-from grind_env.control.rules import PICK_TOLERANCE, motion_time
+from grind_env.control.rules import motion_time, picks_to
 from grind_env.control.timeline import Timeline
 
 Target = tuple[str, int, float]
@@ -166,7 +166,7 @@ def least_strokes(plan: CyclePlan, coverage: bool) -> int:
 
 
 def _least_picks(way: float, *picks: float) -> int:
-    return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
+    return picks_to(way, max(picks)) if way > 0.0 else 0
 
 
 def _depth_coordinate(plan: CyclePlan, depth: float) -> float:

@@ -1,5 +1,7 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
+from typing import NamedTuple
+
 from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_roughness, measured_size
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
 from grind_env.envs.tape import TapeRow
@@ -9,6 +11,14 @@ from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, Rates, expenses, survival
 
 
+class PowerReadings(NamedTuple):
+    """The power readings that the shop floor remembers of a block, W."""
+
+    mean: float
+    first: float
+    peak: float
+
+
 @inlined
 def counted_rise(kind: KindRow, result: Tally) -> float:
     """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
@@ -16,11 +26,16 @@ def counted_rise(kind: KindRow, result: Tally) -> float:
 
 
 @inlined
+def chance(kind: KindRow, rise: float, power: float, roughness: float, size_error: float) -> float:
+    """Probability that a part of that kind is good; arguments as for `survival`."""
+    return survival(rise, power, roughness, size_error, Limits(kind.rise, kind.power, kind.roughness, kind.size))
+
+
+@inlined
 def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float, old: Memory) -> float:
     """Probability that the part is still good after a block; `size_error` in um."""
-    limits = Limits(kind.rise, kind.power, kind.roughness, kind.size)
     before = 1.0 if kind.starts_part > 0.0 else old.survival
-    return before * survival(counted_rise(kind, result), result.peak_power, part.Rs, size_error, limits)
+    return before * chance(kind, counted_rise(kind, result), result.peak_power, part.Rs, size_error)
 
 
 @inlined
@@ -32,6 +47,7 @@ def outcome_of(
     result: Tally,
     old: Memory,
     size_error: float,
+    rise: float,
     good: float,
     change: float,
     handover: float,
@@ -46,6 +62,7 @@ def outcome_of(
         result: of its cycle.
         old: what was remembered before it.
         size_error: stock left on the part, um.
+        rise: highest temperature rise that counts, K.
         good: probability that the part is still good.
         change: 1 if the wheel is changed after the block.
         handover: price of handing over the wheel, $.
@@ -73,11 +90,22 @@ def outcome_of(
         finished=finished,
         seconds=seconds,
         burn_ratio=result.burn_ratio,
-        rise=counted_rise(kind, result),
+        rise=rise,
         peak_power=result.peak_power,
         roughness=part.Rs,
         size_error=size_error,
     )
+
+
+@inlined
+def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
+    """The power readings of a block, after which the wheel is perhaps changed (1)."""
+    # of a new wheel nothing is known yet
+    mean = 0.0
+    if result.last_count > 0.0 and change == 0.0:
+        mean = measured_power(mean_last_power(result), row.mean_noise)
+    first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
+    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_power, row.peak_noise))
 
 
 @inlined
@@ -86,6 +114,7 @@ def remembered(
     row: TapeRow,
     result: Tally,
     old: Memory,
+    powers: PowerReadings,
     outcome: Outcome,
     good: float,
     change: float,
@@ -96,15 +125,10 @@ def remembered(
 ) -> Memory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
-    The other arguments are those of `outcome_of`, what came of it, and the volume ground since the last dress of the
-    block, mm3/mm, by book-keeping.
+    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, by
+    book-keeping. The other arguments are those of `outcome_of`, and what came of it.
     """
     ends = kind.ends_part > 0.0
-    # of a new wheel nothing is known yet
-    mean_power = 0.0
-    if result.last_count > 0.0 and change == 0.0:
-        mean_power = measured_power(mean_last_power(result), row.mean_noise)
-    first_power = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
     known = ends and old.gauged >= 0.0
     roughness = old.gauged if known else old.roughness
@@ -120,9 +144,9 @@ def remembered(
         executions=D,
         pick=kind.pick,
         width=kind.width,
-        mean_power=mean_power,
-        first_power=first_power,
-        peak_power=measured_power(result.peak_power, row.peak_noise),
+        mean_power=powers.mean,
+        first_power=powers.first,
+        peak_power=powers.peak,
         size_error=size_error,
         roughness=roughness,
         gauged=gauged,

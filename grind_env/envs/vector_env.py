@@ -16,7 +16,7 @@ from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import coming_block
+from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
@@ -31,6 +31,7 @@ from grind_env.envs.vector_common import (
     vector_metadata,
 )
 from grind_env.envs.view import History
+from grind_env.render.view import View
 
 Array = NDArray[Any]
 
@@ -108,15 +109,11 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
-        self.history = None if render_mode is None else self._new_history()
+        self.history = None if render_mode is None else History(num_envs)
 
     def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
         """What the options of a reset give; what they do not name stays as it was `before`."""
         return read_options(self.task, options, before)
-
-    def _new_history(self) -> History:
-        """What pictures need of the blocks that have been run."""
-        return History(self.task, self.num_envs, self.form.text)
 
     @property
     def np_random_seed(self) -> Any:
@@ -206,17 +203,21 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset.
             RenderError: if what draws it is not installed.
         """
-        return drawn_all(
-            self.render_mode, self.begun, () if self.history is None else self.history.views(self.episodes)
-        )
+        ground = () if self.history is None else enumerate(self.history)
+        views = (self._view(i, *each) for i, each in ground)
+        return drawn_all(self.render_mode, self.begun, views)
 
     def _block(self, i: int, choice: tuple[float, ...]) -> Any:
-        """The block that sub-environment i runs next."""
-        return coming_block(self.task, self.episodes, i, *choice)
+        """What sub-environment i runs next."""
+        return self.form.block(self.task, self.episodes, i, *choice)
 
     def _text(self, block: Any) -> str:
         """What the control reads for a block."""
         return self.form.text(self.task, block)
+
+    def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        """Sub-environment i after the blocks that it has run."""
+        return self.form.view(self.task, self.episodes, i, blocks, outcomes, self.form.text)
 
     def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:
         info = self.infos.vector(outcomes, choice, mask)

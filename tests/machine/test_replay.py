@@ -15,7 +15,6 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script import ScriptError, script_of
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job

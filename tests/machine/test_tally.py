@@ -59,7 +59,16 @@ class Counted(NamedTuple):
 
 positive = st.floats(0.0, 1e5)
 counted = st.builds(
-    Counted, positive, positive, positive, positive, st.floats(-1.0, 1.0), st.booleans(), st.booleans(), st.booleans(), st.just(False)
+    Counted,
+    positive,
+    positive,
+    positive,
+    positive,
+    st.floats(-1.0, 1.0),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.just(False),
 )
 dressing = counted.map(lambda each: each._replace(dress=True))
 

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.envs.rows import Memory, Shop, read_kind, read_memory, read_shop, write_memory, write_outcome
-from grind_env.envs.settling import outcome_of, remembered
-from grind_env.envs.step import FACTOR_COLUMNS, PARAMETER_COLUMNS
+from grind_env.envs.settling import counted_rise, outcome_of, power_readings, remembered
+from grind_env.envs.step import write_factored
 from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
@@ -169,10 +169,7 @@ def step_jobs(
         write_part(parts, i, part)
         write_stage(stages, i, stage)
         write_wheel(wheels, i, wheel)
-        for k in range(PARAMETERS):
-            parameters[i, k] = base[0, k]
-        for k in range(len(FACTOR_COLUMNS)):
-            parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block[i], FACTOR_COLUMNS[k]]
+        write_factored(parameters, i, base, 0, tape, block[i], False)
     grind_blocks(
         ScriptTables(blocks, motions), block, speeds, executions, parameters, wheels, parts, tallies, picks, active
     )
@@ -240,10 +237,16 @@ def settle_jobs(
             read_memory(memory, i),
             read_found(found, i),
         )
-        outcome = outcome_of(kind, row, shop, part, tally, old, seen.size_error, seen.good, seen.change, seen.handover)
+        rise = counted_rise(kind, tally)
+        outcome = outcome_of(
+            kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
+        )
         write_outcome(outcomes, i, outcome)
+        powers = power_readings(row, tally, seen.change)
         volume = tally.deepened * kind.length
-        new = remembered(kind, row, tally, old, outcome, seen.good, seen.change, speeds[i], executions[i], 0.0, volume)
+        new = remembered(
+            kind, row, tally, old, powers, outcome, seen.good, seen.change, speeds[i], executions[i], 0.0, volume
+        )
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
         block[i] += 1

@@ -1,6 +1,6 @@
 """`grind/Job-v0`, many times side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gymnasium.vector import AutoresetMode
@@ -9,9 +9,11 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.env import load_simulation, read_given
-from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.view import JobHistory, RunBlock, text_of
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.view import RunBlock, job_view, text_of
+from grind_env.envs.rows import Outcome
 from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.render.view import View
 
 
 class JobVectorEnv(GrindVectorEnv):
@@ -61,12 +63,13 @@ class JobVectorEnv(GrindVectorEnv):
     def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
         return read_given(self.simulation, options, before)
 
-    def _new_history(self) -> Any:
-        return JobHistory(self.simulation, self.num_envs, (self.codec.low, self.codec.high))
-
     def _block(self, i: int, choice: tuple[float, ...]) -> RunBlock:
         speed, executions = choice
         return RunBlock(int(self.episodes.block[i]), float(speed), int(executions))
 
     def _text(self, block: Any) -> str:
         return text_of(self.simulation, block)
+
+    def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        assert isinstance(self.episodes, JobEpisodes)
+        return job_view(self.simulation, self.episodes, i, blocks, outcomes, (self.codec.low, self.codec.high))

@@ -1,10 +1,7 @@
 """The view of an episode of `grind/Job-v0`: a user's program, block by block."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.rows import Outcome
@@ -97,35 +94,3 @@ def _ground(simulation: JobSimulation, block: RunBlock, outcome: Outcome) -> Gro
         finished=finished,
         good=outcome.good,
     )
-
-
-class JobHistory:
-    """What the pictures of N episodes need beside their state.
-
-    Args:
-        simulation: of the program.
-        count: N.
-        speeds: lowest and highest E, mm/min.
-    """
-
-    def __init__(self, simulation: JobSimulation, count: int, speeds: tuple[float, float]) -> None:
-        self.simulation, self.speeds = simulation, speeds
-        self.blocks: list[list[RunBlock]] = [[] for _ in range(count)]
-        self.outcomes: list[list[Outcome]] = [[] for _ in range(count)]
-
-    def restart(self, i: int) -> None:
-        """Forget episode i."""
-        self.blocks[i], self.outcomes[i] = [], []
-
-    def note(self, blocks: Mapping[int, RunBlock], outcomes: NDArray[np.float64]) -> None:
-        """Blocks by number of their episode; `outcomes` has shape (N, fields of `Outcome`)."""
-        for i, block in blocks.items():
-            self.blocks[i].append(block)
-            self.outcomes[i].append(Outcome(*outcomes[i].tolist()))
-
-    def views(self, episodes: JobEpisodes) -> list[View]:
-        """The view of every episode."""
-        return [
-            job_view(self.simulation, episodes, i, blocks, self.outcomes[i], self.speeds)
-            for i, blocks in enumerate(self.blocks)
-        ]
