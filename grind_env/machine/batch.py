@@ -17,7 +17,8 @@ from grind_env.machine.rows import LOG, Table, read_cycle
 from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
-PLUNGES, FEEDS, TRAVERSES = loops_of(PLUNGE), loops_of(FEED), zoned_loops_of(TRAVERSE)
+PLUNGES, FEEDS = loops_of(PLUNGE), loops_of(FEED)
+ZONED_PLUNGES, ZONED_FEEDS, TRAVERSES = zoned_loops_of(PLUNGE), zoned_loops_of(FEED), zoned_loops_of(TRAVERSE)
 
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""

@@ -249,19 +249,18 @@ FEED = Course(
 
 
 @inlined
-def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
-    """By how much the strokes go deeper at most than those before, mm, and how many there are; nothing is ground.
+def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> float:
+    """By how much the strokes go deeper at most than those before, mm; nothing is ground.
 
     Args:
         cycle: the strokes.
         reached: depth of the deepest stroke before, mm.
         motions: table of the motions beside them.
     """
-    most, strokes = 0.0, 0.0
+    most = 0.0
     progress, _ = find(cycle, begin(cycle), motions)
     while not finished(cycle, progress):
         Z = depth(cycle, progress)
         most, reached = max(most, Z - reached), max(reached, Z)
-        strokes += 1.0
         progress, _ = find(cycle, after_reversal(cycle, progress), motions)
-    return most, strokes
+    return most

@@ -1,23 +1,27 @@
 """A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
 
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Dwell, Line
+from grind_env.control.cycles import traverse
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer, dtype_of
-from grind_env.machine.batch import FEEDS, NO_MOTIONS, PLUNGES, TRAVERSES
-from grind_env.machine.cycle import Cycle
+from grind_env.machine.batch import FEEDS, NO_MOTIONS, PLUNGES, TRAVERSES, ZONED_FEEDS, ZONED_PLUNGES
+from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.feeding import ENDS, GOES_ON, Feeding, Motion, deepest_pick
 from grind_env.machine.job import Job
-from grind_env.machine.rows import read_part, write_cycle
+from grind_env.machine.loops import Loops
+from grind_env.machine.rows import read_part, read_zone, write_cycle
 from grind_env.machine.rules import motion_time
-from grind_env.machine.script import Script, ScriptBlock, ScriptError, depth_of, edge_of
+from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
 from grind_env.machine.tally import Tally
+from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.cost import Limits
 
 RECIPROCATION, PLUNGE, TRAVERSE = 0.0, 1.0, 2.0
@@ -108,7 +112,6 @@ read_block = column_reader(BlockRow)
 read_feeding, write_feeding = column_reader(Feeding), column_writer(Feeding)
 CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
 STROKES = Tally._fields.index("strokes")
-grind_plunges, grind_traverses, grind_feedings = PLUNGES.lanes, TRAVERSES.lanes, FEEDS.lanes
 
 
 class ScriptTables(NamedTuple):
@@ -118,14 +121,12 @@ class ScriptTables(NamedTuple):
     """Shape (blocks, fields of `BlockRow`)."""
     motions: Table
     """Beside the tables of all blocks, shape (motions, fields of `Motion`)."""
+    zones: Table
+    """A new part, shape (zones, fields of `Zone`); one zone if the wheel covers it in every stroke."""
 
 
 def tables_of(script: Script) -> ScriptTables:
-    """A script in numbers.
-
-    Raises:
-        ScriptError: a part is wider than the wheel, or the wheel is beside it.
-    """
+    """A script in numbers."""
     motions: list[Motion] = []
     rows: list[BlockRow] = []
     starts, reached, first_of_stage, stage = True, 0.0, 0, 0
@@ -133,7 +134,6 @@ def tables_of(script: Script) -> ScriptTables:
     for number, block in enumerate(script.blocks):
         if starts:
             reached, first_of_stage, stage = 0.0, number, 0
-        _refuse_beside(script, block)
         beside = _motions_of(block, job)
         reached = max(reached, _deepest(block, job))
         ends_stage = block.stops > 0 and stage < len(stages)
@@ -152,7 +152,7 @@ def tables_of(script: Script) -> ScriptTables:
             rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
-    return ScriptTables(_table(rows, BlockRow), _table(motions, Motion))
+    return ScriptTables(_table(rows, BlockRow), _table(motions, Motion), _zones(script, rows))
 
 
 def _table(rows: list[Any], kind: type[Any]) -> Table:
@@ -253,13 +253,19 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
     return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
 
 
-def _refuse_beside(script: Script, block: ScriptBlock) -> None:
-    job, plan = script.job, block.plan
-    part, wheel = job.part, job.setup.wheel
-    edges = {edge_of(block.start, plan), *(edge_of(motion.end, plan) for motion in block.beside)}
-    covered = all(edge <= part.across and part.across + part.width <= edge + wheel.width for edge in edges)
-    if plan.code == "G83" or not covered:
-        raise ScriptError(f"{script.programs.name}:{plan.line}: the wheel does not cover the width of the part")
+def _zones(script: Script, rows: Sequence[BlockRow]) -> Table:
+    """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
+    part, wheel = script.job.part, script.job.setup.wheel
+    centres, edges = strip_centres(part.across, part.width), set()
+    for block, row in zip(script.blocks, rows, strict=True):
+        places = {edge_of(position, block.plan) for motion in block.beside for position in (motion.start, motion.end)}
+        if len(places) > 1:
+            return strip_zones(centres)
+        edges |= {row.cross_start, *places}
+        if row.code == TRAVERSE:
+            cycle = traverse.cycle_of(block.plan, script.job.control.coverage_pass)
+            edges |= set(traverse_edges(cycle, row.cross_start, row.cross_end))
+    return zones_of(centres, edges, wheel.width)
 
 
 @inlined
@@ -322,63 +328,96 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
     )
 
 
-@entry
-def grind_blocks(
-    script: ScriptTables,
-    block: Any,
-    speeds: Any,
-    executions: Any,
-    parameters: Any,
-    wheels: Any,
-    parts: Any,
-    tallies: Any,
-    picks: Any,
-    active: Any,
-) -> None:
-    """Run a block on each of some machines.
+def blocks_of(plunges: Loops, traverses: Loops, feeds: Loops, deepest: Callable[..., float]) -> Callable[..., None]:
+    """The compiled run of a block of each of some machines, made of the loops over surfaces of one kind.
 
     Args:
-        script: the program.
-        block: number of the block of each machine, shape (N,), int64.
-        speeds: E, mm/min, shape (N,).
-        executions: D, shape (N,).
-        parameters: shape (N, fields of `StrokeParameters`).
-        wheels: shape (N, fields of `WheelState`); updated.
-        parts: shape (N, fields of `PartState`); updated.
-        tallies: shape (N, fields of `Tally`); updated.
-        picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
-        active: machines to run, int64.
+        plunges: of G82.
+        traverses: of G83.
+        feeds: of the strokes beside motions.
+        deepest: `deepest(surfaces, i)`: depth of the deepest stroke on machine i, mm.
     """
-    n = block.size
-    cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
-    plunging, traversing, feeding = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    plunges, traverses, feeds = 0, 0, 0
-    for i in active:
-        row = read_block(script.blocks, block[i])
-        before = read_part(parts, i)
-        D = executions[i] if row.takes_dresses > 0.0 else 0.0
-        picks[i] = max(min(max(row.primary_pick, row.secondary_pick), row.target - row.start), row.start - before.Z)
-        if row.code != RECIPROCATION:
-            write_cycle(cycles, i, cycle_of(row, speeds[i], D))
-            if row.code == PLUNGE:
-                plunging[plunges] = i
-                plunges += 1
-            else:
-                traversing[traverses] = i
-                traverses += 1
-    grind_plunges(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, plunging[:plunges], 0, 1)
-    grind_traverses(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, traversing[:traverses], 0, 1)
-    for i in active:
-        row = read_block(script.blocks, block[i])
-        if row.motion >= 0.0:
-            full = max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE
-            made, reached = tallies[i, STROKES], read_part(parts, i).Z
-            most, strokes = deepest_pick(feeding_of(row, speeds[i], made, full), reached, script.motions)
-            if row.code == RECIPROCATION:
-                full = FULL * most
-                picks[i] = most
-            if strokes > 0.0:
+    grind_plunges, grind_traverses, grind_feedings = plunges.lanes, traverses.lanes, feeds.lanes
+
+    @entry
+    def grind_blocks(
+        script: ScriptTables,
+        block: Any,
+        speeds: Any,
+        executions: Any,
+        parameters: Any,
+        wheels: Any,
+        surfaces: Any,
+        tallies: Any,
+        picks: Any,
+        active: Any,
+    ) -> None:
+        """Run a block on each of some machines.
+
+        Args:
+            script: the program.
+            block: number of the block of each machine, shape (N,), int64.
+            speeds: E, mm/min, shape (N,).
+            executions: D, shape (N,).
+            parameters: shape (N, fields of `StrokeParameters`).
+            wheels: shape (N, fields of `WheelState`); updated.
+            surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
+            tallies: shape (N, fields of `Tally`); updated.
+            picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
+            active: machines to run, int64.
+        """
+        n = block.size
+        cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
+        plunging, traversing, feeding = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+        plunges, traverses, feeds = 0, 0, 0
+        for i in active:
+            row = read_block(script.blocks, block[i])
+            D = executions[i] if row.takes_dresses > 0.0 else 0.0
+            picks[i] = max(
+                min(max(row.primary_pick, row.secondary_pick), row.target - row.start), row.start - deepest(surfaces, i)
+            )
+            if row.code != RECIPROCATION:
+                write_cycle(cycles, i, cycle_of(row, speeds[i], D))
+                if row.code == PLUNGE:
+                    plunging[plunges] = i
+                    plunges += 1
+                else:
+                    traversing[traverses] = i
+                    traverses += 1
+        grind_plunges(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, plunging[:plunges], 0, 1)
+        grind_traverses(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, traversing[:traverses], 0, 1)
+        for i in active:
+            row = read_block(script.blocks, block[i])
+            if row.motion >= 0.0:
+                full = max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE
+                made, reached = tallies[i, STROKES], deepest(surfaces, i)
+                most = deepest_pick(feeding_of(row, speeds[i], made, full), reached, script.motions)
+                if row.code == RECIPROCATION:
+                    full = FULL * most
+                    picks[i] = most
                 write_feeding(feedings, i, feeding_of(row, speeds[i], made, max(full, DEPTH_TOLERANCE)))
                 feeding[feeds] = i
                 feeds += 1
-    grind_feedings(feedings, parameters, wheels, parts, tallies, script.motions, feeding[:feeds], 0, 1)
+        grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
+
+    return grind_blocks
+
+
+@inlined
+def _deepest_whole(surfaces: Any, i: int) -> float:
+    part: PartState = read_part(surfaces, i)
+    return part.Z
+
+
+@inlined
+def _deepest_zoned(surfaces: Any, i: int) -> float:
+    reached = 0.0
+    for number in range(surfaces.shape[1]):
+        reached = max(reached, read_zone(surfaces[i], number).reached)
+    return reached
+
+
+grind_blocks = blocks_of(PLUNGES, PLUNGES, FEEDS, _deepest_whole)
+"""On parts that the wheel covers, which no G83 is needed for."""
+grind_zoned_blocks = blocks_of(ZONED_PLUNGES, TRAVERSES, ZONED_FEEDS, _deepest_zoned)
+"""On parts in zones."""

@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 from grind_env.control import (
     Arc,
     CycleAhead,
-    CycleEnd,
     CyclePlan,
     CycleStart,
     DressStart,
@@ -172,7 +171,7 @@ class _Writer:
         self.ahead: Block | None = None
         self.plans: dict[int, DressPlan] = {}
         self.way, self.unloaded = [0.0, 0.0], False
-        self.runs_on = False  # strokes of the block that go on after its cycle, or beside a G81
+        self.stopped = False  # by the operator, with the table running
         self.approach = 0.0
         self.at_secondary: dict[int, bool] = {}
 
@@ -189,8 +188,6 @@ class _Writer:
                     self.execution.choose(D="1")
             case CycleStart():
                 self._begin(event.plan)
-            case CycleEnd():
-                self.runs_on = True
             case TableStop():
                 self._stand(event.plan)
             case ProgramStop():
@@ -231,7 +228,7 @@ class _Writer:
             dress = self.plans[plan.program]
         inch = execution.modes.inch
         self.blocks.append(ScriptBlock(self.ahead, inch, plan, execution.position, taken_over, dress))
-        self.runs_on = plan.code == "G81"
+        self.stopped = False
 
     def _move(self, event: Motion) -> None:
         """The program moves the axes, or waits."""
@@ -243,6 +240,8 @@ class _Writer:
             return
         if isinstance(event, Arc):
             raise self._error("the wheel moves along an arc beside the table", event.line)
+        if self.stopped:
+            raise self._error("the table goes on after a stop of the operator", event.line)
         plan = self.blocks[-1].plan
         if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
             raise self._error("the program redirects the table", event.line)
@@ -259,6 +258,10 @@ class _Writer:
     def _stop(self, event: ProgramStop) -> None:
         if self.ahead is None or not self.blocks:
             return
+        table = self.execution.table
+        if table is not None and (self.blocks[-1].beside or not table.at_secondary):
+            raise self._error("the operator stops the program while the table is on its way", event.line)
+        self.stopped = table is not None
         self.blocks[-1].gauged = True
         if event.code == "M00":
             self._unload()

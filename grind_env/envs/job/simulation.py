@@ -25,7 +25,7 @@ from grind_env.envs.job.outline import (
     refuse_many,
 )
 from grind_env.envs.job.readings import ACTION, coming, job_readings, job_task
-from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs
+from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
@@ -38,6 +38,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_wheel
 from grind_env.machine.replay import tables_of
 from grind_env.machine.script import Script, ScriptError, script_of
+from grind_env.machine.strips import Zone
 from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
 from grind_env.process.state import WheelState
 
@@ -51,11 +52,13 @@ COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 class JobEpisodes(Episodes):
     """The state of N episodes.
 
-    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `programs` are
-    those under execution if the control runs them.
+    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `surfaces` are
+    the parts in zones, shape (N, zones, fields of `Zone`); `programs` are those under execution if the control runs
+    them.
     """
 
     stages: Table
+    surfaces: Table
     programs: list[ProgramEpisode]
 
     def pick(self, index: ArrayLike) -> "JobEpisodes":
@@ -95,7 +98,7 @@ class JobSimulation(Simulation):
             self.script = script_of(programs, job, (low, high))
             self.tables = tables_of(self.script)
         except ScriptError as error:
-            self.script, self.why = None, error
+            self.why = error
         if self.script is None:
             trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
             self.blocks = outline_of_runs(programs, job, trials)
@@ -105,6 +108,7 @@ class JobSimulation(Simulation):
             raise JobProgramError(
                 f"{programs.name} makes no stroke: it has no cycle block G81, G82 or G83, and no E or D to choose"
             )
+        self._zones = 1 if self.script is None else len(self.tables.zones)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
         self.task, self.entries = replace(task, blocks=len(self.blocks)), job_readings(task, full=full)
@@ -154,6 +158,7 @@ class JobSimulation(Simulation):
             np.empty((n, len(PartState._fields))),
             np.empty((n, len(Memory._fields))),
             np.zeros((n, STAGE_FIELDS)),
+            np.empty((n, self._zones, len(Zone._fields))),
             [],
         )
         self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
@@ -212,7 +217,8 @@ class JobSimulation(Simulation):
         if self.script is None:
             self._execute(episodes, E, D, active, tallies, outcomes)
             return outcomes, tallies
-        step_jobs(
+        step = step_jobs if len(self.tables.zones) == 1 else step_zoned_jobs
+        step(
             *self.tables,
             self.kinds,
             self.base,
@@ -222,6 +228,7 @@ class JobSimulation(Simulation):
             episodes.tape,
             episodes.block,
             episodes.wheels,
+            episodes.parts if len(self.tables.zones) == 1 else episodes.surfaces,
             episodes.parts,
             episodes.memory,
             episodes.stages,

@@ -1,22 +1,32 @@
 """The compiled step of `grind/Job-v0`: a block of a script, and what has come of it."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.envs.rows import Memory, Shop, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.settling import counted_rise, outcome_of, power_readings, remembered
-from grind_env.envs.step import write_factored
+from grind_env.envs.step import NEW_PART, write_factored
 from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.cycle import PartState, dress_lead
+from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.replay import BlockRow, ScriptTables, grind_blocks, read_block
-from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_part, write_wheel
+from grind_env.machine.replay import BlockRow, ScriptTables, grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.rows import (
+    read_parameters,
+    read_part,
+    read_tally,
+    read_wheel,
+    read_zone,
+    write_part,
+    write_wheel,
+    write_zone,
+)
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import Limits, Rates, handover_cost, survival
-from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -57,46 +67,42 @@ PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
 
 
 @inlined
-def on_the_part(row: BlockRow, part: PartState, stage: Stage, wheel: WheelState) -> tuple[PartState, Stage, WheelState]:
-    """Part, stage and wheel as a block finds them: a part that it starts is loaded and touched off."""
+def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, WheelState]:
+    """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
     starts = row.starts_part > 0.0
-    known = starts or stage.gauged > 0.0
-    # of a wheel that has been gauged the wear is compensated
-    W = 0.0 if known else wheel.W
-    measured = WheelState(
+    W = 0.0 if starts or stage.gauged > 0.0 else wheel.W
+    wheel = WheelState(
         ds=wheel.ds, A=wheel.A, lam=wheel.lam, V=wheel.V, Rd=wheel.Rd, Cd=wheel.Cd, alw=wheel.alw, W=W, wd=wheel.wd
     )
     if starts:
-        part = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
         stage = Stage(power=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
-    return part, stage, measured
+    return stage, wheel
 
 
 @inlined
 def judged(
-    row: BlockRow, part: PartState, tally: Tally, stage: Stage, stock: float, before: float
-) -> tuple[float, float, Stage]:
-    """Probability that the part is good so far, its size error in um, and what its stage has come to.
+    row: BlockRow, part: PartState, tally: Tally, stage: Stage, size_error: float, before: float
+) -> tuple[float, Stage]:
+    """Probability that the part is good so far, and what its stage has come to.
 
     Args:
         row: of the block.
         part: after it.
         tally: of the block.
         stage: before it.
-        stock: true stock of the part, mm.
+        size_error: um.
         before: probability that the part was good before the block.
     """
     power = max(stage.power, tally.peak_power)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
-    size_error = 1000.0 * ((row.stock if row.stock > 0.0 else stock) - part.S)
     good = before
     if row.judged > 0.0:
         limits = Limits(rise=row.rise, power=row.power, roughness=row.roughness, size=row.size)
         good = before * survival(rise, power, part.Rs, size_error, limits)
         power, rise = 0.0, 0.0
-    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached the part
+    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
         good = 0.0
-    return good, size_error, Stage(power=power, rise=rise, gone=stage.gone, gauged=row.gauged)
+    return good, Stage(power=power, rise=rise, gone=stage.gone, gauged=row.gauged)
 
 
 @inlined
@@ -116,85 +122,6 @@ def price_of_handover(row: BlockRow, shop: Shop, wheel: WheelState, p: StrokePar
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     lead = dress_lead(wheel, row.dress_feed, p)
     return handover_cost(wheel, row.dress_passes, lead, row.dress_depth, row.dress_seconds, p, rates)
-
-
-@entry
-def step_jobs(
-    blocks: Any,
-    motions: Any,
-    kinds: Any,
-    base: Any,
-    shops: Any,
-    approach: float,
-    load: float,
-    tape: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    stages: Any,
-    speeds: Any,
-    executions: Any,
-    active: Any,
-    tallies: Any,
-    outcomes: Any,
-) -> None:
-    """Run the next block of the episodes in `active`.
-
-    Args:
-        blocks: of `ScriptTables`, like the next one.
-        motions: beside the table.
-        kinds: of each block, shape (blocks, fields of `KindRow`).
-        base: nominal parameters, shape (1, fields of `StrokeParameters`).
-        shops: numbers of the job, shape (1, fields of `Shop`).
-        approach: time of the program up to its first block, s.
-        load: time from one part to the next until its first cycle starts, s.
-        tape: shape (N, blocks, fields of `TapeRow`).
-        block: number of the coming block, shape (N,), int64; updated, like the next five.
-        wheels: shape (N, fields of `WheelState`).
-        parts: shape (N, fields of `PartState`).
-        memory: shape (N, fields of `Memory`).
-        stages: shape (N, fields of `Stage`).
-        speeds: E, mm/min, shape (N,).
-        executions: D, shape (N,).
-        active: indices of the episodes to step, int64.
-        tallies: shape (N, fields of `Tally`); written in the rows of `active`.
-        outcomes: shape (N, fields of `Outcome`); written likewise.
-    """
-    n, shop = block.size, read_shop(shops, 0)
-    parameters, picks = np.empty((n, PARAMETERS)), np.empty(n)
-    for i in active:
-        row = read_block(blocks, block[i])
-        part, stage, wheel = on_the_part(row, read_part(parts, i), read_stage(stages, i), read_wheel(wheels, i))
-        write_part(parts, i, part)
-        write_stage(stages, i, stage)
-        write_wheel(wheels, i, wheel)
-        write_factored(parameters, i, base, 0, tape, block[i], False)
-    grind_blocks(
-        ScriptTables(blocks, motions), block, speeds, executions, parameters, wheels, parts, tallies, picks, active
-    )
-    found = np.empty((n, FOUND_FIELDS))
-    for i in active:
-        number, p = block[i], read_parameters(parameters, i)
-        row, stock = read_block(blocks, number), tape[i, number, STOCK]
-        tally, part, wheel = read_tally(tallies, i), read_part(parts, i), read_wheel(wheels, i)
-        before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
-        good, size_error, stage = judged(row, part, tally, read_stage(stages, i), stock, before)
-        even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
-        on_the_way = row.before_from_secondary if even else row.before_from_primary
-        afterwards = row.after_from_secondary if even else row.after_from_primary
-        came = approach if number == 0 else 0.0
-        gone = approach if number == 0 else stage.gone
-        waited = max(load - gone, 0.0) if row.starts_part > 0.0 else 0.0
-        tallies[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
-        change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
-        if change > 0.0:
-            wheel = new_wheel(row, shop, wheel, p)
-            write_wheel(wheels, i, wheel)
-        handover = price_of_handover(row, shop, wheel, p) if number + 1 == len(blocks) else 0.0
-        write_stage(stages, i, Stage(power=stage.power, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
-        write_found(found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i]))
-    settle_jobs(kinds, shops, tape, block, parts, memory, speeds, executions, active, tallies, found, outcomes)
 
 
 @entry
@@ -250,3 +177,136 @@ def settle_jobs(
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
         block[i] += 1
+
+
+def steps_of(
+    grind: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]
+) -> Callable[..., None]:
+    """The compiled step on parts whose surface is kept in one way.
+
+    Args:
+        grind: of `machine.replay`.
+        lay: `lay(surfaces, i, zones)`: puts a new part on machine i.
+        gauge: `gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a
+            stock, mm.
+    """
+
+    @entry
+    def step_jobs(
+        blocks: Any,
+        motions: Any,
+        zones: Any,
+        kinds: Any,
+        base: Any,
+        shops: Any,
+        approach: float,
+        load: float,
+        tape: Any,
+        block: Any,
+        wheels: Any,
+        surfaces: Any,
+        parts: Any,
+        memory: Any,
+        stages: Any,
+        speeds: Any,
+        executions: Any,
+        active: Any,
+        tallies: Any,
+        outcomes: Any,
+    ) -> None:
+        """Run the next block of the episodes in `active`.
+
+        Args:
+            blocks: of `ScriptTables`, like the next one.
+            motions: beside the table.
+            zones: a new part.
+            kinds: of each block, shape (blocks, fields of `KindRow`).
+            base: nominal parameters, shape (1, fields of `StrokeParameters`).
+            shops: numbers of the job, shape (1, fields of `Shop`).
+            approach: time of the program up to its first block, s.
+            load: time from one part to the next until its first cycle starts, s.
+            tape: shape (N, blocks, fields of `TapeRow`).
+            block: number of the coming block, shape (N,), int64; updated, like the next six.
+            wheels: shape (N, fields of `WheelState`).
+            surfaces: of the parts; `parts` itself, or shape (N, zones, fields of `Zone`).
+            parts: as they are gauged, shape (N, fields of `PartState`).
+            memory: shape (N, fields of `Memory`).
+            stages: shape (N, fields of `Stage`).
+            speeds: E, mm/min, shape (N,).
+            executions: D, shape (N,).
+            active: indices of the episodes to step, int64.
+            tallies: shape (N, fields of `Tally`); written in the rows of `active`.
+            outcomes: shape (N, fields of `Outcome`); written likewise.
+        """
+        n, shop = block.size, read_shop(shops, 0)
+        parameters, picks = np.empty((n, PARAMETERS)), np.empty(n)
+        for i in active:
+            row = read_block(blocks, block[i])
+            stage, wheel = on_the_part(row, read_stage(stages, i), read_wheel(wheels, i))
+            if row.starts_part > 0.0:
+                lay(surfaces, i, zones)
+            write_stage(stages, i, stage)
+            write_wheel(wheels, i, wheel)
+            write_factored(parameters, i, base, 0, tape, block[i], False)
+        script = ScriptTables(blocks, motions, zones)
+        grind(script, block, speeds, executions, parameters, wheels, surfaces, tallies, picks, active)
+        found = np.empty((n, FOUND_FIELDS))
+        for i in active:
+            number, p = block[i], read_parameters(parameters, i)
+            row, tally, wheel = read_block(blocks, number), read_tally(tallies, i), read_wheel(wheels, i)
+            stock = row.stock if row.stock > 0.0 else tape[i, number, STOCK]
+            part = gauge(surfaces, i, stock)
+            write_part(parts, i, part)
+            before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
+            size_error = 1000.0 * (stock - part.S)
+            good, stage = judged(row, part, tally, read_stage(stages, i), size_error, before)
+            even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
+            on_the_way = row.before_from_secondary if even else row.before_from_primary
+            afterwards = row.after_from_secondary if even else row.after_from_primary
+            came = approach if number == 0 else 0.0
+            gone = approach if number == 0 else stage.gone
+            waited = max(load - gone, 0.0) if row.starts_part > 0.0 else 0.0
+            tallies[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
+            change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
+            if change > 0.0:
+                wheel = new_wheel(row, shop, wheel, p)
+                write_wheel(wheels, i, wheel)
+            handover = price_of_handover(row, shop, wheel, p) if number + 1 == len(blocks) else 0.0
+            write_stage(stages, i, Stage(power=stage.power, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
+            write_found(
+                found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
+            )
+        settle_jobs(kinds, shops, tape, block, parts, memory, speeds, executions, active, tallies, found, outcomes)
+
+    return step_jobs
+
+
+@inlined
+def _lay_whole(surfaces: Any, i: int, zones: Any) -> None:
+    write_part(surfaces, i, NEW_PART)
+
+
+@inlined
+def _gauge_whole(surfaces: Any, i: int, stock: float) -> PartState:
+    part: PartState = read_part(surfaces, i)
+    return part
+
+
+@inlined
+def _lay_zones(surfaces: Any, i: int, zones: Any) -> None:
+    for number in range(zones.shape[0]):
+        write_zone(surfaces[i], number, read_zone(zones, number))
+
+
+@inlined
+def _gauge_zones(surfaces: Any, i: int, stock: float) -> PartState:
+    found = gauge_zones(surfaces[i], stock)
+    # a zone that no stroke has reached counts as all of them
+    reached = read_zone(surfaces[i], 0).reached
+    for number in range(surfaces.shape[1]):
+        reached = min(reached, read_zone(surfaces[i], number).reached)
+    return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra)
+
+
+step_jobs = steps_of(grind_blocks, _lay_whole, _gauge_whole)
+step_zoned_jobs = steps_of(grind_zoned_blocks, _lay_zones, _gauge_zones)
