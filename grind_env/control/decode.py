@@ -1,5 +1,6 @@
 """A block and the modes before it -> what the block commands, and the modes after it (10-23)."""
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -23,9 +24,9 @@ class Value:
     word: Word
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """A decoded block.
+    """A decoded block; in the same modes, a block is decoded once.
 
     Attributes:
         block: the block.
@@ -74,6 +75,7 @@ class Command:
                 raise self.block.error("block-format", message, word)
 
 
+@functools.lru_cache(maxsize=1024)
 def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
     """Apply the words of a block from left to right; a mode acts on the values to its right only.
 

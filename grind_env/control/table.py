@@ -1,5 +1,6 @@
 """What sets the table going and stops it: G81 to G83, G80, and the end of the program."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from grind_env.control.decode import Command
 from grind_env.control.grinding import grind, grind_whole, least_strokes
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, TableStop
+from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, Position, TableStop
 from grind_env.control.moves import Mover
 from grind_env.control.paths import AXES, displaced
 from grind_env.control.reciprocation import Reciprocation
@@ -48,8 +49,7 @@ class Table:
             0.0 if table is None else displaced(table.secondary, -origin[table.axis]),
             self.control.maximum_feed,
         )
-        plan, memory = plan_cycle(command, self.memory, situation)
-        plan = _on_machine(plan, origin)
+        plan, memory = _planned(command, self.memory, situation, origin)
         self._refuse_compensation(command, plan)
         while table is not None and not table.at_secondary:
             yield from self.interruptions.next_reversal()
@@ -120,7 +120,14 @@ class Table:
                 )
 
 
-def _on_machine(plan: CyclePlan, origin: tuple[float, float, float]) -> CyclePlan:
+@functools.lru_cache(maxsize=256)
+def _planned(command: Command, memory: Memory, situation: Situation, origin: Position) -> tuple[CyclePlan, Memory]:
+    """The plan in machine coordinates, and the memory, of a block that may be executed for many parts."""
+    plan, memory = plan_cycle(command, memory, situation)
+    return _on_machine(plan, origin), memory
+
+
+def _on_machine(plan: CyclePlan, origin: Position) -> CyclePlan:
     """The plan in machine coordinates."""
 
     def shifted(coordinate: float, axis: int | None) -> float:

@@ -3,10 +3,9 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
@@ -16,13 +15,16 @@ from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
 from grind_env.machine.passes import Course, grind_passes
-from grind_env.machine.record import Table, seen_of, strokes_of
+from grind_env.machine.record import Table, results_of
 from grind_env.machine.strips import IDLE, Strips, grind_strips
 from grind_env.machine.tally import NOTHING
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
+
+Ends: TypeAlias = tuple[float, float]
+"""Reversal points between which the table moves, mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +121,7 @@ class PartRun:
         return int(self.tally.strokes) - self.infeeds
 
     def grind(
-        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float, seconds: float
+        self, wheel: WheelState, Z: float, vw: float, ends: Ends, edge: float, seconds: float
     ) -> tuple[WheelState, Pass]:
         """Pass over the part once.
 
@@ -134,10 +136,9 @@ class PartRun:
         Returns:
             The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
         """
-        part = self.job.part
-        Lw = min(max(ends), part.start + part.length) - max(min(ends), part.start)
+        part, Lw = self.job.part, self._ground_length(ends)
         first, last = self._under(edge)
-        if Lw <= 0.0 or first == last:
+        if Lw == 0.0 or first == last:
             return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
         wheel, stroke, b, plunged = grind_strips(
             wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
@@ -148,25 +149,23 @@ class PartRun:
             self._plunges.append((Z, stroke.T))
         return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
 
-    def grind_all(self, wheel: WheelState, rows: Table, ends: NDArray[np.float64], edges: Strips) -> WheelState:
+    def grind_all(self, wheel: WheelState, rows: Table, first_ends: Ends, ends: Ends, edges: Strips) -> WheelState:
         """Pass over the part many times at one table speed.
 
         Args:
             wheel: state before the strokes.
-            rows: of the strokes, dtype `record.STROKE_ROW`, with time, E and Z; what they do to the part is written.
-            ends: reversal points of each, mm, shape (strokes, 2).
+            rows: of the strokes, dtype `record.STROKE_ROW`, with seconds, E and Z; what they do to the part is written.
+            first_ends: reversal points between which the table moves in the first one, mm.
+            ends: those of the others.
             edges: cross coordinate of the wheel's edge on the minus side in each, mm.
 
         Returns:
             The wheel after them.
         """
-        part = self.job.part
-        low, high = ends.min(axis=1), ends.max(axis=1)
-        Lw = np.minimum(high, part.start + part.length) - np.maximum(low, part.start)
         first = np.searchsorted(self._centres, edges)
         last = np.searchsorted(self._centres, edges + self.job.setup.wheel.width)
-        over = (Lw > 0.0) & (first < last)
-        rows["Lw"] = np.where(over, Lw, 0.0)
+        rows["Lw"], rows["Lw"][0] = self._ground_length(ends), self._ground_length(first_ends)
+        rows["Lw"][first == last] = 0.0
         plunged = np.empty(rows.size, np.bool_)
         wheel, self.tally = grind_passes(
             wheel,
@@ -175,29 +174,31 @@ class PartRun:
             self._reached,
             Course(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
             rows["E"][0] / 60.0,
-            part.width,
+            self.job.part.width,
             self.p,
             self.tally,
             rows["b"],
             plunged,
-            strokes_of(rows),
-            seen_of(rows),
+            results_of(rows),
         )
-        self._note_passed(np.stack([first, last, low, high], axis=1)[over], rows["Z"][over])
         self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
+        changes = (np.diff(first, prepend=-1) != 0) | (np.diff(last, prepend=-1) != 0)
+        changes[1:2] = True  # the first stroke may have come from elsewhere
+        begins = np.flatnonzero(changes)
+        deepest: dict[tuple[int, int, Ends], float] = {}
+        for k, Z in zip(begins.tolist(), np.maximum.reduceat(rows["Z"], begins).tolist(), strict=True):
+            if rows["Lw"][k] > 0.0:
+                place = int(first[k]), int(last[k]), ends if k else first_ends
+                deepest[place] = max(deepest.get(place, 0.0), Z)
+                self.deepest = max(self.deepest, Z)
+        for (near, far, way), Z in deepest.items():
+            self._coverage.add(near, far, way, Z)
         return wheel
 
-    def _note_passed(self, places: NDArray[np.float64], Z: Strips) -> None:
-        """Strokes have passed over the part: first strip and the one after the last, and the way between two points."""
-        if not Z.size:
-            return
-        self.deepest = max(self.deepest, float(Z.max()))
-        begins = np.flatnonzero(np.r_[True, (places[1:] != places[:-1]).any(axis=1)])
-        deepest: dict[tuple[float, ...], float] = {}
-        for place, depth in zip(places[begins].tolist(), np.maximum.reduceat(Z, begins).tolist(), strict=True):
-            deepest[tuple(place)] = max(deepest.get(tuple(place), 0.0), depth)
-        for (first, last, low, high), depth in deepest.items():
-            self._coverage.add(int(first), int(last), (low, high), depth)
+    def _ground_length(self, ends: Ends) -> float:
+        """Length of the part that the table passes over between two reversal points, mm; 0 if it is beside the part."""
+        part = self.job.part
+        return max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.

@@ -19,7 +19,7 @@ class Course(NamedTuple):
     Z: NDArray[np.float64]
     """Depth of the wheel below the touched-off surface, mm."""
     Lw: NDArray[np.float64]
-    """Ground length, mm; none or less where the table turns beside the part."""
+    """Ground length, mm; 0 where the wheel passes beside the part."""
     first: NDArray[np.int64]
     """First strip under the wheel."""
     last: NDArray[np.int64]
@@ -39,7 +39,7 @@ class WheelSeen(NamedTuple):
     W: float
 
 
-write_stroke, write_wheel_seen = column_writer(Stroke), column_writer(WheelSeen)
+write_stroke, write_wheel_seen = column_writer(Stroke), column_writer(WheelSeen, len(Stroke._fields))
 
 
 @entry
@@ -55,8 +55,7 @@ def grind_passes(
     tally: Tally,
     b: NDArray[np.float64],
     plunged: NDArray[np.bool_],
-    strokes: Table,
-    wheels: Table,
+    results: Table,
 ) -> tuple[WheelState, Tally]:
     """Make strokes over a part.
 
@@ -72,8 +71,7 @@ def grind_passes(
         tally: before them.
         b: engaged width of each, mm; written, like all that follows. A stroke beside the part is `IDLE`, its b 0.
         plunged: whether the wheel went deeper into a strip than before.
-        strokes: what each has done, shape (strokes, fields of `Stroke`).
-        wheels: the wheel after each, shape (strokes, fields of `WheelSeen`).
+        results: what each has done and the wheel after it, shape (strokes, fields of `Stroke` and `WheelSeen`).
 
     Returns:
         Wheel and tally after them.
@@ -86,7 +84,7 @@ def grind_passes(
                 wheel, S, Rs, reached, first, last, course.Z[k], vw, width, course.Lw[k], p
             )
         tally = count_stroke(tally, stroke, course.seconds[k], 0.0, plunged[k], False, False)
-        write_stroke(strokes, k, stroke)
+        write_stroke(results, k, stroke)
         seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
-        write_wheel_seen(wheels, k, seen)
+        write_wheel_seen(results, k, seen)
     return wheel, tally

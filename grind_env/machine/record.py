@@ -75,15 +75,9 @@ PART_ROW = np.dtype(
 )
 
 
-def strokes_of(rows: Table) -> Table:
-    """What was done in each of some rows of strokes, as a table of the fields of `Stroke`; to be written to."""
-    end = rows.dtype.itemsize // 8 - len(WHEEL_FIELDS)
-    return rows.view(np.float64).reshape(rows.size, -1)[:, end - len(Stroke._fields) : end]
-
-
-def seen_of(rows: Table) -> Table:
-    """The same of the wheel, the fields of `WheelSeen`."""
-    return rows.view(np.float64).reshape(rows.size, -1)[:, -len(WHEEL_FIELDS) :]
+def results_of(rows: Table) -> Table:
+    """What strokes have done in some rows of them, as a table of the fields of `Stroke` and `WheelSeen`: a view."""
+    return rows.view(np.float64).reshape(rows.size, -1)[:, -len(Stroke._fields) - len(WHEEL_FIELDS) :]
 
 
 class Log:
@@ -113,13 +107,14 @@ class Log:
     def table(self, first: int = 0) -> Table:
         """A copy of the rows from `first` on."""
         self._close()
-        found, rows = [np.empty(0, self.dtype)], self._count - first
+        made, end = np.empty(self._count - first, self.dtype), self._count - first
         for chunk in reversed(self._chunks):
-            if rows <= 0:
+            if end <= 0:
                 break
-            found.append(chunk[-rows:])
-            rows -= chunk.size
-        return np.concatenate(found[::-1])
+            begin = max(end - chunk.size, 0)
+            made[begin:end] = chunk[begin - end :]
+            end = begin
+        return made
 
     def _close(self) -> None:
         """Make a chunk of the rows that have come one by one."""

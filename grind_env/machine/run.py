@@ -45,8 +45,7 @@ from grind_env.machine.record import (
     WHEEL_FIELDS,
     GrindingRecord,
     Log,
-    seen_of,
-    strokes_of,
+    results_of,
 )
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
@@ -218,12 +217,11 @@ class GrindingRun:
         rows["time"] = np.array(event.begins[some]) + self.delay
         rows["seconds"], rows["E"] = event.seconds[some], event.feed
         rows["Z"] = part.job.part.surface - np.array(event.plunge[some])
-        ends = np.tile((plan.secondary, plan.primary), (rows.size, 1))
-        if made == 0:
-            ends[0, 0] = event.start[plan.axis]
+        ends = plan.secondary, plan.primary
+        first_ends = ends if made else (event.start[plan.axis], plan.primary)
         before = self.mount.present(part.p)
-        self.mount.wheel = wheel = part.grind_all(before, rows, ends, np.array(event.cross[some]))
-        self._require_numbers(sum(wheel) + strokes_of(rows).sum() + seen_of(rows).sum(), plan.line)
+        self.mount.wheel = wheel = part.grind_all(before, rows, first_ends, ends, np.array(event.cross[some]))
+        self._require_numbers(sum(wheel) + results_of(rows).sum(), plan.line)
         self.strokes.extend(rows)
         self.watch.strokes(event, made + 1, rows, before)
 

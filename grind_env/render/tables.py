@@ -1,5 +1,6 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -51,27 +52,34 @@ SCALES = {"peak_power": 0.001, "survival": 100.0}
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
     """Print a row per part, the limits that it is beyond in red, then totals, limits and warnings."""
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     columns = {
         name: column
         for name, column in COLUMNS.items()
         if name not in WHERE_IT_OCCURS or _shown(record.parts[name], column[1])
     }
-    for heading, _ in columns.values():
-        table.add_column(heading, justify="right")
-    found = [causes(part, job) for part in record.parts]
-    for part, reasons in zip(record.parts, found, strict=True):
-        red = {CAUSES[reason][1] for reason in reasons} | ({"survival"} if part["survival"] < SCRAP_BELOW else set())
-        cells = (
-            Text(form.format(part[name] * SCALES.get(name, 1)), "red" if name in red else "")
-            for name, (_, form) in columns.items()
-        )
-        table.add_row(*cells)
-    console.print(table)
+    cells = {
+        name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
+        for name, (_, form) in columns.items()
+    }
+    places = _places([heading for heading, _ in columns.values()], list(cells.values()))
+    console.print(Text(title, "italic"), soft_wrap=True)
+    height = max(heading.count("\n") for heading, _ in columns.values())
+    headings = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading, _ in columns.values()]
+    for line in zip(*headings, strict=True):
+        console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
+    console.print("─" * places[-1], soft_wrap=True)
+    rows = []
+    for part, line in zip(record.parts, zip(*cells.values(), strict=True), strict=True):
+        red = {CAUSES[reason][1] for reason in causes(part, job)}
+        red |= {"survival"} if part["survival"] < SCRAP_BELOW else set()
+        row = Text(_aligned(line, places))
+        for name, text, end in zip(columns, line, places, strict=True):
+            if name in red:
+                row.stylize("red", end - len(text), end)
+        rows.append(row)
+    console.print(Text("\n").join(rows), soft_wrap=True)
     console.print()
     console.print(totals(record), highlight=False)
     bad: dict[str, list[int]] = {}
@@ -83,6 +91,18 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
     for warning in record.warnings:
         console.print(Text(f"warning: {warning}", "yellow"), soft_wrap=True)
+
+
+def _places(headings: Sequence[str], columns: Sequence[Sequence[str]]) -> list[int]:
+    """Where the columns of a table end, two blanks between them, each as wide as its longest text."""
+    longest = [max(map(len, (*heading.split("\n"), *cells))) for heading, cells in zip(headings, columns, strict=True)]
+    return [end + 2 * k for k, end in enumerate(itertools.accumulate(longest))]
+
+
+def _aligned(texts: Sequence[str], places: Sequence[int]) -> str:
+    """A line of a table, each text to the left of the place where its column ends."""
+    starts = (0, *places)
+    return "".join(text.rjust(end - start) for text, start, end in zip(texts, starts, places, strict=False))
 
 
 def runs(numbers: Sequence[int]) -> str:
