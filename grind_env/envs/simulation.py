@@ -48,7 +48,7 @@ class Episodes:
 
     def pick(self, index: ArrayLike) -> "Episodes":
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
-        return Episodes(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
+        return type(self)(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
 
 
 class Simulation:
@@ -76,13 +76,7 @@ class Simulation:
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
         """New episodes, one from each generator, with what is given of each."""
         n = len(rngs)
-        episodes = Episodes(
-            np.empty((n, self.task.blocks, len(TapeRow._fields))),
-            np.zeros(n, np.int64),
-            np.empty((n, len(WheelState._fields))),
-            np.empty((n, len(PartState._fields))),
-            np.empty((n, len(Memory._fields))),
-        )
+        episodes = self._empty(n)
         self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
         return episodes
 
@@ -127,6 +121,7 @@ class Simulation:
         outcomes = np.zeros((n, len(Outcome._fields)))
         results = np.zeros((n, len(Tally._fields)))
         self._grind(
+            episodes,
             self.kinds,
             self.base,
             self._shops,
@@ -172,6 +167,16 @@ class Simulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    def _grind(self, *arguments: Any) -> None:
-        """Grind blocks; arguments as for `step_blocks`."""
+    def _empty(self, n: int) -> Episodes:
+        """Room for N episodes."""
+        return Episodes(
+            np.empty((n, self.task.blocks, len(TapeRow._fields))),
+            np.zeros(n, np.int64),
+            np.empty((n, len(WheelState._fields))),
+            np.empty((n, len(PartState._fields))),
+            np.empty((n, len(Memory._fields))),
+        )
+
+    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
+        """Grind the next blocks of episodes; arguments as for `step_blocks`."""
         step_blocks(*arguments)

@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.kernel import inlined
+from grind_env.machine.rows import Table, read_zone
 from grind_env.machine.strips import Strips
 from grind_env.machine.tally import FINISHING_DEPTH
 
@@ -42,6 +44,29 @@ def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None 
         short = least < depths - DEPTH_TOLERANCE
         worst = _farthest(np.append(1000.0 * (stock - least[short]), worst))
     return Surface(S, float(roughness.mean()), error, taper, worst)
+
+
+@inlined
+def gauge_zones(zones: Table, stock: float) -> Surface:
+    """The surface of a part, which strokes have passed over the whole length of.
+
+    Args:
+        zones: shape (zones, fields of `Zone`).
+        stock: what is to be off, mm.
+    """
+    first = read_zone(zones, 0)
+    least, most, worst = first.S, first.S, 1000.0 * (stock - first.S)
+    strips, S, Ra = 0.0, 0.0, 0.0
+    for number in range(len(zones)):
+        zone = read_zone(zones, number)
+        left = 1000.0 * (stock - zone.S)
+        least, most = min(least, zone.S), max(most, zone.S)
+        worst = left if abs(left) > abs(worst) else worst
+        strips += zone.strips
+        S += zone.strips * zone.S
+        Ra += zone.strips * zone.Rs
+    S, Ra = S / strips, Ra / strips
+    return Surface(S=S, Ra=Ra, size_error=1000.0 * (stock - S), taper=1000.0 * (most - least), worst_error=worst)
 
 
 def _farthest(errors: Strips) -> float:
