@@ -17,23 +17,34 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from grind_env.control.rules import motion_time
+from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.episode import EpisodeGenerator
-from grind_env.envs.tasks import load_task
+from grind_env.envs.reciprocation.infeed import write_motions
+from grind_env.envs.reciprocation.program import TASK
+from grind_env.envs.reciprocation.step import feeding_of, infeed_of
+from grind_env.envs.rows import kind_row, shop_row
+from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.batch import (
     CYCLE,
+    FEEDS,
+    NO_MOTIONS,
     PARAMETERS,
     PART,
-    RESULT,
-    STROKE,
+    PLUNGES,
+    TALLY,
     WHEEL,
     as_table,
     grind_cycles,
     longest_first,
-    run_blocks,
-    run_scalar,
 )
+from grind_env.machine.feeding import Motion
 from tests import speed_control, speed_envs, speed_training
+
+SECONDS = 0.5
+"""Measured of each loop and number of machines, about."""
+
+Loop = Callable[..., None]
+"""Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
 
 START = """
 import time; begin = time.perf_counter()
@@ -41,6 +52,13 @@ from tests.speed import cycles
 from grind_env.machine.batch import grind_cycles
 loaded = time.perf_counter(); grind_cycles(*cycles(1)); print(time.perf_counter() - loaded, loaded - begin)
 """
+
+
+def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
+    """Machines as episodes of a task begin: parameters, wheels, parts."""
+    parameters = np.full(machines, np.array(tuple(task.parameters(task.kinds[0])), PARAMETERS))
+    wheels = np.full(machines, np.array(tuple(EpisodeGenerator(task).wheel(0.0)), WHEEL))
+    return parameters, wheels, np.full(machines, np.array((0.0, 0.0, 1.6), PART))
 
 
 def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
@@ -52,43 +70,58 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     table["speed"] = rng.uniform(100.0, 400.0, machines)
     table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
     table["first_seconds"] = table["stroke_seconds"]
-    table["target"] = rng.uniform(0.1, 1.0, machines)
+    table["target"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
     table["primary_pick"] = table["secondary_pick"] = 0.01
-    table["sparkout"] = rng.integers(0, 4, machines)
-    table["coverage"] = 1.0
+    table["full_plunge"] = 0.01 - DEPTH_TOLERANCE
+    table["at_depth"] = 1.0 + rng.integers(0, 4, machines)
     table["executions"] = rng.integers(0, 4, machines)
     table["width"], table["length"] = kind.width, kind.length
     table["dress_passes"], table["dress_depth"] = task.dress.passes, task.dress.depth
     table["dress_feed"], table["dress_seconds"] = task.dress_feed, task.dress_seconds
-    parameters = np.full(machines, np.array(tuple(task.parameters(kind)), PARAMETERS))
-    wheels = np.full(machines, np.array(tuple(EpisodeGenerator(task).wheel(0.0)), WHEEL))
-    parts = np.full(machines, np.array((0.0, 0.0, 1.6), PART))
-    return table, parameters, wheels, parts
+    return table, *machines_of(task, machines)
 
 
-def ns_per_stroke(kernel: Callable[..., None], machines: int, repeats: int) -> float:
-    """CPU time of the kernel with its sorting, ns per stroke."""
-    best = np.inf
-    table, parameters, wheels, parts = cycles(machines)
-    for _ in range(repeats):
-        arguments = [as_table(each.copy()) for each in (table, parameters, wheels, parts)]
-        results = np.zeros(machines, RESULT)
-        begin = time.process_time()
-        kernel(*arguments, as_table(results))
-        best = min(best, (time.process_time() - begin) / results["strokes"].sum())
-    return 1e9 * best
-
-
-def lanes(*tables: np.ndarray) -> None:
-    """The block kernel with its sorting."""
+def plunges(*tables: np.ndarray) -> None:
+    """G82 in lanes, with the sorting."""
     order = np.empty(len(tables[0]), np.int64)
     longest_first(tables[0], np.arange(len(tables[0])), order)
-    run_blocks(*tables, order, 0, 1)
+    PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
 
 
-def scalar_loop(*tables: np.ndarray) -> None:
-    """The scalar loop, without a log."""
-    run_scalar(*tables, np.zeros((len(tables[0]), 0, len(STROKE))))
+def plunges_alone(*tables: np.ndarray) -> None:
+    """G82 machine by machine, without a log."""
+    PLUNGES.scalar(*tables, NO_MOTIONS, np.empty((len(tables[0]), 0, 0)))
+
+
+def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop]:
+    """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
+    rng = np.random.default_rng(seed)
+    task = read_task(TASK)
+    kind, shop, rate = kind_row(task, task.kinds[0]), shop_row(task), task.infeed / 60.0
+    most, rows = 3, []
+    motions = np.zeros((2 * (most + 1) * machines, len(Motion._fields)))
+    for first in range(0, len(motions), 2 * (most + 1)):
+        speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
+        infeed = infeed_of(kind, kind.stock, speed, executions, shop, rate)
+        write_motions(motions, first, infeed)
+        rows.append(feeding_of(kind, infeed, speed, shop, 0.0, first))
+
+    def feeds(*tables: np.ndarray) -> None:
+        FEEDS.lanes(*tables, motions, np.arange(machines), 0, 1)
+
+    return (np.array(rows), *machines_of(task, machines)), feeds
+
+
+def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
+    """CPU time of a loop, ns per stroke."""
+    best, tallies = np.inf, np.zeros(len(tables[0]), TALLY)
+    for _ in speed_envs.rounds(time.perf_counter() + SECONDS):
+        tallies[:] = 0.0
+        arguments = [as_table(each.copy()) for each in tables]
+        begin = time.process_time()
+        loop(*arguments, as_table(tallies))
+        best = min(best, (time.process_time() - begin) / tallies["strokes"].sum())
+    return 1e9 * best
 
 
 def wall_of_threads(threads: int, machines: int = 16384) -> float:
@@ -124,9 +157,11 @@ def vector_width() -> str:
 
 def main() -> None:
     """Measure and print."""
-    scalar = ns_per_stroke(scalar_loop, 256, 5)
-    block = {n: ns_per_stroke(lanes, n, 25) for n in (1, 16, 256, 4096)}
-    python = "from tests.speed import *; print(ns_per_stroke(scalar_loop, 1, 1))"
+    scalar = ns_per_stroke(plunges_alone, cycles(256))
+    block = {n: ns_per_stroke(plunges, cycles(n)) for n in (1, 16, 256, 4096)}
+    tables, feeds = feedings(256)
+    fed = ns_per_stroke(feeds, tables)
+    python = "from tests.speed import *; print(ns_per_stroke(plunges_alone, cycles(1)))"
     (plain,) = fresh_process(python, NUMBA_DISABLE_JIT="1")
     one, two = wall_of_threads(1), wall_of_threads(2)
     with tempfile.TemporaryDirectory() as folder:
@@ -136,13 +171,15 @@ def main() -> None:
     table = Table(title=f"Kernel speed ({vector_width()}, {os.cpu_count()} cores)")
     for name in ("measure", "value", "target"):
         table.add_column(name, justify="left" if name == "measure" else "right")
-    table.add_row("block kernel, N = 256", f"{block[256]:.1f} ns/stroke", "")
-    table.add_row("scalar loop", f"{scalar:.1f} ns/stroke", "")
-    table.add_row("block kernel over scalar loop, N = 256", f"{scalar / block[256]:.2f}", ">= 4 (AVX2: 2.5)")
-    table.add_row("block kernel over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)")
+    table.add_row("G82 in lanes, N = 256", f"{block[256]:.1f} ns/stroke", "")
+    table.add_row("G82 in the scalar loop", f"{scalar:.1f} ns/stroke", "")
+    table.add_row("G81 in lanes, N = 256", f"{fed:.1f} ns/stroke", "")
+    table.add_row("G81 over G82 in lanes, N = 256", f"{fed / block[256]:.2f}", "<= 1.5")
+    table.add_row("lanes over scalar loop, N = 256", f"{scalar / block[256]:.2f}", ">= 4 (AVX2: 2.5)")
+    table.add_row("lanes over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)")
     table.add_row("ns per stroke, N = 16 over N = 4096", f"{block[16] / block[4096]:.2f}", "<= 1.25")
     table.add_row("ns per stroke, N = 1 over N = 4096", f"{block[1] / block[4096]:.2f}", "")
-    table.add_row("block kernel over the same source in plain Python", f"{plain / block[256]:.0f}", ">= 30")
+    table.add_row("lanes over the same source in plain Python", f"{plain / block[256]:.0f}", ">= 30")
     table.add_row("two threads over one, N = 16384", f"{one / two:.2f}", ">= 1.7, idle machine")
     table.add_row("first call, cold cache", f"{cold:.1f} s", "")
     table.add_row("first call, warm cache", f"{warm:.2f} s", "")

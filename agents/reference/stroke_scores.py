@@ -166,7 +166,7 @@ def returns(rule: Rule, seeds: Sequence[int], advance: Callable[[], object] = la
         rule.begin()
         observation, terminated = env.reset(seed=int(seed))[0], False
         while not terminated:
-            seen = {name: float(value) for name, value in physical(observation, env.entries).items()}
+            seen = {name: float(value) for name, value in physical(observation, env.observation_info()).items()}
             E, dress = rule.decide(seen)
             action = env.codec.encode(min(max(E, env.codec.low), env.codec.high), float(dress))[0]
             observation, reward, terminated, _, _ = env.step(action)

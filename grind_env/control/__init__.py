@@ -10,6 +10,7 @@ from grind_env.control.motions import (
     CycleEnd,
     CyclePlan,
     CycleStart,
+    CycleStrokes,
     DressEnd,
     DressStart,
     Dwell,
@@ -29,6 +30,7 @@ from grind_env.control.motions import (
     Source,
     Spindle,
     Stroke,
+    TableStop,
 )
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.operator import Interrupt
@@ -43,6 +45,7 @@ __all__ = [
     "CycleEnd",
     "CyclePlan",
     "CycleStart",
+    "CycleStrokes",
     "DressEnd",
     "DressStart",
     "Dwell",
@@ -67,6 +70,7 @@ __all__ = [
     "Source",
     "Spindle",
     "Stroke",
+    "TableStop",
     "check",
     "dress_program_moves",
     "error_record",

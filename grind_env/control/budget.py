@@ -16,9 +16,9 @@ class Budget:
     def __init__(self, limit: int) -> None:
         self.limit, self.spent = limit, 0
 
-    def spend(self, place: Place) -> None:
-        """Count one; a `ControlError` says where the limit was passed."""
-        self.spent += 1
+    def spend(self, place: Place, count: int = 1) -> None:
+        """Count one or more; a `ControlError` says where the limit was passed."""
+        self.spent += count
         if self.spent > self.limit:
             raise self._exceeded(place)
 

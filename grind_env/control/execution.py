@@ -9,6 +9,7 @@ from grind_env.control.interpreter import Interpreter
 from grind_env.control.modes import Modes
 from grind_env.control.motions import Event, Motion, Position
 from grind_env.control.reader import Programs
+from grind_env.control.reciprocation import Reciprocation
 
 
 class Execution(Iterator[Event]):
@@ -29,7 +30,22 @@ class Execution(Iterator[Event]):
     @property
     def modes(self) -> Modes:
         """The modes in force; after the end of the program those of power-up (10-23)."""
-        return self._interpreter.modes
+        return self._interpreter.mover.modes
+
+    @property
+    def position(self) -> Position:
+        """Where the axes stand or, beside reciprocation, are commanded to, mm."""
+        return self._interpreter.timeline.position
+
+    @property
+    def table(self) -> Reciprocation | None:
+        """The reciprocating table; None while none is, and during a dress."""
+        return self._interpreter.timeline.reciprocation
+
+    def move_table(self, axis: int, coordinate: float) -> None:
+        """Let the table that has just stopped stand elsewhere, mm: at its other reversal point."""
+        x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))
+        self._interpreter.timeline.position = x, y, z
 
     def choose(self, **words: str) -> None:
         """Give words of the cycle block announced by the last `CycleAhead` other numbers, such as ``E="9000"``."""
@@ -81,4 +97,4 @@ def dress_program_moves(
     if programs.find(number) is None:
         message = f"O{number} names no program; it must be in {programs.name} or beside it"
         raise ControlError("program-not-found", message)
-    return [event for event in interpreter.dress(number, "pre") if isinstance(event, Motion)]
+    return [event for event in interpreter.interruptions.dress(number, "pre") if isinstance(event, Motion)]

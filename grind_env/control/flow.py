@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from grind_env.control.reader import Program, Source
 
+TEXT_END = "text end"
+"""How a program ends whose text does, before an M02, M30 or M99."""
+
 
 class BlockStream:
     """The blocks of one run through a program; those ahead can be looked at without being taken."""

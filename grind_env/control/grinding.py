@@ -1,39 +1,164 @@
-"""Runs a G82 or G83: strokes, and what its rules say of the reversals that end them."""
+"""Runs a cycle by its rules: strokes, and what follows the reversals that end them; one by one or all at once."""
 
+import functools
+import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from grind_env.control.cycles import RULES
 from grind_env.control.cycles.traverse import cross_coordinate
-from grind_env.control.motions import CyclePlan, Event
-from grind_env.control.rules import PICK_TOLERANCE
+from grind_env.control.interruptions import Interruptions
+from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
+from grind_env.control.profile import ramp_time
+from grind_env.control.rules import motion_time, picks_to
 from grind_env.control.timeline import Timeline
 
-Service = Callable[[int], Iterator[Event]]
-"""Runs the dresses at a reversal point: the given number of auto-dresses, then the operator's."""
+Target = tuple[str, int, float]
+"""Where a pick leads: "plunge" or "cross", its axis, and the coordinate without what dresses have added to it, mm."""
 
 
-def grind(plan: CyclePlan, timeline: Timeline, service: Service) -> Iterator[Event]:
-    """Work off a cycle, from its first stroke to its last."""
+def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
+    """The picks that follow each stroke of a cycle, and the auto-dresses that then fall due.
+
+    Args:
+        plan: of the cycle.
+        coverage: whether there is a coverage pass (PD-13).
+    """
     rules = RULES[plan.code]
-    cycle = rules.cycle_of(plan, timeline.control.coverage_pass)
+    cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
     while not rules.finished(cycle, progress):
-        stroke = yield from timeline.finish_stroke()
         before, progress = progress, rules.after_reversal(cycle, progress)
+        picks: list[Target] = []
         if progress.depth > before.depth:
             assert plan.plunge_axis is not None
-            target = _depth_coordinate(plan, progress.depth)
-            yield from timeline.pick(stroke, "plunge", plan.plunge_axis, target + timeline.infeed_shift, plan.pick_feed)
+            picks.append(("plunge", plan.plunge_axis, _depth_coordinate(plan, progress.depth)))
         if progress.crossed > before.crossed:
             assert plan.cross_axis is not None
             target = cross_coordinate(progress.crossed, progress.forward, plan.cross_start, plan.cross_end)
-            yield from timeline.pick(stroke, "cross", plan.cross_axis, target, plan.pick_feed)
-        yield from service(int(progress.dresses))
+            picks.append(("cross", plan.cross_axis, target))
+        yield picks, int(progress.dresses)
+
+
+def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
+    """Work off a cycle stroke by stroke."""
+    timeline = interruptions.timeline
+    for picks, due in turns(plan, timeline.control.coverage_pass):
+        stroke = yield from timeline.finish_stroke()
+        for kind, axis, coordinate in picks:
+            target = coordinate + timeline.infeed_shift if kind == "plunge" else coordinate
+            yield from timeline.pick(stroke, kind, axis, target, plan.pick_feed)
+        yield from interruptions.serve(due)
+
+
+class Course(NamedTuple):
+    """The strokes of a cycle without their times."""
+
+    plunge: tuple[float, ...]
+    """Coordinate of the plunge axis in the middle of each stroke, mm."""
+    cross: tuple[float, ...]
+    """Of the third axis."""
+    picks: tuple[tuple[float, ...], ...]
+    """Times of the picks that follow each stroke, s."""
+    dresses: tuple[int, ...]
+    """Auto-dresses due after it."""
+    end: Position
+    """Of the plunge axis and the third one after the last pick, mm; the table is where it was."""
+
+
+@functools.lru_cache(maxsize=64)
+def course_of(
+    plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
+) -> Course:
+    """The strokes of a cycle, which a program may repeat for every part.
+
+    Args:
+        plan: of the cycle.
+        start: position of the axes before it, mm.
+        coverage: whether there is a coverage pass (PD-13).
+        pick_speed: mm/s.
+        acceleration: mm/s2.
+        most: strokes; what comes after them is left out.
+    """
+    assert plan.plunge_axis is not None
+    third = 3 - plan.axis - plan.plunge_axis
+    position, plunge, cross, seconds, dresses = list(start), [], [], [], []
+    for picks, due in itertools.islice(turns(plan, coverage), most):
+        plunge.append(position[plan.plunge_axis])
+        cross.append(position[third])
+        ways = []
+        for _, axis, coordinate in picks:
+            ways.append(abs(coordinate - position[axis]))
+            position[axis] = coordinate
+        seconds.append(tuple(motion_time(way, pick_speed, acceleration) for way in ways))
+        dresses.append(due)
+    end = position[0], position[1], position[2]
+    return Course(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
+
+
+def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
+    """Work off at once a cycle that nothing comes between; its auto-dresses are noted and take no time.
+
+    Times are added up as the timeline does, so that they have the same bits.
+
+    Returns:
+        None if a pick is slow, still under way when the table passes the middle of the stroke after it, or if there is
+        no stroke; then nothing has been done.
+    """
+    table, control, start = timeline.reciprocation, timeline.control, timeline.position
+    assert table is not None  # called by cycles only
+    acceleration, dwell, feed = control.acceleration, control.reversal_dwell, timeline.rate(table.feed)
+    pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # one too many is refused
+    course = course_of(plan, start, control.coverage_pass, pick_speed, acceleration, most)
+
+    def timed(length: float) -> tuple[float, float]:
+        """Seconds of a stroke, and of the deceleration at its end."""
+        return motion_time(length, feed / 60.0, acceleration), ramp_time(length, feed / 60.0, acceleration)
+
+    first, ramp = timed(abs(table.primary - table.coordinate))
+    later = timed(abs(table.secondary - table.primary))
+    begins: list[float] = []
+    dresses: list[tuple[int, float]] = []
+    free = end = table.free_at
+    travel, picked = first, -math.inf
+    for picks, due in zip(course.picks, course.dresses, strict=True):
+        if picked > free + 0.5 * travel:
+            return None
+        begins.append(free)
+        for seconds in picks:
+            picked = max(free + travel - ramp, picked) + seconds
+        free = end = free + travel + dwell
+        if due:
+            free = max(free, picked)
+            dresses += [(len(begins), free)] * due
+        travel, ramp = later
+    if not begins:
+        return None
+    timeline.budget.spend(table.place, len(begins))
+    table.make(len(begins), len(dresses), max(free, picked))
+    position = list(course.end)
+    position[table.axis] = table.coordinate
+    timeline.time, timeline.position = table.free_at, (position[0], position[1], position[2])
+    return CycleStrokes(
+        time=end,
+        plan=plan,
+        start=start,
+        feed=feed,
+        begins=tuple(begins),
+        seconds=(first + dwell, *itertools.repeat(later[0] + dwell, len(begins) - 1)),
+        plunge=course.plunge,
+        cross=course.cross,
+        end=timeline.position,
+        dresses=tuple(dresses),
+        inch=timeline.inch,
+    )
 
 
 def least_strokes(plan: CyclePlan, coverage: bool) -> int:
-    """Strokes that a G82 or G83 makes at least: it never infeeds or crosses further at once than its larger pick."""
+    """Strokes that a cycle makes at least: it never infeeds or crosses further at once than its larger pick."""
+    if plan.plunge_axis is None:
+        return 0
     traverses = _least_picks(plan.depth, plan.primary_pick, plan.secondary_pick) + coverage + plan.spark_out
     width = abs(plan.cross_end - plan.cross_start)
     crossing = _least_picks(width, plan.primary_cross_pick, plan.secondary_cross_pick)
@@ -41,7 +166,7 @@ def least_strokes(plan: CyclePlan, coverage: bool) -> int:
 
 
 def _least_picks(way: float, *picks: float) -> int:
-    return math.ceil(way / max(picks) - PICK_TOLERANCE) if way > 0.0 else 0
+    return picks_to(way, max(picks)) if way > 0.0 else 0
 
 
 def _depth_coordinate(plan: CyclePlan, depth: float) -> float:

@@ -198,6 +198,68 @@ class CycleStart:
     plan: CyclePlan
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CycleStrokes:
+    """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
+
+    Attributes:
+        time: at which the last stroke ends, s; what the auto-dresses take is not in it.
+        plan: of the cycle.
+        start: position of all axes when the table sets out.
+        feed: E in force, mm/min.
+        begins: at which each stroke begins, s.
+        seconds: time of each; the first one leads from `start` to the primary point.
+        plunge: coordinate of the plunge axis in the middle of each stroke, mm.
+        cross: of the third axis.
+        end: position of all axes after the last stroke and its picks.
+        dresses: after how many strokes each auto-dress falls due, and when the axes stand for it, s; they have not been
+            executed.
+        inch: whether inches are in force for output.
+    """
+
+    time: float
+    plan: CyclePlan
+    start: Position
+    feed: float
+    begins: tuple[float, ...]
+    seconds: tuple[float, ...]
+    plunge: tuple[float, ...]
+    cross: tuple[float, ...]
+    end: Position
+    dresses: tuple[tuple[int, float], ...]
+    inch: bool
+
+    def stroke(self, number: int) -> Stroke:
+        """One of the strokes, counted from 1, as an event of its own."""
+        plan, k = self.plan, number - 1
+        axis, points = plan.axis, (plan.secondary, plan.primary)
+        before = points[k % 2] if k else self.start[axis]
+        turn = points[number % 2]
+        return Stroke(
+            start=self._at(before, k),
+            middle=self._at(0.5 * (before + turn), k),
+            end=self._at(turn, k),
+            begin=self.begins[k],
+            seconds=self.seconds[k],
+            block=plan.block,
+            line=plan.line,
+            source=Source.CYCLE,
+            inch=self.inch,
+            axis=axis,
+            feed=self.feed,
+            number=number,
+            cycle=plan,
+        )
+
+    def _at(self, coordinate: float, k: int) -> Position:
+        """Position with the table at a coordinate in stroke k, counted from 0."""
+        axis, plunge = self.plan.axis, self.plan.plunge_axis
+        x, y, z = (
+            coordinate if each == axis else self.plunge[k] if each == plunge else self.cross[k] for each in range(3)
+        )
+        return x, y, z
+
+
 @dataclass(frozen=True, slots=True)
 class CycleEnd:
     """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
@@ -206,6 +268,14 @@ class CycleEnd:
     plan: CyclePlan
     strokes: int
     dresses: int
+
+
+@dataclass(frozen=True, slots=True)
+class TableStop:
+    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_table` may still move it."""
+
+    time: float
+    plan: CyclePlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,7 +360,9 @@ Event: TypeAlias = (
     Motion
     | CycleAhead
     | CycleStart
+    | CycleStrokes
     | CycleEnd
+    | TableStop
     | DressStart
     | DressEnd
     | InterruptStart

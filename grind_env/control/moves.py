@@ -1,19 +1,21 @@
 """Blocks that move axes outside the cycles: lines, arcs, dwells, reference moves and grooves."""
 
-from collections.abc import Callable, Generator, Iterator
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from grind_env.control import numbers
 from grind_env.control.compensation.state import SIDES, Compensation, Piece
 from grind_env.control.control import Control
 from grind_env.control.coordinates import WorkSystems
 from grind_env.control.decode import Command
-from grind_env.control.dressing import Recorder
+from grind_env.control.dressing import REMEMBERED, Recorder
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.geometry import Path, Straight, split
+from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
-from grind_env.control.modes import PLANES
-from grind_env.control.motions import Event, Hold, Position, Source
+from grind_env.control.modes import PLANES, Modes
+from grind_env.control.motions import Event, Hold, Position, Source, Spindle
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -29,34 +31,51 @@ from grind_env.control.tooling import Tooling
 
 Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
 """Looks ahead along the way of execution."""
-Interruption = Callable[[float, float], float | None]
-"""The time of an immediate program interrupt between two times, s; None if there is none."""
-Service = Callable[[], Generator[Event, None, bool]]
-"""Runs that interrupt; returns whether it has moved the axes away for good."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the way of a motion block, from rest to rest.
+
+    Attributes:
+        path: of the axes.
+        feed: mm/min along it; None for a rapid.
+        source: what commands it.
+        goal: where the block is programmed to end.
+    """
+
+    path: Path
+    feed: float | None
+    source: Source
+    goal: Position
 
 
 class Mover:
-    """Turns motion blocks into motions of the timeline, through coordinates and radius compensation.
+    """Turns motion blocks into motions of the timeline, through coordinates, tool and radius compensation.
 
     Attributes:
+        modes: in force.
+        place: of the block under execution.
         source: what commands the motions: the program, a dress or an interrupt.
         recorder: remembers the way of an interrupt program; None outside of one.
-        goal: where the motion under way was programmed to end; None outside of one.
+        remembered: how many moves of the next one it will remember.
+        spindle: speed of the wheel, revolutions per minute; None before the first S.
         detour: the programmed position after a type 1 interrupt, from which the next motion counts although the
             axes stand elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise.
         passed: the intermediate point of the last G28 or G30, for G29.
     """
 
-    def __init__(self, timeline: Timeline, control: Control, interruption: Interruption, interrupt: Service) -> None:
-        self.timeline, self.control = timeline, control
+    def __init__(self, timeline: Timeline, control: Control, place: Place) -> None:
+        self.timeline, self.control, self.place = timeline, control, place
+        self.modes = Modes()
         self.work, self.tooling = WorkSystems(control), Tooling(control)
         self.compensation = Compensation(control)
         self.source = Source.PROGRAM
         self.recorder: Recorder | None = None
-        self.goal: Position | None = None
+        self.remembered = REMEMBERED
+        self.spindle: float | None = None
         self.detour: Position | None = None
         self.passed: Position | None = None
-        self.interruption, self.interrupt = interruption, interrupt
 
     @property
     def position(self) -> Position:
@@ -66,7 +85,43 @@ class Mover:
             return self.compensation.position(actual)
         return self.detour if table is None else _moved(self.detour, actual, [table])
 
-    def linear(self, command: Command, ahead: Ahead) -> Iterator[Event]:
+    @property
+    def tables(self) -> tuple[object, ...]:
+        """What a program can write for later ones."""
+        work = self.work
+        return dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
+
+    def begin_block(self, command: Command) -> None:
+        """Put modes in force, and what a block switches besides: T, M800, M801, M900 to M904 (mill manual 29-7)."""
+        self.modes, self.place = command.modes, command.block.place
+        self.timeline.inch = command.modes.inch
+        self.compensation.refuse_plane(command)
+        length = self.tooling.select(command)
+        if length is not None:
+            self.work.length = length
+        for number in command.m:
+            if number in (800, 801):
+                self.compensation.detect = number == 801
+            elif 900 <= number <= 904:
+                self.remembered = number - 900
+
+    def turn_spindle(self) -> Iterator[Event]:
+        """Tell a new speed of the wheel."""
+        speed = self.tooling.spindle_speed(self.modes, self._no_wheel_radius)
+        if speed is not None and speed != self.spindle:
+            self.spindle = speed
+            yield Spindle(self.timeline.time, speed)
+
+    def follow_wheel(self, amount: float) -> None:
+        """Let radius table, later infeeds and the program's origin follow a wheel made smaller by `amount` mm."""
+        self.tooling.dressed_off(amount)
+        plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
+        if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
+            way = amount if plan.depth_target > plan.plunge_start else -amount
+            self.timeline.infeed_shift += way
+            self.work.follow_wheel(plan.plunge_axis, way)
+
+    def linear(self, command: Command, ahead: Ahead) -> list[Section]:
         """G00 or G01."""
         table = self.timeline.reciprocation
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
@@ -75,21 +130,21 @@ class Mover:
         command.allow_only(letters, f"this {command.action} block")
         end = target(command, self.position, self._origin(command), self._reciprocating)
         path = Straight(self.position, end)
-        if path.length > 0.0 or (self.detour is not None and command.lengths):
-            yield from self._run(command, path, ahead)
+        moves = path.length > 0.0 or (self.detour is not None and command.lengths)
+        return self._sections(command, path, ahead) if moves else []
 
-    def circular(self, command: Command, ahead: Ahead) -> Iterator[Event]:
+    def circular(self, command: Command, ahead: Ahead) -> list[Section]:
         """G02 or G03."""
         path = arc_path(command, self.position, self._origin(command))
         if path is None:
-            return
+            return []
         table = self._reciprocating
         if table is not None and path.moves(table):
             raise command.error(
                 "axis-conflict",
                 f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc",
             )
-        yield from self._run(command, path, ahead)
+        return self._sections(command, path, ahead)
 
     def dwell(self, command: Command) -> Iterator[Event]:
         """G04."""
@@ -98,7 +153,7 @@ class Mover:
         seconds = dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
-    def reference(self, command: Command) -> Iterator[Event]:
+    def reference(self, command: Command) -> list[Section]:
         """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49).
 
         Raises:
@@ -131,15 +186,10 @@ class Mover:
         self.detour = None
         self.compensation.forget()
         self.compensation.programmed = None
-        self.goal = _moved(programmed, stops[-1], axes)
-        for stop in stops:
-            here = self.timeline.position
-            path = Straight(here, _moved(_moved(here, programmed, owed), stop, axes))
-            if path.length > 0.0:
-                away = yield from self._advance(command.block.place, path, None, self.source)
-                if away:
-                    break
-        self.goal = None
+        goal = _moved(programmed, stops[-1], axes)
+        points = [here, *(_moved(_moved(here, programmed, owed), stop, axes) for stop in stops)]
+        paths = [Straight(start, end) for start, end in itertools.pairwise(points)]
+        return [Section(path, None, self.source, goal) for path in paths if path.length > 0.0]
 
     def groove(self, command: Command) -> Iterator[Event]:
         """G76 or G77, and a stop after each groove in single block.
@@ -191,6 +241,15 @@ class Mover:
         speed = self.tooling.spindle_speed(modes, missing) if modes.per_revolution else None
         return feed_rate(modes, speed, self.control, missing)
 
+    def retrace(self, recorder: Recorder) -> Iterator[Event]:
+        """The way back, asked for by the M99 of a dress or interrupt program."""
+        for leg in recorder.way_back(self.timeline.position, self._link_feed):
+            path = Straight(self.timeline.position, leg.end)
+            if path.length > 0.0:
+                yield from self.timeline.move(self.place, path, leg.feed, Source.RETRACE)
+                if self.control.panel.single_block:
+                    yield Hold(self.timeline.time, "single block")
+
     @property
     def _reciprocating(self) -> int | None:
         table = self.timeline.reciprocation
@@ -199,22 +258,38 @@ class Mover:
     def _origin(self, command: Command) -> Position:
         return self.work.origin(command.modes.work_system)
 
-    def _run(self, command: Command, path: Path, ahead: Ahead) -> Iterator[Event]:
-        """Run along a programmed path, or along what the compensation makes of it."""
-        place = command.block.place
+    def _link_feed(self) -> float | None:
+        """Feed of a straight move under the modes in force; None for a rapid."""
+        if self.modes.motion == "G00":
+            return None
+
+        def missing() -> ControlError:
+            return self.place.error(
+                "no-feedrate", f"the way back under {self.modes.motion} has no F; program it before"
+            )
+
+        speed = self.tooling.spindle_speed(self.modes, self._no_wheel_radius)
+        return feed_rate(self.modes, speed, self.control, missing)
+
+    def _no_wheel_radius(self) -> ControlError:
+        return self.place.error("no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table")
+
+    def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[Section]:
+        """A programmed path, or what the compensation makes of it."""
         feed = None if command.action == "G00" else self.rate(command)
         actual = self.timeline.position
         if self.detour is not None:
             self.detour, path = None, Straight(actual, path.end)
-        self.goal = path.end
-        for piece in self._pieces(command, path, actual, ahead):
-            if piece.path.length > 0.0:
-                share = None if feed is None else feed * piece.share
-                source = Source.COMPENSATION if piece.generated else self.source
-                away = yield from self._advance(place, piece.path, share, source)
-                if away:
-                    break
-        self.goal = None
+        return [
+            Section(
+                piece.path,
+                None if feed is None else feed * piece.share,
+                Source.COMPENSATION if piece.generated else self.source,
+                path.end,
+            )
+            for piece in self._pieces(command, path, actual, ahead)
+            if piece.path.length > 0.0
+        ]
 
     def _pieces(self, command: Command, path: Path, actual: Position, ahead: Ahead) -> list[Piece]:
         modes, compensation = command.modes, self.compensation
@@ -239,30 +314,6 @@ class Mover:
             )
         axes = [axis for axis in range(3) if not compensated or path.start[axis] != path.end[axis]]
         return [Piece(Straight(actual, _moved(actual, path.end, axes)))]
-
-    def _advance(self, place: Place, path: Path, feed: float | None, source: Source) -> Generator[Event, None, bool]:
-        """Move along a path; an immediate interrupt may cut it in two (lathe manual 29-6).
-
-        Returns:
-            whether an interrupt has left the axes elsewhere.
-        """
-        timeline = self.timeline
-        while True:
-            yield from timeline.wait(timeline.time)
-            time = self.interruption(timeline.time, timeline.time + timeline.duration(path, feed))
-            rest: Path | None = None
-            if time is not None:
-                fraction = timeline.braked(path, feed, time - timeline.time)
-                path, rest = split(path, fraction) if fraction < 1.0 else (path, None)
-            yield from timeline.move(place, path, feed, source)
-            if self.recorder is not None:
-                self.recorder.note(path, feed)
-            if time is None:
-                return False
-            away = yield from self.interrupt()
-            if away or rest is None:
-                return away
-            path = rest
 
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:

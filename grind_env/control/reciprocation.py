@@ -123,3 +123,9 @@ class Reciprocation:
         self.at = Reversal.SECONDARY if self.at is Reversal.PRIMARY else Reversal.PRIMARY
         self.underway = None
         self.count += 1
+
+    def make(self, strokes: int, dresses: int, free_at: float) -> None:
+        """Make the strokes and dresses of a whole G82 or G83, whose first stroke leads to the primary point."""
+        self.count, self.dresses, self.free_at = strokes, self.dresses + dresses, free_at
+        self.at = Reversal.PRIMARY if strokes % 2 else Reversal.SECONDARY
+        self.coordinate = self.primary if strokes % 2 else self.secondary

@@ -29,6 +29,11 @@ def motion_time(length: float, speed: float, acceleration: float) -> float:
     )
 
 
+def picks_to(depth: float, pick: float) -> int:
+    """Picks that go `depth` deep, the last one perhaps a shorter one; both mm."""
+    return math.ceil(depth / pick - PICK_TOLERANCE)
+
+
 def depth_after_pick(reversal: float, depth: float, total: float, primary_pick: float, secondary_pick: float) -> float:
     """Depth after the plunge pick at a reversal, mm: J at the primary, Q at the secondary point (16-16).
 

@@ -1,23 +1,19 @@
 """What sets the table going and stops it: G81 to G83, G80, and the end of the program."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
-from grind_env.control.cycles import RULES
 from grind_env.control.cycles.block import Memory, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
-from grind_env.control.grinding import Service, grind, least_strokes
+from grind_env.control.grinding import grind, grind_whole, least_strokes
+from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event
+from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, TableStop
 from grind_env.control.moves import Mover
 from grind_env.control.paths import AXES, displaced
 from grind_env.control.reciprocation import Reciprocation
-from grind_env.control.timeline import Timeline
-
-Dress = Callable[[int, str], Iterator[Event]]
-"""Runs a dress program for a cause."""
 
 
 class Table:
@@ -27,9 +23,8 @@ class Table:
         memory: what later cycle blocks may omit, in coordinates of the program.
     """
 
-    def __init__(self, timeline: Timeline, mover: Mover, control: Control, serve: Service, dress: Dress) -> None:
-        self.timeline, self.mover, self.control = timeline, mover, control
-        self.serve, self.dress = serve, dress
+    def __init__(self, mover: Mover, interruptions: Interruptions, control: Control) -> None:
+        self.timeline, self.mover, self.interruptions, self.control = mover.timeline, mover, interruptions, control
         self.memory = Memory()
 
     def redirect(self, command: Command) -> None:
@@ -57,13 +52,11 @@ class Table:
         plan = _on_machine(plan, origin)
         self._refuse_compensation(command, plan)
         while table is not None and not table.at_secondary:
-            yield from timeline.finish_stroke()
-            yield from self.serve(0)
+            yield from self.interruptions.next_reversal()
         yield from self._end_reciprocation_cycle()
         self.memory = memory
         place = command.block.place
-        if plan.code in RULES:
-            timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
+        timeline.budget.foresee(least_strokes(plan, self.control.coverage_pass), place)
         if table is None:
             start = timeline.position[plan.axis]
             table = Reciprocation(plan, place, plan.primary, plan.secondary, plan.feed, start, timeline.time)
@@ -73,12 +66,17 @@ class Table:
         timeline.infeed_shift = 0.0
         yield CycleStart(timeline.time, plan)
         if plan.pre_dress and plan.program is not None:
-            yield from self.dress(plan.program, "pre")
-        if plan.code not in RULES:
+            yield from self.interruptions.dress(plan.program, "pre")
+        if plan.code == "G81":
             return
         table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
-        yield from grind(plan, timeline, self.serve)
+        alone = self.control.whole_cycles and self.interruptions.nothing_comes_between(plan)
+        whole = grind_whole(plan, timeline) if alone else None
+        if whole is None:
+            yield from grind(plan, self.interruptions)
+        else:
+            yield whole
         timeline.settle()
         table.in_cycle = False
         yield CycleEnd(timeline.time, plan, table.count, table.dresses)
@@ -92,29 +90,17 @@ class Table:
         """The strokes of a G81 that the end of the text leaves running (ruling 11)."""
         table = self.timeline.reciprocation
         while table is not None and table.plan.code == "G81" and table.count < self.control.strokes:
-            yield from self.timeline.finish_stroke()
-            yield from self.serve(0)
+            yield from self.interruptions.next_reversal()
 
     def stop(self) -> Iterator[Event]:
         """Finish the stroke in progress and let the table stand (PD-1, ruling 1)."""
-        yield from self.come_to_reversal()
-        yield from self._end_reciprocation_cycle()
-        self.timeline.reciprocation = None
-
-    def come_to_reversal(self) -> Iterator[Event]:
-        """Finish the stroke in progress, and serve what waits for its end."""
         table = self.timeline.reciprocation
         if table is not None and not table.at_reversal:
-            yield from self.timeline.finish_stroke()
-            yield from self.serve(0)
-
-    def follow_wheel(self, amount: float) -> None:
-        """Let later infeeds and the program's origin follow a wheel that a dress has made smaller by `amount` mm."""
-        plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
-        if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
-            way = amount if plan.depth_target > plan.plunge_start else -amount
-            self.timeline.infeed_shift += way
-            self.mover.work.follow_wheel(plan.plunge_axis, way)
+            yield from self.interruptions.next_reversal()
+        yield from self._end_reciprocation_cycle()
+        self.timeline.reciprocation = None
+        if table is not None and self.control.announce_cycles:
+            yield TableStop(self.timeline.time, table.plan)
 
     def _end_reciprocation_cycle(self) -> Iterator[Event]:
         table = self.timeline.reciprocation

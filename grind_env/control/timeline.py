@@ -90,6 +90,16 @@ class Timeline:
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
+    def rate(self, feed: float | None) -> float:
+        """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
+        control = self.control
+        return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
+
+    @property
+    def requested(self) -> bool:
+        """Whether the operator asks for a dress, now or at a later time."""
+        return self.control.panel.dress_requested or bool(self._requests)
+
     def wait(self, time: float) -> Iterator[Event]:
         """Hold before a motion that would begin at a time, as long as the operator wants (PD-16)."""
         cause = self.control.panel.holding
@@ -102,13 +112,11 @@ class Timeline:
 
     def duration(self, path: Path, feed: float | None) -> float:
         """Time that a motion along a path would take from now on, s."""
-        return (
-            motion_time(path.length, self._rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
-        )
+        return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
 
     def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
         """Fraction of a path at which the axes stand if they brake after `elapsed` s of the motion along it."""
-        length, speed, acceleration = path.length, self._rate(feed) / 60.0, self.control.acceleration
+        length, speed, acceleration = path.length, self.rate(feed) / 60.0, self.control.acceleration
         done = travelled(elapsed, length, speed, acceleration)
         pace = min(speed, acceleration * elapsed)
         return min((done + 0.5 * pace * pace / acceleration) / length, 1.0)
@@ -134,7 +142,7 @@ class Timeline:
             groove: axis and number, for the infeed of a groove.
         """
         yield from self.wait(self.time)
-        rate = self._rate(feed)
+        rate = self.rate(feed)
         seconds = self.duration(path, feed) if path.length > 0.0 else dwell
         if self.reciprocation is not None:
             self.budget.foresee(seconds // self._stroke_time(self.reciprocation) - 1, place)
@@ -189,7 +197,7 @@ class Timeline:
         yield from self.wait(self.time)
         table = self._table()
         acceleration = self.control.acceleration
-        rate = self._rate(feed)
+        rate = self.rate(feed)
         ramp = ramp_time(stroke.length, stroke.feed / 60.0, acceleration)
         begin = stroke.begin + stroke.travel - ramp
         if self._picks:
@@ -227,11 +235,6 @@ class Timeline:
             self._requests.popleft()
         self.control.panel.dress_requested = False
         self.held = self.owed = False
-
-    def _rate(self, feed: float | None) -> float:
-        """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
-        control = self.control
-        return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
 
     def _shown(self, time: float) -> Position:
         """Position of all axes at a time, picks taken as complete."""
@@ -272,12 +275,12 @@ class Timeline:
 
     def _stroke_time(self, table: Reciprocation) -> float:
         """Time from one reversal point to the other, s."""
-        speed, control = self._rate(table.feed) / 60.0, self.control
+        speed, control = self.rate(table.feed) / 60.0, self.control
         return motion_time(abs(table.primary - table.secondary), speed, control.acceleration) + control.reversal_dwell
 
     def _set_out(self, table: Reciprocation) -> Underway:
         self.budget.spend(table.place)
-        rate = self._rate(table.feed)
+        rate = self.rate(table.feed)
         return table.begin(self._shown(table.free_at), rate, self.control.acceleration, self.control.reversal_dwell)
 
     def _arrive(self, table: Reciprocation, stroke: Underway) -> Stroke:

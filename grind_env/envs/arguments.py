@@ -36,6 +36,16 @@ def check_steps(max_episode_steps: object) -> int | None:
     return int(steps)
 
 
+def check_parts(parts: object, most: int) -> None:
+    """The parts of a batch.
+
+    Raises:
+        TaskError: if they are no whole number from 1 to `most`.
+    """
+    if isinstance(parts, bool) or not isinstance(parts, int | np.integer) or not 1 <= parts <= most:
+        raise TaskError(f"parts is {parts!r}, but must be a whole number from 1 to {most}")
+
+
 def check_flags(**flags: object) -> None:
     """Check arguments that are either true or false; a text such as "no" would count as true.
 

@@ -245,6 +245,7 @@ def follow(
                 cycles,
                 parameters,
             )
+            results[:] = 0.0
             grind_plunges(cycles, parameters, wheels[i], parts[i], results, NO_MOTIONS, order, 0, 1)
             burnt = learn(kind, seen, noise, highest, results, wheels[i], hidden[i])
             sample = draws[(updates[i] + 1) % draws.shape[0]]

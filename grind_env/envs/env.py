@@ -13,12 +13,10 @@ from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import CycleBlock, coming_block
 from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
-from grind_env.envs.view import view_of
 from grind_env.render.view import View
 
 REWARD = Outcome._fields.index("reward")
@@ -103,7 +101,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.given = Given()
         self.episodes: Episodes | None = None
-        self.blocks: list[CycleBlock] = []
+        self.blocks: list[Any] = []
         self.outcomes: list[Outcome] = []
 
     def observation_info(self) -> tuple[Reading, ...]:
@@ -147,7 +145,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         if episodes is None or episodes.block[0] >= self.task.blocks:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = self.codec.choose(self.codec.single(action))
-        block = coming_block(self.task, episodes, 0, *(float(values[0]) for values in choice))
+        block = self.form.block(self.task, episodes, 0, *(float(values[0]) for values in choice))
         outcomes, _ = self.simulation.step(episodes, *choice)
         outcome = Outcome(*outcomes[0].tolist())
         self.blocks.append(block)
@@ -167,7 +165,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         """
         if self.episodes is None:
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
-        return view_of(self.task, self.episodes, 0, self.blocks, self.outcomes, self.form.text)
+        return self.form.view(self.task, self.episodes, 0, self.blocks, self.outcomes, self.form.text)
 
 
 def wants_full(task: Task, observation: str | None) -> bool:

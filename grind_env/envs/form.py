@@ -1,11 +1,13 @@
 """What differs between environments whose step is one block: how it is simulated, and how a program says it."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from grind_env.envs.program import CycleBlock, block_text, part_program
+from grind_env.envs.program import block_text, coming_block, part_program
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, TaskError, load_task
+from grind_env.envs.view import view_of
+from grind_env.render.view import View
 
 CYCLES = ("G82", "G83")
 """The cycles that take off a given depth from parts that the wheel covers, and from wider ones."""
@@ -20,10 +22,14 @@ class Form(NamedTuple):
     """Task of a name."""
     simulation: type[Simulation]
     """Steps its episodes."""
-    text: Callable[[Task, CycleBlock], str]
-    """What the control reads for one step."""
-    program: Callable[[Task, Sequence[CycleBlock]], str]
+    text: Callable[[Task, Any], str]
+    """What the control reads for one step, from what `block` says of it."""
+    program: Callable[[Task, Sequence[Any]], str]
     """The part program of an episode."""
+    block: Callable[..., Any] = coming_block
+    """What there is to say of a step, before it: of a task, episodes, the number of one, and what was chosen for it."""
+    view: Callable[..., View] = view_of
+    """What a picture of an episode shows; arguments as for `view_of`."""
 
 
 G82 = Form("G82", load_task, Simulation, block_text, part_program)

@@ -15,7 +15,7 @@ from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part import PartConditions
-from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW, Table
+from grind_env.machine.record import Table
 from grind_env.machine.run import GrindingRun
 from grind_env.process.state import WheelState
 
@@ -75,7 +75,7 @@ class ProgramEpisode:
         self.block: Block | None = None
         self.time = 0.0
         self._execution = execute(programs, control)
-        self._execution.set_wheel_radius(self.run.wheel_radius)
+        self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
         for _ in self._to_next_cycle():
             pass
         self.time = 0.0
@@ -114,8 +114,8 @@ class ProgramEpisode:
         plan, inch, part, wheel = starts[0]
         assert wheel is not None  # the cycle has mounted it
         last = max(strokes - 1, 0)
-        rows = np.array(run.strokes[last:], STROKE_ROW)
-        dressed = np.array(run.dresses[dresses:], DRESS_ROW)
+        rows = run.strokes.table(last)
+        dressed = run.dresses.table(dresses)
         dressed["after"] -= strokes
         return BlockRun(
             plan,
@@ -125,7 +125,7 @@ class ProgramEpisode:
             rows[strokes - last :],
             _increments(rows)[strokes - last :],
             dressed,
-            np.array(run.parts[parts:], PART_ROW),
+            run.parts.table(parts),
             self.time - began,
         )
 
@@ -144,7 +144,7 @@ class ProgramEpisode:
                 self.block = event.block
                 return
             self.run.take(event)
-            self._execution.set_wheel_radius(self.run.wheel_radius)
+            self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
             yield event
 
 

@@ -1,5 +1,7 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
+from typing import NamedTuple
+
 from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_roughness, measured_size
 from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
 from grind_env.envs.tape import TapeRow
@@ -9,6 +11,14 @@ from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, Rates, expenses, survival
 
 
+class PowerReadings(NamedTuple):
+    """The power readings that the shop floor remembers of a block, W."""
+
+    mean: float
+    first: float
+    peak: float
+
+
 @inlined
 def counted_rise(kind: KindRow, result: Tally) -> float:
     """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
@@ -16,11 +26,16 @@ def counted_rise(kind: KindRow, result: Tally) -> float:
 
 
 @inlined
+def chance(kind: KindRow, rise: float, power: float, roughness: float, size_error: float) -> float:
+    """Probability that a part of that kind is good; arguments as for `survival`."""
+    return survival(rise, power, roughness, size_error, Limits(kind.rise, kind.power, kind.roughness, kind.size))
+
+
+@inlined
 def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float, old: Memory) -> float:
     """Probability that the part is still good after a block; `size_error` in um."""
-    limits = Limits(kind.rise, kind.power, kind.roughness, kind.size)
     before = 1.0 if kind.starts_part > 0.0 else old.survival
-    return before * survival(counted_rise(kind, result), result.peak_power, part.Rs, size_error, limits)
+    return before * chance(kind, counted_rise(kind, result), result.peak_power, part.Rs, size_error)
 
 
 @inlined
@@ -32,6 +47,7 @@ def outcome_of(
     result: Tally,
     old: Memory,
     size_error: float,
+    rise: float,
     good: float,
     change: float,
     handover: float,
@@ -46,6 +62,7 @@ def outcome_of(
         result: of its cycle.
         old: what was remembered before it.
         size_error: stock left on the part, um.
+        rise: highest temperature rise that counts, K.
         good: probability that the part is still good.
         change: 1 if the wheel is changed after the block.
         handover: price of handing over the wheel, $.
@@ -53,7 +70,7 @@ def outcome_of(
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
-    finished = 1.0 if kind.ends_part > 0.0 else 0.0
+    finished = kind.ends_part
     time_cost, wheel_cost, dress_cost = expenses(seconds, result.worn + result.dressed_off, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
@@ -73,11 +90,22 @@ def outcome_of(
         finished=finished,
         seconds=seconds,
         burn_ratio=result.burn_ratio,
-        rise=counted_rise(kind, result),
+        rise=rise,
         peak_power=result.peak_power,
         roughness=part.Rs,
         size_error=size_error,
     )
+
+
+@inlined
+def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
+    """The power readings of a block, after which the wheel is perhaps changed (1)."""
+    # of a new wheel nothing is known yet
+    mean = 0.0
+    if result.last_count > 0.0 and change == 0.0:
+        mean = measured_power(mean_last_power(result), row.mean_noise)
+    first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
+    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_power, row.peak_noise))
 
 
 @inlined
@@ -86,23 +114,21 @@ def remembered(
     row: TapeRow,
     result: Tally,
     old: Memory,
+    powers: PowerReadings,
     outcome: Outcome,
     good: float,
     change: float,
     E: float,
     D: float,
     pre_dress: float,
+    volume: float,
 ) -> Memory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
-    The other arguments are those of `outcome_of`, and what came of it.
+    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, by
+    book-keeping. The other arguments are those of `outcome_of`, and what came of it.
     """
     ends = kind.ends_part > 0.0
-    # of a new wheel nothing is known yet
-    mean_power = 0.0
-    if result.last_count > 0.0 and change == 0.0:
-        mean_power = measured_power(mean_last_power(result), row.mean_noise)
-    first_power = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
     known = ends and old.gauged >= 0.0
     roughness = old.gauged if known else old.roughness
@@ -110,8 +136,6 @@ def remembered(
     gauged = -1.0 if ends else old.gauged
     if ends and int(old.parts) % GAUGE_EVERY == 0:
         gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
-    # the executions stand evenly in the depth: an equal share of it is ground after the last one
-    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
     sharpened = result.dresses + change > 0.0
     volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
@@ -120,9 +144,9 @@ def remembered(
         executions=D,
         pick=kind.pick,
         width=kind.width,
-        mean_power=mean_power,
-        first_power=first_power,
-        peak_power=measured_power(result.peak_power, row.peak_noise),
+        mean_power=powers.mean,
+        first_power=powers.first,
+        peak_power=powers.peak,
         size_error=size_error,
         roughness=roughness,
         gauged=gauged,

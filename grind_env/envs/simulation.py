@@ -7,7 +7,7 @@ many.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,16 +17,16 @@ from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.observations import Reading, readings, scaling
 from grind_env.envs.observe import observe_blocks
 from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, shop_row
-from grind_env.envs.step import EpisodeArrays, step_blocks
+from grind_env.envs.step import NEW_PART, EpisodeArrays, step_blocks
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
 from grind_env.process.catalogue import materials
-from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 
 Table = NDArray[np.float64]
+EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 
 @dataclass(slots=True)
@@ -46,9 +46,23 @@ class Episodes:
         """The state as the compiled step has it."""
         return EpisodeArrays(self.tape, self.block, self.wheels, self.parts, self.memory)
 
-    def pick(self, index: ArrayLike) -> "Episodes":
+    def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
         return type(self)(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
+
+
+class Generator(Protocol):
+    """Draws episodes."""
+
+    def begin(
+        self,
+        tape: Table,
+        wheels: Table,
+        index: NDArray[np.int64],
+        rngs: Sequence[np.random.Generator],
+        given: Sequence[Given],
+    ) -> None:
+        """Write tape and first wheel of the episodes at `index`, one from each generator."""
 
 
 class Simulation:
@@ -63,22 +77,35 @@ class Simulation:
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         self.task = task
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
-        self.kinds, self.base = kind_table(task), parameter_table(task)
-        self.shop = shop_row(task)
-        self._shops = np.array([self.shop])
+        self.kinds, self.base, self.shop = kind_table(task), parameter_table(task), shop_row(task)
         self._materials = len(materials())
         self._scaling = scaling(task, self.entries)
-        self._generator = EpisodeGenerator(task)
-        self._first_part = np.array(PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
+        self._begin_with(EpisodeGenerator(task))
+
+    def _begin_with(self, generator: Generator) -> None:
+        """Let episodes begin as a generator draws them, with nothing done yet."""
+        self._shops = np.array([self.shop])
+        self._generator = generator
+        self._first_part = np.array(NEW_PART)
         nothing = Memory(*[0.0] * len(Memory._fields))
-        self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=task.start.volume, survival=1.0))
+        self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=self.task.start.volume, survival=1.0))
 
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
         """New episodes, one from each generator, with what is given of each."""
         n = len(rngs)
-        episodes = self._empty(n)
+        episodes = self._room(n)
         self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
         return episodes
+
+    def _room(self, n: int) -> Episodes:
+        """Arrays for N episodes."""
+        return Episodes(
+            np.empty((n, self.task.blocks, len(TapeRow._fields))),
+            np.zeros(n, np.int64),
+            np.empty((n, len(WheelState._fields))),
+            np.empty((n, len(PartState._fields))),
+            np.empty((n, len(Memory._fields))),
+        )
 
     def restart(self, episodes: Episodes, i: int, rng: np.random.Generator, given: Given | None = None) -> None:
         """Put a new episode in place of episode i."""
@@ -93,6 +120,10 @@ class Simulation:
         episodes.block[rows] = 0
         episodes.parts[rows] = self._first_part
         episodes.memory[rows] = self._first_memory
+
+    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+        """What the coming blocks make of a choice."""
+        return choice
 
     def step(
         self,
@@ -145,7 +176,7 @@ class Simulation:
 
         After the last block of an episode the coming block reads as zeros.
         """
-        observations = np.zeros((len(episodes.block), len(self.entries)), np.float32)
+        observations = np.zeros((len(episodes.block), len(self._scaling.offset)), np.float32)
         observe_blocks(
             self.kinds,
             episodes.tape,
@@ -166,16 +197,6 @@ class Simulation:
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
-
-    def _empty(self, n: int) -> Episodes:
-        """Room for N episodes."""
-        return Episodes(
-            np.empty((n, self.task.blocks, len(TapeRow._fields))),
-            np.zeros(n, np.int64),
-            np.empty((n, len(WheelState._fields))),
-            np.empty((n, len(PartState._fields))),
-            np.empty((n, len(Memory._fields))),
-        )
 
     def _grind(self, episodes: Episodes, *arguments: Any) -> None:
         """Grind the next blocks of episodes; arguments as for `step_blocks`."""

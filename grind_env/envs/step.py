@@ -15,7 +15,7 @@ from grind_env.envs.rows import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.settling import good_so_far, outcome_of, remembered
+from grind_env.envs.settling import counted_rise, good_so_far, outcome_of, power_readings, remembered
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
@@ -42,6 +42,7 @@ SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CHANGES = Memory._fields.index("wheel_changes")
 CYCLE_FIELDS = len(Cycle._fields)
+NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 grind_plunges = PLUNGES.lanes
 
 
@@ -122,6 +123,40 @@ def cycle_of(
     )
 
 
+@inlined
+def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, block: int, changed: bool) -> None:
+    """Write row `number` of the nominal parameters to episode i, with the factors of a block on its tape.
+
+    Those of the spare wheel, if the wheel has been changed.
+    """
+    # a loop: with numba's copy of a slice, all of `prepare` takes 40 % longer
+    for k in range(base.shape[1]):
+        parameters[i, k] = base[number, k]
+    for k in range(len(FACTOR_COLUMNS)):
+        column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
+        parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block, column]
+
+
+@inlined
+def prepare_block(
+    i: int, tables: Tables, episodes: EpisodeArrays, choices: Choices, cycles: Any, parameters: Any
+) -> None:
+    """Write the cycle of the block of episode i; arguments as for `prepare`."""
+    kinds, base, shop, materials = tables
+    tape, block, wheels, parts, memory = episodes
+    speeds, executions, pre_dresses = choices
+    row = read_row(tape[i], block[i])
+    number = int(row.kind) * materials + int(row.material)
+    kind = read_kind(kinds, number)
+    cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
+    write_cycle(cycles, i, cycle)
+    write_factored(parameters, i, base, number, tape, block[i], memory[i, CHANGES] > 0.0)
+    # the part is touched off or gauged before every block: wear of the wheel up to now is known
+    wheels[i, WEAR] = 0.0
+    if kind.starts_part > 0.0:
+        write_part(parts, i, NEW_PART)
+
+
 @entry
 def prepare(
     tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, cycles: Any, parameters: Any
@@ -136,26 +171,50 @@ def prepare(
         cycles: shape (N, fields of `Cycle`); written in the rows of `active`.
         parameters: shape (N, fields of `StrokeParameters`); written likewise.
     """
-    kinds, base, shop, materials = tables
+    for i in active:
+        prepare_block(i, tables, episodes, choices, cycles, parameters)
+
+
+@inlined
+def settle_block(
+    i: int,
+    tables: Tables,
+    episodes: EpisodeArrays,
+    choices: Choices,
+    cycles: Any,
+    parameters: Any,
+    results: Any,
+    outcomes: Any,
+) -> None:
+    """Write what the block of episode i has cost and shown; arguments as for `settle`."""
+    kinds, _, shop, materials = tables
     tape, block, wheels, parts, memory = episodes
     speeds, executions, pre_dresses = choices
-    for i in active:
-        row = read_row(tape[i], block[i])
-        number = int(row.kind) * materials + int(row.material)
-        kind = read_kind(kinds, number)
-        cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
-        write_cycle(cycles, i, cycle)
-        # a loop: with numba's copy of a slice, all of this function takes 40 % longer
-        for k in range(base.shape[1]):
-            parameters[i, k] = base[number, k]
-        changed = memory[i, CHANGES] > 0.0
-        for k in range(len(FACTOR_COLUMNS)):
-            column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
-            parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block[i], column]
-        # the part is touched off or gauged before every block: wear of the wheel up to now is known
-        wheels[i, WEAR] = 0.0
-        if kind.starts_part > 0.0:
-            write_part(parts, i, PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
+    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+    row = read_row(tape[i], block[i])
+    kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
+    wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
+    result, old = read_tally(results, i), read_memory(memory, i)
+    lead = dress_lead(wheel, shop.dress_feed, p)
+    change = 1.0 if wheel.ds < shop.least_diameter else 0.0
+    if change > 0.0:
+        wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
+        write_wheel(wheels, i, wheel)
+    handover = 0.0
+    if block[i] + 1 == tape.shape[1]:
+        handover = handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates)
+    size_error = 1000.0 * (cycles[i, TARGET] - part.S)
+    good = good_so_far(kind, part, result, size_error, old)
+    rise = counted_rise(kind, result)
+    outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, change, handover)
+    write_outcome(outcomes, i, outcome)
+    powers = power_readings(row, result, change)
+    E, D, pre_dress = speeds[i], executions[i], pre_dresses[i]
+    # the executions stand evenly in the depth: an equal share of it is ground after the last one
+    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
+    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume)
+    write_memory(memory, i, new)
+    block[i] += 1
 
 
 @entry
@@ -181,30 +240,8 @@ def settle(
         results: shape (N, fields of `Tally`).
         outcomes: shape (N, fields of `Outcome`); written in the rows of `active`.
     """
-    kinds, _, shop, materials = tables
-    tape, block, wheels, parts, memory = episodes
-    speeds, executions, pre_dresses = choices
-    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     for i in active:
-        row = read_row(tape[i], block[i])
-        kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
-        wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
-        result, old = read_tally(results, i), read_memory(memory, i)
-        lead = dress_lead(wheel, shop.dress_feed, p)
-        change = 1.0 if wheel.ds < shop.least_diameter else 0.0
-        if change > 0.0:
-            wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
-            write_wheel(wheels, i, wheel)
-        handover = 0.0
-        if block[i] + 1 == tape.shape[1]:
-            handover = handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates)
-        size_error = 1000.0 * (cycles[i, TARGET] - part.S)
-        good = good_so_far(kind, part, result, size_error, old)
-        outcome = outcome_of(kind, row, shop, part, result, old, size_error, good, change, handover)
-        write_outcome(outcomes, i, outcome)
-        new = remembered(kind, row, result, old, outcome, good, change, speeds[i], executions[i], pre_dresses[i])
-        write_memory(memory, i, new)
-        block[i] += 1
+        settle_block(i, tables, episodes, choices, cycles, parameters, results, outcomes)
 
 
 @entry

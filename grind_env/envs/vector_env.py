@@ -1,7 +1,6 @@
 """The native vector environment: all sub-environments in one compiled step."""
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +16,8 @@ from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import G82, Form, check_cycle
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program import CycleBlock, coming_block
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,
@@ -31,6 +31,7 @@ from grind_env.envs.vector_common import (
     vector_metadata,
 )
 from grind_env.envs.view import History
+from grind_env.render.view import View
 
 Array = NDArray[Any]
 
@@ -69,18 +70,32 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
-        self.num_envs = num_envs = check_count(num_envs)
         check_flags(show_block=show_block, predress=predress)
+        loaded = self.form.load(task)
+        check_cycle(self.form, loaded, cycle)
+        full = wants_full(loaded, observation)
+        simulation = self.form.simulation(loaded, full=full, pre_dress=predress)
+        codec = ActionCodec(loaded, action, predress=predress)
+        self._set_up(num_envs, simulation, codec, show_block, autoreset_mode, render_mode, max_episode_steps)
+
+    def _set_up(
+        self,
+        num_envs: int,
+        simulation: Simulation,
+        codec: ActionCodec,
+        show_block: bool,
+        autoreset_mode: AutoresetMode | str,
+        render_mode: str | None,
+        max_episode_steps: int | None,
+    ) -> None:
+        self.num_envs = num_envs = check_count(num_envs)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
         self.metadata = vector_metadata(self.autoreset_mode)
         self.limit = StepLimit(max_episode_steps, num_envs)
         self.show_block = show_block
-        self.task = self.form.load(task)
-        check_cycle(self.form, self.task, cycle)
-        self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
-        self.codec = ActionCodec(self.task, action, predress=predress)
+        self.task, self.simulation, self.codec = simulation.task, simulation, codec
         self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
         self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
@@ -94,7 +109,11 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
-        self.history = None if render_mode is None else History(self.task, num_envs, self.form.text)
+        self.history = None if render_mode is None else History(num_envs)
+
+    def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
+        """What the options of a reset give; what they do not name stays as it was `before`."""
+        return read_options(self.task, options, before)
 
     @property
     def np_random_seed(self) -> Any:
@@ -120,7 +139,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
-        given = read_all_options(beside_mask(options), self.given, partial(read_options, self.task))
+        given = read_all_options(beside_mask(options), self.given, self._read_given)
         self.generators.reseed(seed, mask)
         self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
         self._restart(mask)
@@ -144,8 +163,10 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         if some:
             values = np.where(resetting[:, None], self.codec.neutral, values)
             stepping = np.flatnonzero(~resetting)
-        choice = self.codec.choose(values)
-        blocks = self._blocks(stepping, choice) if self.show_block or self.history else {}
+        choice = self.simulation.taken(self.episodes, self.codec.choose(values))
+        blocks: dict[int, Any] = {}
+        if self.show_block or self.history is not None:
+            blocks = {i: self._block(i, tuple(values[i] for values in choice)) for i in stepping.tolist()}
         outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
         if self.history is not None:
             self.history.note(blocks, outcomes)
@@ -182,21 +203,26 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset.
             RenderError: if what draws it is not installed.
         """
-        return drawn_all(
-            self.render_mode, self.begun, () if self.history is None else self.history.views(self.episodes)
-        )
+        ground = () if self.history is None else enumerate(self.history)
+        views = (self._view(i, *each) for i, each in ground)
+        return drawn_all(self.render_mode, self.begun, views)
 
-    def _blocks(self, stepping: Array, choice: tuple[Array, ...]) -> dict[int, CycleBlock]:
-        return {
-            i: coming_block(self.task, self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()
-        }
+    def _block(self, i: int, choice: tuple[float, ...]) -> Any:
+        """What sub-environment i runs next."""
+        return self.form.block(self.task, self.episodes, i, *choice)
 
-    def _info(
-        self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, CycleBlock], mask: Array
-    ) -> dict[str, Any]:
+    def _text(self, block: Any) -> str:
+        """What the control reads for a block."""
+        return self.form.text(self.task, block)
+
+    def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        """Sub-environment i after the blocks that it has run."""
+        return self.form.view(self.task, self.episodes, i, blocks, outcomes, self.form.text)
+
+    def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:
         info = self.infos.vector(outcomes, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
-            texts[list(blocks)] = [self.form.text(self.task, block) for block in blocks.values()]
+            texts[list(blocks)] = [self._text(block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info

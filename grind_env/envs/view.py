@@ -1,11 +1,12 @@
 """The view of a running episode: what `View` shows, read off a task, its episodes and what came of each block."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.program import CycleBlock, block_text
+from grind_env.envs.program import block_text
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import TapeRow
@@ -39,9 +40,9 @@ def view_of(
     task: Task,
     episodes: Episodes,
     i: int,
-    blocks: Sequence[CycleBlock],
+    blocks: Sequence[Any],
     outcomes: Sequence[Outcome],
-    text: Callable[[Task, CycleBlock], str] = block_text,
+    text: Callable[[Task, Any], str] = block_text,
 ) -> View:
     """Episode i as it stands, at rest between two blocks.
 
@@ -49,7 +50,7 @@ def view_of(
         task: its task.
         episodes: the episodes.
         i: which of them.
-        blocks: the blocks that it has run.
+        blocks: the blocks that it has run, each with its kind, the stock on the part before it, E and D.
         outcomes: what came of each.
         text: what the control reads for a block.
     """
@@ -78,34 +79,25 @@ def view_of(
 
 
 class History:
-    """What the pictures of N episodes need beside their state.
+    """What the pictures of `count` episodes need beside their state: what each has run, and what came of it."""
 
-    Args:
-        task: their task.
-        count: N.
-        text: what the control reads for a block.
-    """
-
-    def __init__(self, task: Task, count: int, text: Callable[[Task, CycleBlock], str]) -> None:
-        self.task, self.text = task, text
-        self.blocks: list[list[CycleBlock]] = [[] for _ in range(count)]
+    def __init__(self, count: int) -> None:
+        self.blocks: list[list[Any]] = [[] for _ in range(count)]
         self.outcomes: list[list[Outcome]] = [[] for _ in range(count)]
 
     def restart(self, i: int) -> None:
         """Forget episode i."""
         self.blocks[i], self.outcomes[i] = [], []
 
-    def note(self, blocks: Mapping[int, CycleBlock], outcomes: NDArray[np.float64]) -> None:
+    def note(self, blocks: Mapping[int, Any], outcomes: NDArray[np.float64]) -> None:
         """Blocks by number of their episode; `outcomes` has shape (N, fields of `Outcome`)."""
         for i, block in blocks.items():
             self.blocks[i].append(block)
             self.outcomes[i].append(Outcome(*outcomes[i].tolist()))
 
-    def views(self, episodes: Episodes) -> list[View]:
-        """The view of every episode."""
-        return [
-            view_of(self.task, episodes, i, blocks, self.outcomes[i], self.text) for i, blocks in enumerate(self.blocks)
-        ]
+    def __iter__(self) -> Iterator[tuple[list[Any], list[Outcome]]]:
+        """Blocks and outcomes of every episode."""
+        return zip(self.blocks, self.outcomes, strict=True)
 
 
 def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
@@ -120,6 +112,6 @@ def part_on_machine(part: PartRun, name: str) -> Workpiece:
     return Workpiece(name=name, length=part.job.part.length, stock=part.stock, left=part.left)
 
 
-def _ground_part(block: CycleBlock, outcome: Outcome) -> Workpiece:
+def _ground_part(block: Any, outcome: Outcome) -> Workpiece:
     left = 0.001 * outcome.size_error
     return Workpiece(name=block.kind.name, length=block.kind.length, stock=block.stock, left=left)

@@ -54,6 +54,12 @@ def feed_for(length: float, seconds: float, acceleration: float) -> float | None
     return 60.0 * acceleration * length / (half + math.sqrt(rest)) if rest >= 0.0 else None
 
 
+def deepest_within(feed: float) -> float:
+    """The deepest cut at E `feed`, mm/min, within the limits of validity of the process model, mm."""
+    low, high = TABLE_SPEEDS
+    return DEEPEST_CUT if low <= feed <= high else 0.0
+
+
 def outside_model(feed: float, depth: float) -> str | None:
     """What to say about a cut beyond the limits of validity of the process model; None within them.
 
@@ -62,11 +68,11 @@ def outside_model(feed: float, depth: float) -> str | None:
         depth: real depth of cut, mm; 0 if the stroke does not cut.
     """
     low, high = TABLE_SPEEDS
-    if depth > 0.0 and not low <= feed <= high:
+    if depth <= deepest_within(feed):
+        return None
+    if not low <= feed <= high:
         return f"a stroke cuts at E{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
-    if depth > DEEPEST_CUT:
-        return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
-    return None
+    return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
 def destroying_stroke(depth: float, feed: float) -> str:

@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 from grind_env.kernel import entry
-from grind_env.machine import cycle
+from grind_env.machine import cycle, tally
+from grind_env.machine.tally import Tally
 from grind_env.process import cost, stroke
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 
 class Verdict(NamedTuple):
@@ -20,6 +21,18 @@ class Verdict(NamedTuple):
     scrap_cost: float
     """Expected cost of scrap."""
     total_cost: float
+
+
+@entry
+def count_stroke(before: Tally, done: Stroke, seconds: float, plunge: bool) -> Tally:
+    """A tally with one more stroke; `plunge` says whether it has gone deeper than any before it."""
+    return tally.count_stroke(before, done, seconds, 0.0, plunge, False, False)
+
+
+@entry
+def count_dress(before: Tally, seconds: float, removed: float) -> Tally:
+    """A tally with one more dress execution of some s, which took `removed` mm3 off the wheel."""
+    return tally.count_dress(before, seconds, removed)
 
 
 @entry

@@ -66,7 +66,7 @@ def _traverse_plan(cycle: Cycle) -> TraverseCycle:
 
 
 @inlined
-def _picked_depth(cycle: Cycle, progress: Any) -> float:
+def _picked_depth(cycle: Cycle, progress: PlungeProgress | TraverseProgress) -> float:
     return cycle.start + progress.depth
 
 

@@ -1,7 +1,7 @@
 """A cycle block as the compiled loops see it, and its strokes and dresses: control and process model joined."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
@@ -97,9 +97,9 @@ def advance(
         p: parameters.
     """
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
-    full = cycle.full_plunge <= Z - part.Z
+    deeper = Z - part.Z
     finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    tally = count_stroke(tally, stroke, seconds, reached < Z, full, finishing)
+    tally = count_stroke(tally, stroke, seconds, deeper, reached < Z, cycle.full_plunge <= deeper, finishing)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 
@@ -110,9 +110,10 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 
 
 @inlined
-def stroke_seconds(cycle: Cycle, reversal: float) -> float:
+def stroke_seconds(cycle: Any, reversal: float) -> float:
     """Time of the stroke after so many reversals of the cycle, s."""
-    return cycle.stroke_seconds if reversal > 0.0 else cycle.first_seconds
+    seconds: float = cycle.stroke_seconds if reversal > 0.0 else cycle.first_seconds
+    return seconds
 
 
 @inlined

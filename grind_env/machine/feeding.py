@@ -41,6 +41,8 @@ class Feeding(NamedTuple):
     """Of the motions, mm/s2."""
     made: float
     """Strokes that the cycle has made before."""
+    away: float
+    """1 if the table sets out from elsewhere than its secondary point, so that it makes a stroke at least; else 0."""
     to_secondary: float
     """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
     motion: float
@@ -180,8 +182,9 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
                 row += 1
                 motion = read_motion(motions, row)
             if motion.after == ENDS:
-                at_secondary = 0.5 * progress.reversal == float(int(0.5 * progress.reversal))
-                over = 0.0 if cycle.to_secondary > 0.0 and not at_secondary else 1.0
+                under_way = progress.reversal == 0.0 and cycle.away > 0.0
+                at_primary = 0.5 * progress.reversal > float(int(0.5 * progress.reversal))
+                over = 0.0 if under_way or (cycle.to_secondary > 0.0 and at_primary) else 1.0
                 break
             dresses += 1.0
             waited += max(motion.leg_seconds - begins, 0.0)
@@ -243,3 +246,22 @@ FEED = Course(
     lost=lost,
     find=find,
 )
+
+
+@inlined
+def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
+    """By how much the strokes go deeper at most than those before, mm, and how many there are; nothing is ground.
+
+    Args:
+        cycle: the strokes.
+        reached: depth of the deepest stroke before, mm.
+        motions: table of the motions beside them.
+    """
+    most, strokes = 0.0, 0.0
+    progress, _ = find(cycle, begin(cycle), motions)
+    while not finished(cycle, progress):
+        Z = depth(cycle, progress)
+        most, reached = max(most, Z - reached), max(reached, Z)
+        strokes += 1.0
+        progress, _ = find(cycle, after_reversal(cycle, progress), motions)
+    return most, strokes

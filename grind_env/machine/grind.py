@@ -1,8 +1,10 @@
 """A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from grind_env.control import Control, Programs, execute
+from grind_env.control.operator import Panel
 from grind_env.machine.job import Job
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord
@@ -38,10 +40,13 @@ def grind(
         GrindingError: the program makes no stroke or groove, or the process model has no finite numbers for one.
         JobError: there are more parts than conditions.
     """
-    run = GrindingRun(programs, job, control or job.control, conditions)
+    control = control or job.control
+    if control.panel == Panel():  # one that an operator has touched goes with its control
+        control = replace(control, whole_cycles=True)
+    run = GrindingRun(programs, job, control, conditions)
     execution = execute(programs, run.control)
-    execution.set_wheel_radius(run.wheel_radius)
+    execution.set_wheel_radius(0.5 * run.mount.diameter)
     for event in execution:
         run.take(event)
-        execution.set_wheel_radius(run.wheel_radius)
+        execution.set_wheel_radius(0.5 * run.mount.diameter)
     return run.record()

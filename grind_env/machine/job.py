@@ -180,13 +180,35 @@ class WheelStart:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Lots:
+    """How the parts of a batch differ.
+
+    Attributes:
+        probability: that a part begins a new lot of material; the first one always does.
+        growth: logarithmic standard deviation of how fast a lot dulls the wheel.
+        pressure: the same of how hard it presses on the wear flats.
+        stock: standard deviation of the stock of a part, as a share of the nominal one.
+    """
+
+    probability: Annotated[float, Quantity("", "", 0, 1)] = 1.0 / 6.0
+    growth: Annotated[float, Quantity("", "", 0, 2)] = 0.45
+    pressure: Annotated[float, Quantity("", "", 0, 1)] = 0.08
+    stock: Annotated[float, Quantity("", "", 0, 0.3)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        _check_numbers(self, "lots")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """A part, a set-up, times, and the wheel as it is found."""
+    """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ."""
 
     part: Part
     setup: Setup
     times: Times = field(default_factory=Times)
     wheel: WheelStart = field(default_factory=WheelStart)
+    lots: Lots = field(default_factory=Lots)
 
     def __post_init__(self) -> None:
         """Check what depends on more than one table."""

@@ -22,6 +22,11 @@
     [catalogue]             # optional: the user's own catalogue, beside the job file
     files = ["shop.toml"]
 
+    [lots]                  # optional: how the parts of a batch differ, in `grind/Job-v0`
+    probability = 0.2       # that a part begins a new lot of material
+    growth = 0.6            # spread of how fast a lot dulls the wheel, like that of pressure logarithmic
+    stock = 0.1             # standard deviation of the stock of a part over the nominal one
+
 Tables `[times]` and `[wheel]` are optional too.
 
 For grooves, `length` is what each infeed grinds (the circumference of a turning part) and `surface` the coordinate
@@ -37,7 +42,7 @@ from typing import Any
 
 from grind_env.errors import did_you_mean, shortened
 from grind_env.files import ReadError
-from grind_env.machine.job import Job, JobError, Part, Setup, Stage, Times, WheelStart, wrong
+from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
 from grind_env.process.catalogue import Catalogue, CatalogueError, load_catalogue, quantities
 from grind_env.toml import TomlError, read_toml
 
@@ -70,11 +75,12 @@ def load_job(path: str | Path) -> Job:
 
 
 def _job(document: Table, folder: Path) -> Job:
-    _refuse_unknown(document, ("part", "setup", "times", "wheel", "catalogue"))
+    _refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "catalogue"))
     part = _table(document, "part", _names(Part))
     setup = _table(document, "setup", (*DEFAULTS, *VALUES, *(f"{kind}_overrides" for kind in KINDS)))
     times = _table(document, "times", _names(Times))
     wheel = _table(document, "wheel", _names(WheelStart))
+    lots = _table(document, "lots", _names(Lots))
     catalogue = _catalogue(_table(document, "catalogue", ("files",)), folder)
 
     _refuse_missing(part, Part, "part")
@@ -86,6 +92,7 @@ def _job(document: Table, folder: Path) -> Job:
         setup=Setup(**dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
         times=Times(**times),
         wheel=WheelStart(**wheel),
+        lots=Lots(**lots),
     )
 
 

@@ -5,7 +5,7 @@ numbers for one machine are bit by bit those of the scalar loop, whatever runs b
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from grind_env.machine.rows import (
     log_stroke,
     log_wheel,
     read_parameters,
+    read_tally,
     read_wheel,
     write_tally,
     write_wheel,
 )
 from grind_env.machine.surfaces import Buffer, Place, Surface, whole, zoned
-from grind_env.machine.tally import NOTHING, Tally
+from grind_env.machine.tally import Tally
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 LANES = 8
@@ -53,7 +54,7 @@ def loops_of(course: Course) -> Loops:
 
     Their tables have one row a machine: `cycles` with the fields of `course.cycle`, `parameters` of
     `StrokeParameters`, `wheels` of `WheelState`, `surfaces` of `PartState`, `tallies` of `Tally`. Wheels, surfaces and
-    tallies are updated. `motions` is what `course.find` looks strokes up in.
+    tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks strokes up in.
     """
     return _loops(course, whole)
 
@@ -64,7 +65,7 @@ def zoned_loops_of(course: Course) -> Loops:
 
 
 def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
-    records = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
+    records: tuple[type[Any], ...] = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
     get_cycle, get_parameters, get_wheel, get_part, get_progress, get_tally = (
@@ -123,7 +124,16 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     advance_lanes, advance_one = surface.advance_lanes, surface.advance
 
     @inlined
-    def load(rows: Table, lane: int, cycles: Table, parameters: Table, wheels: Table, surfaces: Table, i: int) -> None:
+    def load(
+        rows: Table,
+        lane: int,
+        cycles: Table,
+        parameters: Table,
+        wheels: Table,
+        surfaces: Table,
+        tallies: Table,
+        i: int,
+    ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
         cycle = read_cycle(cycles, i)
         put_cycle(rows, lane, cycle)
@@ -131,7 +141,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         put_wheel(rows, lane, read_wheel(wheels, i))
         put_part(rows, lane, part_of(surfaces, i))
         put_progress(rows, lane, begin(plan_of(cycle)))
-        put_tally(rows, lane, NOTHING)
+        put_tally(rows, lane, read_tally(tallies, i))
         load_surface(rows, lane, surfaces, i)
 
     @inlined
@@ -172,16 +182,10 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         upcoming = first
         running = 0
         for lane in range(LANES):
-            if upcoming < order.size:
-                machine[lane] = order[upcoming]
-                running += 1
-                upcoming += step
             # an idle lane repeats the first machine: finite numbers that nobody reads
-            i = machine[lane] if machine[lane] != IDLE else order[first]
-            load(rows, lane, cycles, parameters, wheels, surfaces, i)
-            serve(rows, lane, motions)
-        while running > 0:
-            advance_lanes(rows)
+            load(rows, lane, cycles, parameters, wheels, surfaces, tallies, order[first])
+            rows[event_row + lane] = 1.0
+        while True:
             for lane in range(LANES):
                 if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
                     serve(rows, lane, motions)
@@ -189,12 +193,19 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
                         store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
-                        if upcoming < order.size:
-                            machine[lane] = order[upcoming]
-                            running += 1
-                            upcoming += step
-                            load(rows, lane, cycles, parameters, wheels, surfaces, machine[lane])
-                            serve(rows, lane, motions)
+                while machine[lane] == IDLE and upcoming < order.size:
+                    machine[lane] = order[upcoming]
+                    upcoming += step
+                    load(rows, lane, cycles, parameters, wheels, surfaces, tallies, machine[lane])
+                    serve(rows, lane, motions)
+                    running += 1
+                    if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
+                        store(rows, lane, wheels, surfaces, tallies, machine[lane])
+                        running -= 1
+                        machine[lane] = IDLE
+            if running == 0:
+                return
+            advance_lanes(rows)
 
     @entry
     def scalar(
@@ -202,7 +213,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     ) -> None:
         for i in range(len(cycles)):
             cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
-            wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), NOTHING
+            wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
             plan = plan_of(cycle)
             progress, waited = find(cycle, begin(plan), motions)
             for number in range(int(progress.dresses)):

@@ -1,6 +1,6 @@
-"""The wheel as it comes onto the spindle: at the start of a job, and in place of one that is worn out."""
+"""The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
 
-from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.process.state import StrokeParameters, WheelState
@@ -9,11 +9,62 @@ USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 """mm; the dress that the wheel has had if the program names none."""
 
 
+class Mount:
+    """The wheel of a run.
+
+    Attributes:
+        wheel: as it is now; None before the first cycle, which mounts it.
+        changes: how often a new one has been put in its place.
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.wheel: WheelState | None = None
+        self.changes = 0
+        self._plan: DressPlan | None = None  # of the cycle in force or before
+
+    @property
+    def diameter(self) -> float:
+        """Of the wheel as it is now, before the first cycle as the job finds it, mm."""
+        return first_diameter(self.job) if self.wheel is None else self.wheel.ds
+
+    def present(self, p: StrokeParameters) -> WheelState:
+        """The wheel as it is now, before the first cycle as the job finds it."""
+        return first_wheel(self.job, self._plan, p) if self.wheel is None else self.wheel
+
+    def take_up(self, plan: DressPlan | None, p: StrokeParameters) -> None:
+        """A cycle begins, with a dress of its own or none: it mounts the first wheel."""
+        self._plan = self._plan if plan is None else plan
+        self.wheel = self.present(p)
+
+    def gauge(self) -> None:
+        """The operator measures the part: the wheel wear becomes known and is compensated."""
+        if self.wheel is not None:
+            self.wheel = self.wheel._replace(W=0.0)
+
+    def dress(self, plan: DressPlan, p: StrokeParameters) -> float:
+        """Execute a dress program; the volume that it takes off the wheel, mm3."""
+        self.wheel, removed = dress_wheel(self.present(p), float(plan.passes), plan.feed, plan.depth, p)
+        return removed
+
+    def change_if_worn(self, p: StrokeParameters) -> bool:
+        """Put a new wheel in the place of one that is worn out; whether that was so."""
+        if self.wheel is None or not is_worn_out(self.job, self.wheel):
+            return False
+        self.wheel = new_wheel(self.job, self.wheel, self._plan, p)
+        self.changes += 1
+        return True
+
+
+def first_diameter(job: Job) -> float:
+    """Of the wheel as the job finds it, mm."""
+    return job.setup.wheel.diameter if job.wheel.diameter is None else job.wheel.diameter
+
+
 def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
     """The wheel as the job finds it: dressed by the program's dress `plan` unless the job says otherwise."""
     start = job.wheel
-    ds = job.setup.wheel.diameter if start.diameter is None else start.diameter
-    wheel = _dressed(ds, start.diamond_flat, plan, p)
+    wheel = _dressed(first_diameter(job), start.diamond_flat, plan, p)
     if start.wear_flat_area is not None:
         wheel = wheel._replace(A=start.wear_flat_area)
     if start.volume_since_dress is not None:

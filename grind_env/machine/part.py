@@ -6,15 +6,19 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
-from grind_env.machine.compiled import judge
+from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
+from grind_env.machine.passes import Course, grind_passes
+from grind_env.machine.record import Table, seen_of, strokes_of
 from grind_env.machine.strips import IDLE, Strips, grind_strips
+from grind_env.machine.tally import NOTHING
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -81,6 +85,8 @@ class PartRun:
         cutting: whether its first cycle or stroke has begun, which ends the loading.
         p: parameters.
         deepest: deepest programmed depth so far, mm.
+        infeeds: into grooves so far.
+        tally: of strokes, infeeds and dresses; its peak power is that since the last stage.
         passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
     """
 
@@ -96,7 +102,7 @@ class PartRun:
         self.cutting = False
         self.deepest = 0.0
         self.passed: list[tuple[str, ...]] = []
-        self.strokes = self.infeeds = self.dresses = 0
+        self.infeeds, self.tally = 0, NOTHING
         self._centres = strip_centres(job.part.across, job.part.width)
         strips = self._centres.size
         self._S = np.zeros(strips)
@@ -105,11 +111,15 @@ class PartRun:
         self._coverage = Coverage(job.part.start, job.part.length, strips)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._stage_power = 1.0, 0.0
-        self._peak_power = self._burn_ratio = self._worn = self._dressed_off = 0.0
+        self._earlier, self._earlier_power = 1.0, 0.0  # in the stages before
+
+    @property
+    def strokes(self) -> int:
+        """Of the table so far, those beside the part among them."""
+        return int(self.tally.strokes) - self.infeeds
 
     def grind(
-        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float
+        self, wheel: WheelState, Z: float, vw: float, ends: tuple[float, float], edge: float, seconds: float
     ) -> tuple[WheelState, Pass]:
         """Pass over the part once.
 
@@ -119,16 +129,16 @@ class PartRun:
             vw: table speed, mm/s.
             ends: reversal points between which the table moves, mm.
             edge: cross coordinate of the wheel's edge on the minus side, mm.
+            seconds: time of the stroke.
 
         Returns:
             The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
         """
         part = self.job.part
-        self.strokes += 1
         Lw = min(max(ends), part.start + part.length) - max(min(ends), part.start)
         first, last = self._under(edge)
         if Lw <= 0.0 or first == last:
-            return wheel, Pass(IDLE, 0.0, 0.0)
+            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
         wheel, stroke, b, plunged = grind_strips(
             wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
         )
@@ -136,8 +146,58 @@ class PartRun:
         self._coverage.add(first, last, ends, Z)
         if plunged:
             self._plunges.append((Z, stroke.T))
-        self._count(stroke, plunged)
-        return wheel, Pass(stroke, b, Lw)
+        return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
+
+    def grind_all(self, wheel: WheelState, rows: Table, ends: NDArray[np.float64], edges: Strips) -> WheelState:
+        """Pass over the part many times at one table speed.
+
+        Args:
+            wheel: state before the strokes.
+            rows: of the strokes, dtype `record.STROKE_ROW`, with time, E and Z; what they do to the part is written.
+            ends: reversal points of each, mm, shape (strokes, 2).
+            edges: cross coordinate of the wheel's edge on the minus side in each, mm.
+
+        Returns:
+            The wheel after them.
+        """
+        part = self.job.part
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        Lw = np.minimum(high, part.start + part.length) - np.maximum(low, part.start)
+        first = np.searchsorted(self._centres, edges)
+        last = np.searchsorted(self._centres, edges + self.job.setup.wheel.width)
+        over = (Lw > 0.0) & (first < last)
+        rows["Lw"] = np.where(over, Lw, 0.0)
+        plunged = np.empty(rows.size, np.bool_)
+        wheel, self.tally = grind_passes(
+            wheel,
+            self._S,
+            self._Rs,
+            self._reached,
+            Course(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
+            rows["E"][0] / 60.0,
+            part.width,
+            self.p,
+            self.tally,
+            rows["b"],
+            plunged,
+            strokes_of(rows),
+            seen_of(rows),
+        )
+        self._note_passed(np.stack([first, last, low, high], axis=1)[over], rows["Z"][over])
+        self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
+        return wheel
+
+    def _note_passed(self, places: NDArray[np.float64], Z: Strips) -> None:
+        """Strokes have passed over the part: first strip and the one after the last, and the way between two points."""
+        if not Z.size:
+            return
+        self.deepest = max(self.deepest, float(Z.max()))
+        begins = np.flatnonzero(np.r_[True, (places[1:] != places[:-1]).any(axis=1)])
+        deepest: dict[tuple[float, ...], float] = {}
+        for place, depth in zip(places[begins].tolist(), np.maximum.reduceat(Z, begins).tolist(), strict=True):
+            deepest[tuple(place)] = max(deepest.get(tuple(place), 0.0), depth)
+        for (first, last, low, high), depth in deepest.items():
+            self._coverage.add(int(first), int(last), (low, high), depth)
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
@@ -168,16 +228,13 @@ class PartRun:
         self.infeeds += 1
         cut = self._grooves.grind(wheel, event, self.p) if self.job.setup.grooving_wheel else None
         if cut is None:
-            return wheel, Pass(IDLE, 0.0, 0.0)
+            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
         wheel, stroke, b = cut
-        self._count(stroke, plunged=True)
-        return wheel, Pass(stroke, b, self._grooves.length)
+        return wheel, self._counted(Pass(stroke, b, self._grooves.length), event.seconds, plunged=True)
 
-    def _count(self, stroke: Stroke, plunged: bool) -> None:
-        if plunged:
-            self._burn_ratio = max(self._burn_ratio, stroke.Br)
-        self._stage_power = max(self._stage_power, stroke.power)
-        self._worn += stroke.worn
+    def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
+        self.tally = count_stroke(self.tally, done.stroke, seconds, plunged)
+        return done
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
@@ -185,10 +242,11 @@ class PartRun:
             return
         asked = self.job.part.stages[len(self.passed)]
         found, limits = self._surface(asked.stock), self.job.limits_at(asked)
-        values = self._rise(asked), self._stage_power, found.Ra, found.worst_error
+        values = self._rise(asked), self.tally.peak_power, found.Ra, found.worst_error
         self._earlier *= survival(*values, limits)
         self.passed.append(passed_limits(*values, limits))
-        self._peak_power, self._stage_power = max(self._peak_power, self._stage_power), 0.0
+        self._earlier_power = max(self._earlier_power, self.tally.peak_power)
+        self.tally = self.tally._replace(peak_power=0.0)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
             plunges.clear()
 
@@ -196,10 +254,9 @@ class PartRun:
         """Go on with a new wheel."""
         self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
 
-    def dress(self, removed: float) -> None:
-        """Count a dress execution that took `removed` mm3 off the wheel."""
-        self.dresses += 1
-        self._dressed_off += removed
+    def dress(self, seconds: float, removed: float) -> None:
+        """Count a dress execution of some s that took `removed` mm3 off the wheel."""
+        self.tally = count_dress(self.tally, seconds, removed)
 
     @property
     def missed(self) -> bool:
@@ -234,14 +291,14 @@ class PartRun:
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, found = self.job, self._surface(self.stock)
+        job, tally, found, rise = self.job, self.tally, self._surface(self.stock), self.rise
         unground = self._coverage.unground if self.strokes else 0.0
         verdict = judge(
             seconds,
-            self._worn + self._dressed_off,
-            float(self.dresses),
-            self.rise,
-            self._stage_power,
+            tally.worn + tally.dressed_off,
+            tally.dresses,
+            rise,
+            tally.peak_power,
             found.Ra,
             found.worst_error,
             job.limits,
@@ -254,7 +311,7 @@ class PartRun:
             seconds,
             self.strokes,
             self.infeeds,
-            self.dresses,
+            int(tally.dresses),
             self.stock,
             found.S,
             found.size_error,
@@ -262,11 +319,11 @@ class PartRun:
             found.worst_error,
             unground,
             found.Ra,
-            max(self._peak_power, self._stage_power),
-            self.rise,
-            self._burn_ratio,
-            self._worn,
-            self._dressed_off,
+            max(self._earlier_power, tally.peak_power),
+            rise,
+            tally.burn_ratio,
+            tally.worn,
+            tally.dressed_off,
             self._earlier,
             *verdict,
         )

@@ -12,11 +12,12 @@ from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.kernel.rows import dtype_of
 from grind_env.machine.compiled import Verdict
+from grind_env.machine.passes import WheelSeen
 from grind_env.process.state import Stroke
 
 Table = NDArray[Any]
 
-WHEEL_FIELDS = ("A", "lam", "V", "ds", "alw", "W")
+WHEEL_FIELDS = WheelSeen._fields
 """Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
 
 STROKE_ROW = np.dtype(
@@ -72,6 +73,59 @@ PART_ROW = np.dtype(
         *dtype_of(Verdict).descr,
     ]
 )
+
+
+def strokes_of(rows: Table) -> Table:
+    """What was done in each of some rows of strokes, as a table of the fields of `Stroke`; to be written to."""
+    end = rows.dtype.itemsize // 8 - len(WHEEL_FIELDS)
+    return rows.view(np.float64).reshape(rows.size, -1)[:, end - len(Stroke._fields) : end]
+
+
+def seen_of(rows: Table) -> Table:
+    """The same of the wheel, the fields of `WheelSeen`."""
+    return rows.view(np.float64).reshape(rows.size, -1)[:, -len(WHEEL_FIELDS) :]
+
+
+class Log:
+    """A table that grows, by a row or by many."""
+
+    def __init__(self, dtype: np.dtype[np.void]) -> None:
+        self.dtype = dtype
+        self._chunks: list[Table] = []
+        self._single: list[tuple[object, ...]] = []  # after all chunks
+        self._count = 0
+
+    def __len__(self) -> int:
+        """How many rows there are."""
+        return self._count
+
+    def add(self, row: tuple[object, ...]) -> None:
+        """Add one row, a value for each field."""
+        self._single.append(row)
+        self._count += 1
+
+    def extend(self, rows: Table) -> None:
+        """Add rows of the same dtype, which are the log's from now on."""
+        self._close()
+        self._chunks.append(rows)
+        self._count += rows.size
+
+    def table(self, first: int = 0) -> Table:
+        """A copy of the rows from `first` on."""
+        self._close()
+        found, rows = [np.empty(0, self.dtype)], self._count - first
+        for chunk in reversed(self._chunks):
+            if rows <= 0:
+                break
+            found.append(chunk[-rows:])
+            rows -= chunk.size
+        return np.concatenate(found[::-1])
+
+    def _close(self) -> None:
+        """Make a chunk of the rows that have come one by one."""
+        if self._single:
+            self._chunks.append(np.array(self._single, self.dtype))
+            self._single = []
 
 
 class RecordError(GrindError):

@@ -35,6 +35,8 @@ class Tally(NamedTuple):
     power_6: float
     last_count: float
     """How many of these six there are."""
+    deepened: float
+    """By how much strokes have gone deeper since the last dress, mm."""
     peak_power: float
     """Highest power of a stroke."""
     plunge_rise: float
@@ -49,19 +51,33 @@ class Tally(NamedTuple):
     """Wheel volume dressed off, mm3."""
 
 
+class Plunges(NamedTuple):
+    """The latest full plunges alone, for what counts nothing else; fields as in `Tally`."""
+
+    power_1: float
+    power_2: float
+    power_3: float
+    power_4: float
+    power_5: float
+    power_6: float
+    last_count: float
+
+
 NOTHING = Tally(*[0.0] * len(Tally._fields))
 """Before the first stroke."""
+NO_PLUNGES = Plunges(*[0.0] * len(Plunges._fields))
+"""After a dress."""
 
 
 @inlined
-def last_power(tally: Tally) -> float:
+def last_power(tally: Tally | Plunges) -> float:
     """Sum of the power of the last full plunges (up to six) since the last dress, oldest first, W."""
     older = tally.power_6 + tally.power_5 + tally.power_4
     return older + tally.power_3 + tally.power_2 + tally.power_1
 
 
 @inlined
-def mean_last_power(tally: Tally) -> float:
+def mean_last_power(tally: Tally | Plunges) -> float:
     """Mean power of the last full plunges since the last dress, W; 0 if there was none."""
     return last_power(tally) / tally.last_count if tally.last_count > 0.0 else 0.0
 
@@ -73,28 +89,46 @@ def mean_first_power(tally: Tally) -> float:
 
 
 @inlined
-def count_stroke(tally: Tally, stroke: Stroke, seconds: float, plunge: bool, full: bool, finishing: bool) -> Tally:
+def count_plunge(tally: Tally | Plunges, power: float, full: bool) -> Plunges:
+    """The latest full plunges after a stroke of some power, W, which may be one."""
+    power_1 = power if full else tally.power_1
+    power_2 = tally.power_1 if full else tally.power_2
+    power_3 = tally.power_2 if full else tally.power_3
+    power_4 = tally.power_3 if full else tally.power_4
+    power_5 = tally.power_4 if full else tally.power_5
+    power_6 = tally.power_5 if full else tally.power_6
+    last_count = min(tally.last_count + (1.0 if full else 0.0), POWER_WINDOW)
+    return Plunges(
+        power_1=power_1,
+        power_2=power_2,
+        power_3=power_3,
+        power_4=power_4,
+        power_5=power_5,
+        power_6=power_6,
+        last_count=last_count,
+    )
+
+
+@inlined
+def count_stroke(
+    tally: Tally, stroke: Stroke, seconds: float, deeper: float, plunge: bool, full: bool, finishing: bool
+) -> Tally:
     """Count a stroke.
 
     Args:
         tally: before it.
         stroke: what it has done.
         seconds: its time.
-        plunge: whether it has gone deeper than any before it.
+        deeper: by how much it has gone deeper than any before it, mm; not above 0 if it has not.
+        plunge: whether it has gone deeper than any before it at some place of its own.
         full: whether by a full pick.
         finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
     """
     among_first = full & (tally.first_count < POWER_WINDOW)
     # numba takes no condition among so many keywords
-    power_1 = stroke.power if full else tally.power_1
-    power_2 = tally.power_1 if full else tally.power_2
-    power_3 = tally.power_2 if full else tally.power_3
-    power_4 = tally.power_3 if full else tally.power_4
-    power_5 = tally.power_4 if full else tally.power_5
-    power_6 = tally.power_5 if full else tally.power_6
+    last = count_plunge(tally, stroke.power, full)
     first_power = tally.first_power + (stroke.power if among_first else 0.0)
     first_count = tally.first_count + (1.0 if among_first else 0.0)
-    last_count = min(tally.last_count + (1.0 if full else 0.0), POWER_WINDOW)
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
     burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
@@ -104,13 +138,14 @@ def count_stroke(tally: Tally, stroke: Stroke, seconds: float, plunge: bool, ful
         dresses=tally.dresses,
         first_power=first_power,
         first_count=first_count,
-        power_1=power_1,
-        power_2=power_2,
-        power_3=power_3,
-        power_4=power_4,
-        power_5=power_5,
-        power_6=power_6,
-        last_count=last_count,
+        power_1=last.power_1,
+        power_2=last.power_2,
+        power_3=last.power_3,
+        power_4=last.power_4,
+        power_5=last.power_5,
+        power_6=last.power_6,
+        last_count=last.last_count,
+        deepened=tally.deepened + max(deeper, 0.0),
         peak_power=max(tally.peak_power, stroke.power),
         plunge_rise=plunge_rise,
         finish_rise=finish_rise,
@@ -136,6 +171,7 @@ def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
         power_5=0.0,
         power_6=0.0,
         last_count=0.0,
+        deepened=0.0,
         peak_power=tally.peak_power,
         plunge_rise=tally.plunge_rise,
         finish_rise=tally.finish_rise,

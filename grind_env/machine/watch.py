@@ -3,14 +3,18 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
-from grind_env.control import Control, CyclePlan, Infeed, Message, Motion, Pick, Rapid, Source, Stroke
+import numpy as np
+
+from grind_env.control import Control, CyclePlan, CycleStrokes, Infeed, Message, Motion, Pick, Rapid, Source, Stroke
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.clearance import CRASH, into_part
 from grind_env.machine.job import Job
 from grind_env.machine.part import PartRun, Pass
+from grind_env.machine.record import Table
 from grind_env.process import state
 from grind_env.process.state import WheelState
 
@@ -125,23 +129,62 @@ class Watch:
             after: the wheel after it.
         """
         assert self.part is not None and self._cycle is not None
-        pick, part, line = self._pick, self.part.job.part, event.cycle.line
+        pick = self._pick
         if pick is not None and pick.begin < event.begin:
             if pick.finish > advice.middle_time(event, self.control):
-                self.warn(line, "pick", advice.slow_pick(pick, event, self.control))
+                self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
-        turn, low, high = event.end[event.axis], part.start, part.start + part.length
-        if Z > 0.0 and low < turn < high:
-            self.warn(line, "turn", advice.short_stroke(turn, AXES[event.axis], low, high))
-        outside = advice.outside_model(event.feed, done.stroke.ae)
-        if outside is not None:
-            self.warn(line, "model", outside)
-        self.diameter(after.ds)
-        if self._destroyed(before, after):
-            self.warn(line, "wheel", advice.destroying_stroke(done.stroke.ae, event.feed))
+        self._judge_stroke(event, Z, done.stroke.ae, before.A, after.A, after.ds)
         cycle, self._stroke = self._cycle, event
         cycle.stroke, cycle.highest, cycle.deepest = event, min(cycle.highest, Z), max(cycle.deepest, Z)
         cycle.over, cycle.removed = cycle.over or done.b > 0.0, cycle.removed + done.stroke.ae
+
+    def strokes(self, event: CycleStrokes, first: int, rows: Table, before: WheelState) -> None:
+        """Strokes of a whole cycle have been made, with no dress between them.
+
+        Args:
+            event: the cycle.
+            first: number of the first of them.
+            rows: theirs, dtype `record.STROKE_ROW`.
+            before: the wheel before the first one.
+        """
+        assert self.part is not None and self._cycle is not None
+        Z, ae, A, ds = rows["Z"], rows["ae"], rows["A"], rows["ds"]
+        A_before = np.concatenate([[before.A], A[:-1]])
+        at_primary = (first + np.arange(rows.size)) % 2 == 1
+        turns = np.where(at_primary, self._turns_inside(event.plan.primary), self._turns_inside(event.plan.secondary))
+        found = (
+            turns & (Z > 0.0),
+            ae > advice.deepest_within(event.feed),
+            ds < self.job.setup.wheel.minimum_diameter,
+            self._destroyed(A_before, A),
+        )
+        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first one tells
+            self._judge_stroke(event.stroke(first + k), Z[k], ae[k], A_before[k], A[k], ds[k])
+        cycle, self._pick, self._stroke = self._cycle, None, event.stroke(first + rows.size - 1)
+        cycle.stroke = self._stroke
+        cycle.highest, cycle.deepest = min(cycle.highest, Z.min()), max(cycle.deepest, Z.max())
+        cycle.over, cycle.removed = cycle.over or bool((rows["b"] > 0.0).any()), cycle.removed + ae.sum()
+
+    def _judge_stroke(self, event: Stroke, Z: float, ae: float, A_before: float, A: float, ds: float) -> None:
+        """Warn of a stroke at depth `Z` that took `ae` off, mm; wear flats before and after it, and diameter after."""
+        assert self.part is not None
+        part, line, turn = self.part.job.part, event.cycle.line, event.end[event.axis]
+        if Z > 0.0 and self._turns_inside(turn):
+            text = advice.short_stroke(turn, AXES[event.axis], part.start, part.start + part.length)
+            self.warn(line, "turn", text)
+        outside = advice.outside_model(event.feed, ae)
+        if outside is not None:
+            self.warn(line, "model", outside)
+        self.diameter(ds)
+        if self._destroyed(A_before, A):
+            self.warn(line, "wheel", advice.destroying_stroke(ae, event.feed))
+
+    def _turns_inside(self, turn: float) -> bool:
+        """Whether a reversal point, mm, lies over the part."""
+        assert self.part is not None
+        part = self.part.job.part
+        return part.start < turn < part.start + part.length
 
     def infeed(self, event: Infeed, cut: state.Stroke, before: WheelState, after: WheelState) -> None:
         """A grooving wheel has made an infeed; the wheel before and after it."""
@@ -149,14 +192,14 @@ class Watch:
         if outside is not None:
             self.warn(event.line, "model", outside)
         self.diameter(after.ds)
-        if self._destroyed(before, after):
+        if self._destroyed(before.A, after.A):
             self.warn(event.line, "wheel", advice.destroying_infeed(cut.ae, event.feed))
 
-    def _destroyed(self, before: WheelState, after: WheelState) -> bool:
-        """Whether a cut has brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
+    def _destroyed(self, before: Any, after: Any) -> Any:
+        """Whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
         assert self.part is not None
         limit = self.part.p.Amax
-        return 0.0 < before.A < limit and not 0.0 < after.A < limit
+        return (before > 0.0) & (before < limit) & ((after <= 0.0) | (limit <= after))
 
     def diameter(self, diameter: float) -> None:
         """Warn if the wheel is below its least diameter, mm, unless the job changes worn wheels."""

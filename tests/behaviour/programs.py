@@ -81,6 +81,7 @@ VARIANTS: dict[str, dict[str, Variant]] = {
         "control follows the wheel": Variant(
             {"dress_amount": 0.04, "minimum_radius": 149.9, "radii": {WHEEL_RADIUS: 150.0}}
         ),
+        "whole cycles, slower": Variant({"whole_cycles": True}, {0: lambda control: control.override(80.0)}),
     },
     "reciprocation": {"dresses asked for": Variant({"operator_dress_at": (1.0, 12.0)})},
     "traverse": {"dresses asked for": Variant({"operator_dress_at": (9.0, 25.0, 25.5, 60.0)})},

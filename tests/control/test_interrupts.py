@@ -57,6 +57,16 @@ def test_a_delayed_type_1_interrupt_waits_for_the_end_of_the_block() -> None:
     assert found[3:] == [(10.0, 0.0, 10.0, "program"), (20.0, 0.0, 10.0, "program")]
 
 
+def test_a_request_at_the_panel_does_not_take_the_place_of_an_immediate_one() -> None:
+    control, programs = Control(interrupts=(Interrupt(7, at=0.5),)), []
+    for event in execute(read(MAIN + STILL + STILL.replace("O7", "O8")), control):
+        if isinstance(event, Line) and event.end[0] < 10.0:
+            control.interrupt(8)
+        if isinstance(event, InterruptStart):
+            programs.append(event.program)
+    assert programs == [7, 8]
+
+
 @pytest.mark.parametrize("immediate", [True, False])
 def test_increments_after_a_type_1_interrupt_count_from_the_programmed_point(immediate: bool) -> None:
     main = "G00 X0\nG01 G91 X10. F600.\nZ10.\nX10.\nM30\n"

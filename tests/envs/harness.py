@@ -10,10 +10,15 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
+from grind_env.envs.contexts import Given
+from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
+from grind_env.machine.job import Lots
+from grind_env.process.state import WheelState
 
 gym.register_envs(grind_env)
 
@@ -50,6 +55,15 @@ def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
     space = native(env_id, num_envs, **kwargs).action_space
     space.seed(0)
     return [space.sample() for _ in range(steps)]
+
+
+def job_drawn(rng: np.random.Generator, parts: int, spread: float, given: Given = Given()) -> JobTape:  # noqa: B008
+    """An episode of a job of that many parts with one block each."""
+    blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
+    tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
+    generator = JobGenerator(blocks.tolist(), parts, Lots(), 0.2, spread, wheel)
+    generator.begin(tape, wheels, np.array([0]), [rng], [given])
+    return job_tape(tape[0], blocks, parts, 0.2)
 
 
 def rows_of(batch: Any, count: int) -> list[Any]:
@@ -121,7 +135,7 @@ def rollout(
         executions: D, broadcast to (blocks, N).
 
     Returns:
-        Outcomes, each field of shape (blocks, N); cycle results, shape (blocks, N, fields of `CycleResult`);
+        Outcomes, each field of shape (blocks, N); cycle results, shape (blocks, N, fields of `Tally`);
         observations before every block and after the last one, shape (blocks + 1, N, entries).
     """
     shape = (simulation.task.blocks, len(episodes.block))

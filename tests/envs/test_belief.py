@@ -116,7 +116,8 @@ def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read:
     hidden, wheels = rng.normal(size=(members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
     results = np.zeros((members, len(Tally._fields)))
     column = Tally._fields.index
-    results[:, column("last_power")], results[:, column("last_count")] = 4.0 * powers[0], 4.0
+    latest = [column(f"power_{number}") for number in range(1, 5)]
+    results[:, latest], results[:, column("last_count")] = np.outer(powers[0], [0.7, 0.9, 1.1, 1.3]), 4.0
     results[:, column("first_power")], results[:, column("first_count")] = 6.0 * powers[1], 6.0
     results[:, column("peak_power")] = powers[2]
     results[:, column("plunge_rise")] = rng.uniform(300.0, 900.0, members)

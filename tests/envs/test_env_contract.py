@@ -19,8 +19,6 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.conformance import check_vector_env
-from grind_env.envs.job import env as job_env
-from grind_env.envs.stroke import env as stroke_env
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from tests.envs.harness import (
@@ -104,10 +102,6 @@ def short_episodes(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
         creator = load_env_creator(entry_point)
         if hasattr(creator, "form"):
             monkeypatch.setattr(creator, "form", creator.form._replace(load=shortened(creator.form.load)))
-    monkeypatch.setattr(stroke_env, "read_task", shortened(stroke_env.read_task))
-    if env_id == "grind/Job-v0":
-        known = job_env.JobEnv().outline
-        monkeypatch.setattr(job_env, "outline", lambda *_: known)
 
 
 def play(env_id: str, most: int, seed: int = 0, **kwargs: Any) -> list[Any]:

@@ -10,6 +10,7 @@ from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
+from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, rollout, start
 

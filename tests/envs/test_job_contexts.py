@@ -9,9 +9,10 @@ import pytest
 from grind_env.envs.contexts import CONTEXT_FACTORS, SPLITS, ContextError, Given, read_options
 from grind_env.envs.job.env import JobEnv
 from grind_env.envs.job.readings import job_task
-from grind_env.envs.job.tape import LOT_SPREAD, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors, draw
+from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
 from grind_env.envs.job.vector_env import JobVectorEnv
-from tests.envs.harness import MODES, assert_same
+from grind_env.machine.job import Lots
+from tests.envs.harness import MODES, assert_same, job_drawn
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
@@ -23,7 +24,7 @@ def given_of(options: dict[str, Any]) -> Given:
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
-    return draw(np.random.default_rng(seed), 4, parts, spread, given_of(options))
+    return job_drawn(np.random.default_rng(seed), parts, spread, given_of(options))
 
 
 def column(tape: JobTape, name: str) -> np.ndarray:
@@ -83,7 +84,7 @@ def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> No
     followers = []
     for options in ({}, {"context": "nominal"}, {"split": "test"}):
         rng = np.random.default_rng(0)
-        draw(rng, 4, 9, 1.0, given_of(options))
+        job_drawn(rng, 9, 1.0, given_of(options))
         followers.append(rng.random())
     assert len(set(followers)) == 1
 
@@ -91,7 +92,7 @@ def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> No
 @pytest.mark.parametrize(("name", "ranges"), SPLITS.items())
 def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str, ranges: tuple[int, ...]) -> None:
     tapes = [tape_of({"split": name}, seed) for seed in range(300)]
-    for factor, sigma in {**WHEEL_SPREAD, **LOT_SPREAD}.items():
+    for factor, sigma in {**WHEEL_SPREAD, "pm": Lots().pressure}.items():
         if factor == "kA":
             continue  # the product of two factors
         z = np.log(np.array([column(tape, factor) for tape in tapes]).ravel()) / sigma
@@ -100,7 +101,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str
 
 
 def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
-    assert {*WHEEL_FACTORS.values(), *LOT_SPREAD, "noise"} == set(FIXABLE)
+    assert {*WHEEL_FACTORS.values(), *LOT_FACTORS, "noise"} == set(FIXABLE)
     assert set(barred_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)
 
 
@@ -145,8 +146,8 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> No
                 assert_same(env.reset()[0], shown[i])
     mask = np.array([False, True, False])
     vector.reset(options={"reset_mask": mask, "context": {"hf": 3.0}})
-    assert [env.given.fixed.hf for env in vector.singles] == [2.0, 3.0, 1.0]
+    assert [given.fixed.hf for given in vector.given] == [2.0, 3.0, 1.0]
 
 
 def test_the_job_of_the_example_has_two_blocks() -> None:
-    assert len(ENV.outline.blocks) == 2 and Path(ENV.programs.name).name == "plate_g82.nc"
+    assert len(ENV.blocks) == 2 and Path(ENV.programs.name).name == "plate_g82.nc"

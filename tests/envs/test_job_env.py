@@ -21,15 +21,15 @@ import grind_env
 from grind_env.control import read, read_file
 from grind_env.envs.actions import ActionError
 from grind_env.envs.conformance import check_vector_env
-from grind_env.envs.job import env as job_env
+from grind_env.envs.job import simulation as job_simulation
 from grind_env.envs.job.env import JobEnv
-from grind_env.envs.job.outline import outline
+from grind_env.envs.job.outline import Choice, outline_of_runs
 from grind_env.envs.job.vector_env import JobVectorEnv
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from tests.envs.harness import MODES, assert_same
+from tests.envs.harness import MODES, assert_same, job_drawn
 from tests.machine.harness import DRESS
 
 ID = "grind/Job-v0"
@@ -55,6 +55,10 @@ scrap_cost = 40
 NESTED = "G71 G94 G90 G19\nM98 P11\nM30\n" + "".join(f"O{n}\nM98 P{n + 1}\nM99\n" for n in (11, 12, 13))
 NESTED += "O14\n" + PLATE.replace("D1", "") + f"M99\n{DRESS}"
 CALLED_3000_TIMES = "G71 G94 G90 G19\n" + 4 * "M98 P2 L750\n" + f"M30\nO2\nG00 Y20.\n{PLATE}M00\nM99\n{DRESS}"
+GROOVED = (
+    "G71 G94 G90 G18\nG00 X1. Z0\n"
+    f"G77 X-1. Z-50. I.7 K40. D0 F6.\nM00\nG19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"
+)
 FREE = (
     JOB.replace("scrap_cost = 40", "scrap_cost = 0")
     + """[setup]
@@ -144,7 +148,7 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
     assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
-    assert [block.depth for block in env.outline.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
+    assert [block.depth for block in env.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
     # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
     grooved, plain = (
         JobEnv(written(tmp_path, text, name=name), spread=0.0)
@@ -166,7 +170,7 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
     env = JobEnv(example(name), spread=0.0)
     env.reset(seed=1)
     rewards = []
-    for block in env.outline.blocks:
+    for block in env.blocks:
         action = env.codec.encode(block.plan.feed, block.plan.dresses)[0]
         rewards.append(env.step(action)[1])
     assert sum(rewards) == pytest.approx(-len(rewards), rel=1e-9)
@@ -202,13 +206,13 @@ def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
         each.reset(seed=0)
         info = each.step(np.array([0.0, 1.0]))[4]
         assert info["D"] == 0.0 and " D" not in info["block"]
-        assert not each.outline.blocks[0].takes_dresses
+        assert not each.blocks[0].takes_dresses
 
 
 def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
     text = f"G71 G94 G90 G19\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
     env = JobEnv(written(tmp_path, text))
-    assert len(env.outline.blocks) == 4
+    assert len(env.blocks) == 4
     env.reset(seed=0)
     for speed in (5000.0, 9000.0, 5000.0, 9000.0):
         env.step(env.codec.encode(speed, 1)[0])
@@ -303,7 +307,7 @@ def test_everything_random_is_drawn_at_reset(batch: str) -> None:
 
 
 def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
-    tape = job_env.draw(np.random.default_rng(0), 1, 6000, 1.0)
+    tape = job_drawn(np.random.default_rng(0), 6000, 1.0)
     assert np.mean(tape.new_lot) == pytest.approx(1.0 / 6.0, abs=0.02)
     growth = np.array([condition.factors["kA"] for condition in tape.conditions])
     changes, begins = np.diff(growth) != 0.0, np.array(tape.new_lot[1:])
@@ -313,7 +317,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
     logs = np.log(growth[np.array(tape.new_lot)])
     # a normal distribution cut at 1.8 sigma has 0.93 of its standard deviation
     assert logs.std() == pytest.approx(0.93 * 0.45, rel=0.06)
-    nominal = job_env.draw(np.random.default_rng(0), 1, 60, 0.0)
+    nominal = job_drawn(np.random.default_rng(0), 60, 0.0)
     assert all(set(condition.factors.values()) == {1.0} for condition in nominal.conditions)
     assert nominal.new_lot == (True, *[False] * 59)
     assert (nominal.noise == 0.0).all()
@@ -415,15 +419,19 @@ def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
     assert part in refusal(GrindError, JobEnv, written(tmp_path, program, job))
 
 
-def test_a_program_is_tried_with_the_extremes_of_both_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    tried: list[job_env.Choice] = []
+def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[Choice] = []
 
     def noted(programs: Any, job: Any, trials: Any) -> Any:
         tried.extend(trials)
-        return outline(programs, job, trials)
+        return outline_of_runs(programs, job, trials)
 
-    monkeypatch.setattr(job_env, "outline", noted)
-    env = JobEnv()
+    monkeypatch.setattr(job_simulation, "outline_of_runs", noted)
+    assert JobEnv().why_not_replayed is None and not tried
+    env = JobEnv(written(tmp_path, GROOVED))
+    assert "part.nc:3: there is no script of this program" in str(env.why_not_replayed)
     assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
     assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
 

@@ -24,6 +24,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.tally import Tally
 from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id

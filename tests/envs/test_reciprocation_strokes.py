@@ -3,24 +3,26 @@ from typing import Any
 
 import numpy as np
 import pytest
-from grind_env.machine.reciprocation import Feeding, Segment, feed_blocks, segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
+from grind_env.envs.reciprocation.infeed import Infeed, Segment, segments, write_motions
+from grind_env.envs.reciprocation.step import feeding_of
+from grind_env.envs.rows import KindRow, Shop
 from grind_env.kernel.rows import dtype_of
-from grind_env.machine.batch import PARAMETERS, PART, RESULT, WHEEL, as_table
-from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.cycle import PartState
+from grind_env.machine.feeding import Feeding, Motion
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
-from tests.machine.harness import DRESS, job
+from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
-FEEDING = dtype_of(Feeding)
 ACCELERATION, DWELL = 1000.0, 0.15
+NO_KIND, NO_SHOP = KindRow(*[0.0] * len(KindRow._fields)), Shop(*[0.0] * len(Shop._fields))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,29 +37,26 @@ class Case:
     pre_dress: bool
 
     @property
-    def feeding(self) -> Feeding:
+    def infeed_block(self) -> Infeed:
         speed = self.E / 60.0
-        return Feeding(
-            speed=speed,
+        return Infeed(
             travel=260.0 / speed + speed / ACCELERATION,
             dwell=DWELL,
-            infeed=self.infeed / 60.0,
+            rate=self.infeed / 60.0,
             acceleration=ACCELERATION,
             target=self.depth / 1000.0,
             requests=float(self.D),
-            pre_dress=float(self.pre_dress),
             sparkout=float(self.sparkout),
-            width=20.0,
-            length=200.0,
-            dress_passes=2.0,
-            dress_feed=191.0 / 60.0,
-            dress_depth=0.02,
-            dress_seconds=0.0,
         )
+
+    def feeding(self, dress_seconds: float, motion: int) -> Feeding:
+        kind = NO_KIND._replace(width=20.0, length=200.0)
+        shop = NO_SHOP._replace(dress_seconds=dress_seconds, **DRESS_NUMBERS)
+        return feeding_of(kind, self.infeed_block, float(self.E), shop, float(self.pre_dress), motion)
 
     @property
     def segments(self) -> list[Segment]:
-        return segments(self.feeding)
+        return segments(self.infeed_block)
 
     @property
     def text(self) -> str:
@@ -84,20 +83,26 @@ def program_run(case: Case, job: Job) -> GrindingRecord:
 
 
 def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any, Any, Any, Any]:
-    """Wheels, parts, results and stroke logs; a dress takes `seconds`."""
+    """Wheels, parts, tallies and stroke logs of the scalar loop, and in bits of the lanes; a dress takes `seconds`."""
     n, p = len(cases), job.parameters
-    feedings = np.array([tuple(case.feeding._replace(dress_seconds=seconds)) for case in cases], FEEDING)
-    wheel = dressed_wheel(300.0, 0.0, 0.1, 0.02, p)
-    wheel = dressed_wheel(300.0, 0.0, dress_lead(wheel, 191.0 / 60.0, p), 0.02, p)
-    start = job.wheel
+    rows = 2 * (max(case.D for case in cases) + 1)
+    motions = np.full((n * rows, len(Motion._fields)), np.nan)
+    for i, case in enumerate(cases):
+        write_motions(motions, i * rows, case.infeed_block)
+    feedings = np.array([case.feeding(seconds, i * rows) for i, case in enumerate(cases)])
+    parameters = np.array([p] * n)
+    wheel, start = start_wheel(p), job.wheel
     wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)
-    wheels = np.array([tuple(wheel)] * n, WHEEL)
-    parts = np.array([tuple(PartState(0.0, 0.0, INITIAL_ROUGHNESS))] * n, PART)
-    results, log = np.zeros(n, RESULT), np.zeros((n, 400, len(Stroke._fields)))
-    parameters = np.array([tuple(p)] * n, PARAMETERS)
-    tables = (as_table(t) for t in (feedings, parameters, wheels, parts, results))
-    feed_blocks(*tables, log, np.arange(n))
-    return wheels, parts, results, log.view(dtype_of(Stroke))[..., 0]
+
+    def states() -> tuple[Any, Any, Any]:
+        part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
+        return np.array([tuple(wheel)] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
+
+    alone, beside, log = states(), states(), np.zeros((n, 400, len(Stroke._fields)))
+    FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log)
+    FEEDS.lanes(feedings, parameters, *map(as_table, beside), motions, np.arange(n), 0, 1)
+    assert [table.tobytes() for table in beside] == [table.tobytes() for table in alone]
+    return *alone, log.view(dtype_of(Stroke))[..., 0]
 
 
 CASES = st.builds(
@@ -117,9 +122,9 @@ def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     shop = job(wheel_start=WheelStart(wear_flat_area=A, volume_since_dress=50.0), stock=0.1)
     record = program_run(case, shop)
     seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
-    wheels, parts, results, log = compiled_run([case], shop, seconds)
-    result, n = results[0], len(record.strokes)
-    assert (result["strokes"], result["dresses"]) == (n, len(record.dresses))
+    wheels, parts, tallies, log = compiled_run([case], shop, seconds)
+    tally, n = tallies[0], len(record.strokes)
+    assert (tally["strokes"], tally["dresses"]) == (n, len(record.dresses))
     assert list(record.dresses["cause"]) == ["pre"] * case.pre_dress + ["operator"] * case.D
     counts = np.cumsum([part.strokes for part in case.segments]).astype(int)
     assert list(record.dresses["after"]) == [0] * case.pre_dress + counts[:-1].tolist()
@@ -130,11 +135,11 @@ def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     part = record.parts[0]
     assert part["S"] == pytest.approx(parts["S"][0], rel=1e-9)
     assert part["Ra"] == pytest.approx(parts["Rs"][0], rel=1e-9)
-    assert part["rise"] == pytest.approx(result["finish_rise"], rel=1e-8)
+    assert part["rise"] == pytest.approx(tally["finish_rise"], rel=1e-8)
     for name in ("peak_power", "burn_ratio", "worn", "dressed_off"):
-        assert part[name] == pytest.approx(result[name], rel=1e-8), name
+        assert part[name] == pytest.approx(tally[name], rel=1e-8), name
     # all but the loading, which goes on until the first stroke
-    assert part["seconds"] - shop.times.load == pytest.approx(result["seconds"], rel=1e-9)
+    assert part["seconds"] - shop.times.load == pytest.approx(tally["seconds"], rel=1e-9)
 
 
 def test_a_stroke_is_as_deep_as_the_infeed_comes_in_its_time() -> None:
@@ -155,7 +160,7 @@ def test_requests_stand_at_equal_fractions_of_depth(case: Case) -> None:
     assert ends[-1] == case.depth / 1000.0
     assert ends == pytest.approx([case.depth * (k + 1) / (case.D + 1) / 1000.0 for k in range(case.D + 1)], abs=5.01e-4)
     assert [part.start for part in case.segments] == [0.0, *ends[:-1]]
-    stroke = case.feeding.travel + case.feeding.dwell
+    stroke = case.infeed_block.travel + case.infeed_block.dwell
     for part in case.segments[:-1]:
         # the table comes to its next reversal in the dwell, and waits there for no more than 2 ms
         assert part.seconds < part.strokes * stroke + 1e-8
@@ -175,12 +180,13 @@ def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
     case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
     shop = job(stock=0.3)
     strokes = program_run(case, shop).strokes
-    result = compiled_run([case], shop)[2][0]
+    tally = compiled_run([case], shop)[2][0]
     deeper = np.diff(strokes["Z"], prepend=0.0)
     full = np.flatnonzero(deeper >= 0.9 * 0.0165)
     after = int(case.segments[0].strokes)
-    assert result["first_power"] / result["first_count"] == pytest.approx(strokes["power"][full[:6]].mean(), rel=1e-9)
+    assert tally["first_power"] / tally["first_count"] == pytest.approx(strokes["power"][full[:6]].mean(), rel=1e-9)
     last = full[full >= after][-6:]
-    assert len(last) == result["last_count"] == 6.0
-    assert result["last_power"] == pytest.approx(strokes["power"][last].sum(), rel=1e-9)
-    assert result["plunge_rise"] == pytest.approx(strokes["T"][deeper > 0.0].max(), rel=1e-9)
+    assert len(last) == tally["last_count"] == 6.0
+    latest = [tally[f"power_{number}"] for number in range(1, 7)]
+    assert latest == pytest.approx(strokes["power"][last[::-1]], rel=1e-9)
+    assert tally["plunge_rise"] == pytest.approx(strokes["T"][deeper > 0.0].max(), rel=1e-9)

@@ -12,7 +12,7 @@ from grind_env.machine.run import GrindingError
 from grind_env.process.state import WheelState
 from tests.envs.harness import assert_same, native
 
-SERIAL = pytest.mark.parametrize("env_id", ["grind/Stroke-v0", "grind/Job-v0"])
+SERIAL = pytest.mark.parametrize("env_id", ["grind/Job-v0"])
 
 
 @SERIAL
@@ -95,22 +95,6 @@ def test_an_episode_that_is_over_asks_for_a_reset(env_id: str) -> None:
     env.unwrapped._autoreset_envs[1] = True
     with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):
         env.step(np.zeros((2, 2), np.float32))
-
-
-def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
-    options = {"split": ["train", "test"], "context": [{"stock": 0.5}, None]}
-    vector = native("grind/Stroke-v0", 2)
-    singles = [gym.make("grind/Stroke-v0") for _ in range(2)]
-    begun = vector.reset(seed=3, options=options)[0]
-    for _ in range(2):  # both hold
-        for i, env in enumerate(singles):
-            own = {name: values[i] for name, values in options.items()}
-            assert_same(env.reset(seed=3 + i, options=own)[0], begun[i])
-        tapes = [env.unwrapped.episode.tape for env in singles]
-        assert_same(tapes, [env.episode.tape for env in vector.unwrapped.envs])
-        begun = vector.reset(seed=3)[0]
-    vector.reset(options={"split": [None, None], "reset_mask": np.array([False, True])})
-    assert [len(env.given.ranges) for env in vector.unwrapped.envs] == [6, 0]
 
 
 @pytest.mark.parametrize(
@@ -209,37 +193,6 @@ def test_no_job_moves_if_one_cannot(hard_job: dict[str, Any], mode: str) -> None
         assert_same(env.reset(options=dict(mask)), twin.reset(options=dict(mask)))
     for _ in range(1 if mode == "Disabled" else 3):
         assert_same(env.step(good), twin.step(good))
-
-
-def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
-    tapes = []
-    for context in (None, {"stock": 0.5}, {"stock": 3.0, "noise": 0.0}):
-        env = gym.make("grind/Stroke-v0").unwrapped
-        env.reset(seed=0, options={"context": context})
-        assert len(env.noise) >= env.episode.all_strokes
-        env.reset(options={"context": None})
-        tapes.append((env.episode.tape, env.noise, env.np_random.random()))
-    assert_same(tapes[0], tapes[1])
-    assert_same(tapes[0], tapes[2])
-
-
-def test_a_stroke_takes_a_context_and_a_split() -> None:
-    env = gym.make("grind/Stroke-v0").unwrapped
-    starts = [env.reset(seed=seed, options={"context": "nominal"})[0] for seed in (0, 1)]
-    assert_same(starts[0], starts[1])
-    steps = []
-    for seed in (0, 1):
-        env.reset(seed=seed)  # the context holds
-        steps.append([env.step(np.zeros(2, np.float32)) for _ in range(20)])
-    assert_same(steps[0], steps[1])
-    env.reset(seed=0, options={"context": {"noise": 2.0, "stock": 0.5}})
-    assert all(row.stock == pytest.approx(0.5 * env.task.kinds[0].stock) for row in env.episode.tape)
-    noise = env.noise.copy()
-    env.reset(seed=0, options={"context": {"noise": 1.0, "stock": 0.5}})
-    np.testing.assert_allclose(noise, 2.0 * env.noise)
-    with pytest.raises(ContextError, match="no factor 'ka'"):
-        env.reset(options={"context": {"ka": 1.0}})
-    assert env.given.fixed.noise == 1.0
 
 
 def test_a_step_that_fails_is_not_counted(hard_job: dict[str, Any]) -> None:

@@ -13,25 +13,42 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
-from grind_env.envs.program import conditions
+from grind_env.envs.contexts import ContextError
+from grind_env.envs.program import conditions, job
+from grind_env.envs.rows import Outcome
 from grind_env.envs.stroke.env import StrokeEnv
+from grind_env.envs.stroke.simulation import StrokeEpisodes, StrokeSimulation
+from grind_env.envs.stroke.step import TOGETHER
 from grind_env.envs.stroke.vector_env import StrokeVectorEnv
-from grind_env.envs.tasks import TaskError
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
-from tests.envs.harness import assert_same
+from grind_env.process.state import WheelState
+from tests.envs.harness import Array, assert_same, native, row_of
 
 ID = "grind/Stroke-v0"
 
 
 def ground(env: StrokeEnv) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
-    assert env.episode is not None
-    drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
-    job = env.episode.job
-    job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=float(drawn.wheels[0][-1])))
-    control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
-    return grind(read(env.part_program()), job, control=control, conditions=conditions(env.task, drawn.tape[0]))
+    drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)], [env.given])
+    shop = job(env.task, *env.task.kinds)
+    shop = dataclasses.replace(shop, wheel=dataclasses.replace(shop.wheel, diamond_flat=float(drawn.wheels[0][-1])))
+    control = dataclasses.replace(shop.control, operator_dress_at=env.operator_dress_at())
+    return grind(read(env.part_program()), shop, control=control, conditions=conditions(env.task, drawn.tape[0]))
+
+
+def tape_of(env: StrokeEnv) -> list[TapeRow]:
+    """The parts of its episode."""
+    assert env.episodes is not None
+    return [TapeRow(*row) for row in env.episodes.tape[0].tolist()]
+
+
+def noise_of(env: StrokeEnv) -> Array:
+    """The noise of the strokes of its episode."""
+    assert isinstance(env.episodes, StrokeEpisodes)
+    return env.episodes.noise[0].copy()
 
 
 def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float) -> list[dict[str, Any]]:
@@ -69,8 +86,8 @@ def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy
     handover = -infos[-1]["reward_terms"]["handover"] * env.task.reference_cost
     cost = sum(info["block_cost"] for info in infos)
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
-    assert env.episode is not None
-    assert record.strokes["A"][-1] == pytest.approx(env.episode.wheel.A, rel=1e-12)
+    assert env.episodes is not None
+    assert record.strokes["A"][-1] == pytest.approx(WheelState(*env.episodes.wheels[0]).A, rel=1e-12)
 
 
 def test_the_program_of_a_stroke() -> None:
@@ -92,8 +109,7 @@ def test_a_part_is_ground_in_picks_to_its_stock() -> None:
     env = StrokeEnv()
     infos = play(env, 3, 0, 0.1)
     record = ground(env)
-    assert env.episode is not None
-    for number, row in enumerate(env.episode.tape, 1):
+    for number, row in enumerate(tape_of(env), 1):
         Z = record.strokes["Z"][record.strokes["part"] == number]
         assert Z[0] == pytest.approx(0.02)
         assert Z[-3:] == pytest.approx(row.stock)
@@ -103,7 +119,7 @@ def test_a_part_is_ground_in_picks_to_its_stock() -> None:
 
 
 def seen(env: StrokeEnv, observation: Any) -> dict[str, float]:
-    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.entries, observation, strict=True)}
+    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.observation_info(), observation, strict=True)}
 
 
 def test_what_is_seen() -> None:
@@ -112,8 +128,8 @@ def test_what_is_seen() -> None:
     assert (first["starts_part"], first["remaining"]) == (1.0, 1.0)
     assert first["pick"] == pytest.approx(0.02, abs=1e-7)
     views = [seen(env, env.step(env.codec.encode(10_000.0, int(k == 3))[0])[0]) for k in range(6)]
-    strokes = ground(env).strokes
-    readings = strokes["power"] * (1.0 + 0.03 * env.noise[:6]) + 20.0 * env.noise[:6]
+    strokes, noise = ground(env).strokes, noise_of(env)
+    readings = strokes["power"] * (1.0 + 0.03 * noise[:6]) + 20.0 * noise[:6]
     assert [view["power"] for view in views] == pytest.approx(readings, rel=1e-5)
     assert views[2]["mean_power"] == pytest.approx(readings[:3].mean(), rel=1e-5)
     assert views[5]["mean_power"] == pytest.approx(readings[3:].mean(), rel=1e-5)
@@ -134,8 +150,7 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
         if info["good_parts"] or info["cost"]:
             views.append(seen(env, observation))
     parts = ground(env).parts
-    assert env.episode is not None
-    tape = env.episode.tape
+    tape = tape_of(env)
     errors = [part["size_error"] + 0.7 * row.size_noise for part, row in zip(parts, tape, strict=True)]
     assert [view["size_error"] for view in views] == pytest.approx(np.clip(errors, -100.0, 100.0), rel=1e-4)
     gauged = parts["Ra"][0] / 1.0 * (1.0 + 0.06 * tape[0].roughness_noise)
@@ -148,9 +163,10 @@ def test_a_fixed_plan_earns_about_minus_one_a_stroke() -> None:
     env, rewards = StrokeEnv(show_block=False), []
     for seed in range(6):
         env.reset(seed=seed)
-        terminated = False
+        terminated, made = False, 0
         while not terminated:
-            dress = env.made > 0 and env.made % 34 == 0
+            dress = made > 0 and made % 34 == 0
+            made += 1
             _, reward, terminated, _, _ = env.step(env.codec.encode(8782.0, int(dress))[0])
             rewards.append(reward)
     assert np.mean(rewards) == pytest.approx(-1.0, abs=0.15)
@@ -160,9 +176,9 @@ def test_the_noise_does_not_depend_on_the_policy() -> None:
     envs = [StrokeEnv(), StrokeEnv()]
     for policy_seed, env in enumerate(envs):
         play(env, 5, policy_seed, 0.1)
-    assert_same(envs[0].noise, envs[1].noise)
+    assert_same(noise_of(envs[0]), noise_of(envs[1]))
     assert envs[0].np_random.random() == envs[1].np_random.random()
-    assert len(envs[0].noise) >= envs[0].made
+    assert len(noise_of(envs[0])) >= len(envs[0].blocks)
 
 
 @pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
@@ -195,3 +211,108 @@ def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
     for make in (StrokeEnv, StrokeVectorEnv):
         with pytest.raises(ActionError, match=r"^predress is True, but D = 1 in grind/Stroke-v0 is the dress before"):
             make(predress=True)
+
+
+def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
+    options = {"split": ["train", "test"], "context": [{"stock": 0.5}, None]}
+    vector = native("grind/Stroke-v0", 2)
+    singles = [gym.make("grind/Stroke-v0") for _ in range(2)]
+    begun = vector.reset(seed=3, options=options)[0]
+    for _ in range(2):  # both hold
+        for i, env in enumerate(singles):
+            own = {name: values[i] for name, values in options.items()}
+            assert_same(env.reset(seed=3 + i, options=own)[0], begun[i])
+        for i, env in enumerate(singles):
+            assert_same(env.unwrapped.episodes.tape[0], vector.unwrapped.episodes.tape[i])
+        begun = vector.reset(seed=3)[0]
+    vector.reset(options={"split": [None, None], "reset_mask": np.array([False, True])})
+    assert [len(given.ranges) for given in vector.unwrapped.given] == [6, 0]
+
+
+def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
+    tapes = []
+    for context in (None, {"stock": 0.5}, {"stock": 3.0, "noise": 0.0}):
+        env = gym.make("grind/Stroke-v0").unwrapped
+        env.reset(seed=0, options={"context": context})
+        assert len(noise_of(env)) >= sum(env.task.strokes(env.task.kinds[0], row.stock) for row in tape_of(env))
+        env.reset(options={"context": None})
+        tapes.append((env.episodes.tape.copy(), noise_of(env), env.np_random.random()))
+    assert_same(tapes[0], tapes[1])
+    assert_same(tapes[0], tapes[2])
+
+
+def test_a_stroke_takes_a_context_and_a_split() -> None:
+    env = gym.make("grind/Stroke-v0").unwrapped
+    starts = [env.reset(seed=seed, options={"context": "nominal"})[0] for seed in (0, 1)]
+    assert_same(starts[0], starts[1])
+    steps = []
+    for seed in (0, 1):
+        env.reset(seed=seed)  # the context holds
+        steps.append([env.step(np.zeros(2, np.float32)) for _ in range(20)])
+    assert_same(steps[0], steps[1])
+    env.reset(seed=0, options={"context": {"noise": 2.0, "stock": 0.5}})
+    assert all(row.stock == pytest.approx(0.5 * env.task.kinds[0].stock) for row in tape_of(env))
+    noise = noise_of(env)
+    env.reset(seed=0, options={"context": {"noise": 1.0, "stock": 0.5}})
+    np.testing.assert_allclose(noise, 2.0 * noise_of(env))
+    with pytest.raises(ContextError, match="no factor 'ka'"):
+        env.reset(options={"context": {"ka": 1.0}})
+    assert env.given.fixed.noise == 1.0
+
+
+@settings(max_examples=6, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    dress=st.sampled_from([0.0, 0.1, 0.5]),
+    material=st.sampled_from([None, "inconel_718"]),
+)
+def test_every_stroke_is_that_of_the_machine(seed: int, dress: float, material: str | None) -> None:
+    env = StrokeEnv(show_block=False)
+    env.reset(options={"context": {"material": material} if material else None})
+    infos = play(env, seed, seed, dress)
+    record, shown = ground(env), Outcome(*np.array(env.outcomes).T)
+    strokes, dresses = record.strokes, record.dresses
+    assert len(strokes) == len(infos)
+    assert shown.peak_power == pytest.approx(strokes["power"], rel=1e-12)
+    assert shown.roughness == pytest.approx(strokes["Ra"], rel=1e-12)
+    lost = strokes["worn"].copy()
+    lost[dresses["after"]] += dresses["removed"]
+    assert shown.wheel_cost == pytest.approx(env.task.rates.wheel * lost, rel=1e-9)
+
+
+def test_episodes_that_are_stepped_apart_are_each_what_it_is_alone() -> None:
+    count, steps = TOGETHER + 3, 40
+    plan = np.random.default_rng(4).uniform(-1.0, 1.0, (steps, count, 2)).astype(np.float32)
+    vector = native(ID, count)
+    vector.reset(seed=0)
+    stepped = [vector.step(actions) for actions in plan]
+    for i in (0, TOGETHER - 1, TOGETHER, count - 1):
+        env = gym.make(ID, show_block=False)
+        env.reset(seed=i)
+        for k in range(steps):
+            assert_same(env.step(plan[k, i]), row_of(stepped[k], i))
+
+
+def test_a_planner_branches_an_episode() -> None:
+    simulation = StrokeSimulation(read_task("stroke"))
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(3)])
+    for speed in np.linspace(5000.0, 9000.0, 20):
+        simulation.step(episodes, np.full(3, speed), np.zeros(3))
+    branches = episodes.pick([2, 0, 2])
+    E, D = np.array([6000.0, 7000.0, 8000.0]), np.array([0.0, 1.0, 0.0])
+    found, _ = simulation.step(branches, E[[2, 0, 2]], D[[2, 0, 2]])
+    wanted, _ = simulation.step(episodes, E, D)
+    assert_same(found, wanted[[2, 0, 2]])
+    assert_same(simulation.observe(branches), simulation.observe(episodes)[[2, 0, 2]])
+    assert_same(branches.strokes, episodes.strokes[[2, 0, 2]])
+
+
+def test_a_stroke_that_sparks_out_adds_no_heat_that_counts() -> None:
+    env = StrokeEnv()
+    env.reset(seed=0)
+    strokes = env.task.strokes(env.task.kinds[0], tape_of(env)[0].stock)
+    for _ in range(strokes):
+        env.step(env.codec.encode(9000.0, 0)[0])
+    *plunges, sparkout, last = (block.rise for block in env.view().ground)
+    assert sparkout == 0.0 < min(plunges)
+    assert last in plunges[-3:]

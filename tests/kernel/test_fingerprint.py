@@ -23,6 +23,7 @@ import agents.scripted
 import grind_env
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
+from grind_env.machine.loops import Loops
 
 Maker = Callable[[int], Any]  # from a variant to what a kernel names `thing`
 
@@ -250,12 +251,12 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     shutil.copytree(
         Path(grind_env.__file__).parent, tmp_path / "grind_env", ignore=shutil.ignore_patterns("__pycache__")
     )
-    names = ("grind_env.envs.step", "grind_env.machine.lanes")
+    names = ("grind_env.envs.step", "grind_env.machine.batch")
     script = (
         "import importlib; from grind_env.kernel.fingerprint import fingerprint\n"
         "thing = frozenset(map(str, range(50)))\ndef kernel(x): return x in thing, x in {'a', 'b', 'c', 'd'}\n"
         f"kernels = [vars(importlib.import_module(name)) for name in {names}]\n"
-        "print(fingerprint(kernels[0]['step_blocks']), fingerprint(kernels[1]['run_blocks']), fingerprint(kernel))"
+        "print(fingerprint(kernels[0]['step_blocks']), fingerprint(kernels[1]['PLUNGES'].lanes), fingerprint(kernel))"
     )
 
     def found(seed: int) -> list[str]:
@@ -269,8 +270,8 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
         return run.stdout.split()
 
     before = found(1)
-    step, lanes = map(importlib.import_module, names)
-    assert before[:2] == [fingerprint(step.step_blocks), fingerprint(lanes.run_blocks)]
+    step, batch = map(importlib.import_module, names)
+    assert before[:2] == [fingerprint(step.step_blocks), fingerprint(batch.PLUNGES.lanes)]
     assert before == found(2)
     with (tmp_path / "grind_env/kernel/elementary.py").open("a", encoding="utf-8") as file:
         file.write("# an intrinsic might be different\n")
@@ -284,6 +285,7 @@ def test_every_entry_has_a_fingerprint_of_its_own() -> None:
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     ]
     named = itertools.chain.from_iterable(vars(module).values() for module in modules)
-    entries = {thing for thing in named if numba.extending.is_jitted(thing) and thing.targetoptions.get("nogil")}
+    things = itertools.chain.from_iterable(thing if isinstance(thing, Loops) else (thing,) for thing in named)
+    entries = {thing for thing in things if numba.extending.is_jitted(thing) and thing.targetoptions.get("nogil")}
     assert len(entries) > 30
     assert len({fingerprint(kernel) for kernel in entries}) == len(entries)

@@ -3,11 +3,13 @@
 from typing import Any
 
 from grind_env.control import Control, read
+from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, Setup, Times, WheelStart
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
+from grind_env.process.state import StrokeParameters, WheelState
 
 CATALOGUE = load_catalogue()
 
@@ -32,6 +34,15 @@ N9 G90 G00 Y20.
 N10 M99
 """
 """Two passes of 0.02 mm at 191 mm/min."""
+
+DRESS_NUMBERS = {"dress_passes": 2.0, "dress_feed": 191.0 / 60.0, "dress_depth": 0.02}
+"""The same for the compiled loops."""
+
+
+def start_wheel(p: StrokeParameters, diamond_flat: float = 0.0) -> WheelState:
+    """The wheel with which a job begins, dressed so."""
+    wheel = dressed_wheel(300.0, diamond_flat, 0.1, 0.02, p)
+    return dressed_wheel(300.0, diamond_flat, dress_lead(wheel, 191.0 / 60.0, p), 0.02, p)
 
 
 def job(

@@ -21,20 +21,20 @@ from hypothesis import strategies as st
 
 import grind_env
 from grind_env.control import Control
-from grind_env.control.rules import motion_time
+from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.kernel import entry
 from grind_env.kernel.fingerprint import fingerprint
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.machine import batch, lanes
-from grind_env.machine.batch import CYCLE, PARAMETERS, PART, WHEEL, grind_cycles, log_cycles, run_scalar
-from grind_env.machine.compiled import dress_lead, dressed_wheel
+from grind_env.machine import batch, loops
+from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles, log_cycles
+from grind_env.machine.courses import PLUNGE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import Table
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
-from tests.machine.harness import CATALOGUE, job, run
+from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
 
 MICRON = 0.001
 
@@ -149,11 +149,10 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
     wheels: list[WheelState] = []
     for case in cases:
         p, v = case.job.parameters, case.E / 60.0
-        fresh = dressed_wheel(300.0, case.diamond_flat, 0.1, 0.02, p)
-        fresh = dressed_wheel(300.0, case.diamond_flat, dress_lead(fresh, 191.0 / 60.0, p), 0.02, p)
-        wheels.append(fresh._replace(A=case.wear_flats, V=case.volume))
+        wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
+        picks = [pick * MICRON for pick in (case.J, case.J if case.Q is None else case.Q)]
         cycles.append(
             Cycle(
                 speed=v,
@@ -161,18 +160,21 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
                 stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
                 start=-case.above * MICRON,
                 target=case.depth * MICRON,
-                primary_pick=case.J * MICRON,
-                secondary_pick=(case.J if case.Q is None else case.Q) * MICRON,
-                sparkout=float(case.L),
-                coverage=float(case.coverage),
+                primary_pick=picks[0],
+                secondary_pick=picks[1],
+                at_depth=float(case.coverage + case.L),
                 executions=float(case.D),
                 pre_dress=float(case.pre_dress),
+                full_plunge=max(picks) - DEPTH_TOLERANCE,
+                finish=case.depth * MICRON,
                 width=case.width,
                 length=case.length,
-                dress_passes=2.0,
-                dress_feed=191.0 / 60.0,
-                dress_depth=0.02,
                 dress_seconds=dress_seconds,
+                cross_start=0.0,
+                cross_end=0.0,
+                primary_cross_pick=0.0,
+                secondary_cross_pick=0.0,
+                **DRESS_NUMBERS,
             )
         )
     parts = [PartState(0.0, 0.0, INITIAL_ROUGHNESS)] * len(cases)
@@ -314,9 +316,9 @@ def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None
 def test_the_number_of_lanes_changes_no_bit(
     scalar: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
-    source = Path(lanes.__file__).read_text(encoding="utf-8")
+    source = Path(loops.__file__).read_text(encoding="utf-8")
     assert "\nLANES = 8\n" in source
-    path = tmp_path / f"lanes_{count}.py"
+    path = tmp_path / f"loops_{count}.py"
     path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {count}\n"), encoding="utf-8")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
@@ -324,7 +326,7 @@ def test_the_number_of_lanes_changes_no_bit(
     sys.modules[path.stem] = module
     try:
         spec.loader.exec_module(module)
-        monkeypatch.setattr(batch, "run_blocks", module.run_blocks)
+        monkeypatch.setattr(batch, "PLUNGES", module.loops_of(PLUNGE))
         assert outcome(MANY, grind_cycles) == scalar
     finally:
         del sys.modules[path.stem]
@@ -392,9 +394,9 @@ def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    assert Path(entry(run_scalar.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
+    assert Path(entry(PLUNGES.scalar.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file" / "cache"))
-    assert entry(run_scalar.py_func).stats.cache_path is None
+    assert entry(PLUNGES.scalar.py_func).stats.cache_path is None
 
 
 @pytest.mark.parametrize("changes", [{"primary_pick": 0.0, "secondary_pick": 0.0}, {"target": -0.1}, {"start": np.nan}])

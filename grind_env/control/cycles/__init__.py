@@ -2,14 +2,13 @@
 
 A cycle is a named tuple of numbers, and three functions of it and of how far it has come: `begin`, `after_reversal`
 (what follows a stroke: picks, and the dresses that fall due) and `finished`. The interpreter calls them as they stand,
-`machine` compiles them; so they take and give numbers and hold conditional expressions only. G81 has none: its strokes
-go on until something else ends them.
+`machine` compiles them; so they take and give numbers and hold conditional expressions only.
 """
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
-from grind_env.control.cycles import plunge, traverse
+from grind_env.control.cycles import plunge, reciprocate, traverse
 from grind_env.control.motions import CyclePlan
 
 
@@ -44,7 +43,8 @@ class Rules(NamedTuple):
 
 
 RULES: Mapping[str, Rules] = {
+    "G81": Rules(reciprocate.cycle_of, reciprocate.begin, reciprocate.after_reversal, reciprocate.finished),
     "G82": Rules(plunge.cycle_of, plunge.begin, plunge.after_reversal, plunge.finished),
     "G83": Rules(traverse.cycle_of, traverse.begin, traverse.after_reversal, traverse.finished),
 }
-"""Of every cycle that ends by itself."""
+"""Of every cycle."""

@@ -1,7 +1,6 @@
 """The user's own job: every cycle block of a part program is a step."""
 
-from collections.abc import Callable, Mapping
-from copy import copy
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,25 +15,27 @@ from grind_env.envs.arguments import (
     check_file,
     check_flags,
     check_number,
+    check_parts,
     is_full,
     refuse_cycle,
     refuse_predress,
     refuse_render,
 )
 from grind_env.envs.contexts import Given, read_options
-from grind_env.envs.infos import info_of_costs
-from grind_env.envs.job.outline import Choice, Outline, costs, handover, outline
-from grind_env.envs.job.program import with_words_chosen
-from grind_env.envs.job.readings import Gauges, coming, hidden, job_task, readings, scaled
-from grind_env.envs.job.tape import JobTape, barred_factors, draw
-from grind_env.envs.job.view import block_of_run, job_view
+from grind_env.envs.infos import InfoWriter
+from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.job.program import MOST_PARTS, repeated, with_words_chosen
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.tape import JobTape, barred_factors
+from grind_env.envs.job.view import RunBlock, job_view, text_of
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.program_episode import ProgramEpisode, step_all
+from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
-from grind_env.envs.tape import FACTORS
+from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.view import GroundBlock, View
+from grind_env.render.view import View
 
 MOST_SPREAD = 2.0
 """Highest factor on all that is random."""
@@ -48,11 +49,16 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
 
     ## Description
 
-    The control executes the program; before every G81, G82 or G83 it stops, takes E and D from the agent in place of
-    those in the block, and goes on to the next cycle block. A step is therefore everything from one cycle block to
-    the next one. `part_program()` is the program with the words chosen; `machine.grind` runs it to the same record.
-    A cycle block that runs more than once, in a subprogram that M98 calls several times, is several steps, and no one
-    text holds what was chosen for them: write such calls out where the program is to be taken back to the machine.
+    Before every G81, G82 or G83 the program takes E and D from the agent in place of those in the block, and goes on to
+    the next cycle block. A step is therefore everything from one cycle block to the next one. The program is run in
+    compiled code if it alone settles where the strokes lie, and by the control if the wheel, the operator or a grooving
+    cycle has a say (`why_not_replayed` says it). `part_program()` is the program with the words chosen; `machine.grind`
+    runs it to the same record. A cycle block that runs more than once, in a subprogram that M98 calls several times, is
+    several steps, and no one text holds what was chosen for them: write such calls out where the program is to be taken
+    back to the machine.
+
+    With `parts` the program is run for a batch: the operator loads the next part where it ends, the wheel carries over,
+    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none.
 
     ## Action space
 
@@ -77,14 +83,15 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
 
     ## Episode
 
-    The program from its start to its end, where it is `terminated`. Wheel, coolant and lots of material differ from
-    episode to episode as in the other tasks; everything random is drawn at reset. `reset(options=...)` fixes the
-    factors of lot, wheel, coolant and noise or restricts what they are drawn from (`grind_env.envs.contexts`); stock
-    and material are those of the job.
+    The program from its start to its end, `parts` times, where it is `terminated`. Wheel, coolant and lots of material
+    differ from episode to episode as in the other tasks; everything random is drawn at reset. `reset(options=...)`
+    fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
+    (`grind_env.envs.contexts`); stock and material are those of the job.
 
     Args:
         program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
+        parts: how often the program is run.
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
         show_block: put the text of the block that was run into `info["block"]`.
@@ -108,39 +115,57 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         predress: bool = False,
         render_mode: str | None = None,
         cycle: str | None = None,
+        parts: int = 1,
     ) -> None:
-        check_file("program", program)
-        check_file("job", job)
-        check_number("spread", spread, 0.0, MOST_SPREAD)
         check_flags(show_block=show_block, predress=predress)
         refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
         refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
         refuse_render(render_mode, RENDER_MODES)
-        self.full = is_full(observation)
-        path = EXAMPLE if program is None else Path(program)
-        self.programs: Programs = read_file(path)
-        self.job = load_job(path.with_suffix(".toml") if job is None else job)
-        task = job_task(self.job, spread)
-        self.codec = ActionCodec(task, action)
-        speeds, most = (self.codec.low, self.codec.high), self.codec.executions
-        extremes = [Choice(speeds[0], most), Choice(speeds[1], 0), Choice(speeds[1], most)]
-        self.outline: Outline = outline(self.programs, self.job, extremes)
-        self.spread = spread
-        self.show_block, self.render_mode = show_block, render_mode
-        self.entries = readings(task, full=self.full)
+        self.simulation = load_simulation(program, job, parts, spread, observation)
+        self.spread, self.show_block, self.render_mode = spread, show_block, render_mode
+        self.codec = ActionCodec(self.simulation.task, action)
+        self.infos = InfoWriter(self.simulation.task, self.codec.names)
         self.action_space: spaces.Space[Any] = self.codec.space
-        self.observation_space = spaces.Box(*bounds(self.entries), dtype=np.float32)
+        self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.given = Given()
-        self.tape: JobTape | None = None
-        self.episode: ProgramEpisode | None = None
-        self.gauges = Gauges()
-        self.ground: list[GroundBlock] = []
-        self.text = ""
+        self.episodes: JobEpisodes | None = None
+        self.ground: list[RunBlock] = []
+        self.outcomes: list[Outcome] = []
+
+    @property
+    def programs(self) -> Programs:
+        """The program; of a batch, with all its parts."""
+        return self.simulation.programs
+
+    @property
+    def job(self) -> Job:
+        """The job."""
+        return self.simulation.job
+
+    @property
+    def blocks(self) -> tuple[BlockOutline, ...]:
+        """The cycle blocks of the program."""
+        return self.simulation.blocks
+
+    @property
+    def entries(self) -> tuple[Reading, ...]:
+        """Of the observation."""
+        return self.simulation.entries
 
     @property
     def reference_cost(self) -> float:
         """What a reward of -1 stands for, $."""
-        return self.outline.cost
+        return self.simulation.task.reference_cost
+
+    @property
+    def why_not_replayed(self) -> str | None:
+        """Why the control has to execute the program step by step; None if compiled code runs it."""
+        return None if self.simulation.why is None else str(self.simulation.why)
+
+    @property
+    def tape(self) -> JobTape | None:
+        """What was drawn for the episode; None before the first reset."""
+        return None if self.episodes is None else self.simulation.tape(self.episodes, 0)
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -152,15 +177,23 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
         """
-        return with_words_chosen(self.programs, [] if self.episode is None else self.episode.chosen)
+        words = [self.simulation.words(*block) for block in self.ground]
+        chosen = zip((self.blocks[block.number].block for block in self.ground), words, strict=True)
+        return with_words_chosen(self.programs, list(chosen))
 
     def record(self) -> GrindingRecord:
-        """Strokes, dresses and finished parts since the last reset.
+        """Strokes, dresses and finished parts since the last reset, as `machine.grind` records them.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        return self._begun()[0].run.record()
+        tape = self.tape
+        if tape is None:
+            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        program = ProgramEpisode(self.programs, self.job, tape.conditions)
+        for block in self.ground:
+            program.step(self.simulation.words(*block))
+        return program.run.record()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -174,25 +207,15 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             ContextError: if an option is not legal.
         """
-        given = self.read_given(options, self.given)
+        given = read_given(self.simulation, options, self.given)
         super().reset(seed=seed)
-        self.given = given
-        plan = self.outline
-        tape = draw(self.np_random, len(plan.blocks), plan.parts, self.spread, given)
-        self.episode = ProgramEpisode(self.programs, self.job, tape.conditions)
-        self.tape = tape
-        self.gauges = Gauges()
-        self.ground, self.text = [], ""
+        self.given, self.ground, self.outcomes = given, [], []
+        if self.episodes is None:
+            self.episodes = self.simulation.start([self.np_random], [given])
+        else:
+            self.simulation.restart(self.episodes, 0, self.np_random, given)
         self.follow()
-        return self._observation(), {}
-
-    def read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
-        """What the options of a reset give; what they do not name stays as it was `before`.
-
-        Raises:
-            ContextError: if an option is not legal.
-        """
-        return read_options(job_task(self.job, self.spread), options, before, barred_factors(self.spread))
+        return self.simulation.observe(self.episodes)[0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Run a cycle block and on to the next one.
@@ -202,50 +225,24 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
             ActionError: the action is not in the action space.
             GrindError: the control or the machine refuses the block; nothing has then been ground.
         """
-        episode, tape = self._begun()
-        if episode.block is None:
+        simulation, episodes = self.simulation, self.episodes
+        if episodes is None:
+            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        number = int(episodes.block[0])
+        if number >= len(self.blocks):
             raise gym.error.ResetNeeded("the program has come to its end: call reset() before step()")
-        E, D = (float(values[0]) for values in self.codec.choose(self.codec.single(action)))
-        number = len(episode.chosen)
-        block = self.outline.blocks[number]
-        choice = Choice(E, int(D) if block.takes_dresses else 0)
-        run = step_all([episode], {0: block.words(choice)})[0]
-        terminated = episode.block is None
-        self.gauges.note(run, choice, self.job, tape.noise[number])
-        terms = costs(run, self.job) | {"handover": handover(episode.run, run.plan, self.job) if terminated else 0.0}
-        cost = sum(terms.values())
-        self.ground.append(
-            block_of_run(run, choice._replace(speed=run.plan.feed), episode.run.part, self.job.limits, cost)
-        )
-        self.text = run.plan.text
+        choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
+        speeds, executions = choice
+        outcomes, _ = simulation.step(episodes, speeds, executions)
+        outcome = Outcome(*outcomes[0].tolist())
+        self.ground.append(RunBlock(number, float(speeds[0]), int(executions[0])))
+        self.outcomes.append(outcome)
         self.follow()
-        info = info_of_costs(
-            terms,
-            self.reference_cost,
-            finished=float(run.finished.size),
-            good=float(run.finished["survival"].sum()),
-            seconds=run.seconds,
-            speed=run.plan.feed,
-            executions=float(choice.executions),
-        )
+        info = self.infos.single(outcome, choice)
         if self.show_block:
-            info["block"] = self.text
-        return self._observation(), -cost / self.reference_cost, terminated, False, info
-
-    def keep(self) -> Callable[[], None]:
-        """Return a function that restores episode and generator to their present state."""
-        random, state = self.np_random, self.np_random.bit_generator.state
-        tape, episode, gauges, ground, text = self.tape, self.episode, copy(self.gauges), self.ground, self.text
-        blocks = len(ground)
-
-        def take_back() -> None:
-            random.bit_generator.state = state
-            if episode is not None and len(episode.chosen) > blocks:
-                episode.rewind(blocks)
-            del ground[blocks:]
-            self.tape, self.episode, self.gauges, self.ground, self.text = tape, episode, gauges, ground, text
-
-        return take_back
+            info["block"] = text_of(simulation, self.ground[-1])
+        terminated = number + 1 == len(self.blocks)
+        return simulation.observe(episodes)[0], outcome.reward, terminated, False, info
 
     def view(self) -> View:
         """The machine after the last block.
@@ -253,23 +250,32 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        return job_view(self.outline, self._begun()[0], self.ground, self.text, (self.codec.low, self.codec.high))
-
-    def _begun(self) -> tuple[ProgramEpisode, JobTape]:
-        if self.episode is None or self.tape is None:
+        if self.episodes is None:
             raise gym.error.ResetNeeded("no episode has begun: call reset() first")
-        return self.episode, self.tape
+        speeds = self.codec.low, self.codec.high
+        return job_view(self.simulation, self.episodes, 0, self.ground, self.outcomes, speeds)
 
-    def _observation(self) -> NDArray[np.float32]:
-        episode, tape = self._begun()
-        blocks, number = self.outline.blocks, len(episode.chosen)
-        wheel = self.outline.wheel if episode.run.wheel is None else episode.run.wheel
-        part = blocks[min(number, len(blocks) - 1)].part
-        values = self.gauges.values(wheel) | {"remaining": (len(blocks) - number) / len(blocks)}
-        if number < len(blocks):
-            block = blocks[number]
-            values |= coming(block) | {"new_lot": float(block.starts_part and tape.new_lot[part])}
-        if self.full:
-            factors = tape.conditions[part].factors
-            values |= hidden(wheel, {name: factors[name] for name in FACTORS})
-        return scaled(values, self.entries)
+
+def load_simulation(program: str | None, job: str | None, parts: int, spread: float, observation: str) -> JobSimulation:
+    """The simulation of a program in a file; arguments as for `JobEnv`.
+
+    Raises:
+        GrindError: the program or the job cannot be run, or an argument is not legal.
+    """
+    check_file("program", program)
+    check_file("job", job)
+    check_number("spread", spread, 0.0, MOST_SPREAD)
+    check_parts(parts, MOST_PARTS)
+    full = is_full(observation)
+    path = EXAMPLE if program is None else Path(program)
+    programs = repeated(read_file(path), parts)
+    return JobSimulation(programs, load_job(path.with_suffix(".toml") if job is None else job), spread, full=full)
+
+
+def read_given(simulation: JobSimulation, options: Mapping[str, Any] | None, before: Given) -> Given:
+    """What the options of a reset give; what they do not name stays as it was `before`.
+
+    Raises:
+        ContextError: if an option is not legal.
+    """
+    return read_options(simulation.task, options, before, barred_factors(simulation.spread))

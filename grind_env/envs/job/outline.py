@@ -1,4 +1,4 @@
-"""A part program and its job, examined before an agent gets them: the cycle blocks, and what the program costs."""
+"""A part program and its job, examined before an agent gets them: the cycle blocks, and what each is part of."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -7,14 +7,13 @@ from itertools import islice
 from typing import NamedTuple
 
 from grind_env.control import ControlError, CyclePlan, CycleStart, Programs, execute
+from grind_env.control.words import Block
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
-from grind_env.envs.rows import COST_TERMS
 from grind_env.errors import GrindError
-from grind_env.machine.compiled import expenses, handover_cost
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.run import GrindingRun
-from grind_env.process.state import WheelState
+from grind_env.machine.replay import BlockRow, ScriptTables
+from grind_env.machine.script import Script
 
 INCH = 25.4
 """mm."""
@@ -41,18 +40,24 @@ class BlockOutline:
     """A cycle block as the program has it.
 
     Attributes:
+        block: as it was read.
         plan: its parameters.
         inch: whether it is read in inches.
+        dress: one execution of its dress program; None if it knows none.
         depth: by which the part gets deeper from this block to the next one, mm; in a G81 by other blocks.
-        starts_part: whether it is the first one on its part.
         part: number of its part, from 0.
+        starts_part: whether it is the first one on its part.
+        finished: parts that are taken off before the next block.
     """
 
+    block: Block
     plan: CyclePlan
     inch: bool
+    dress: DressPlan | None
     depth: float
-    starts_part: bool
     part: int
+    starts_part: bool
+    finished: int
 
     def words(self, choice: Choice) -> Words:
         """The words that say a choice in this block; a G81, or a block without a dress program, takes no D."""
@@ -65,60 +70,50 @@ class BlockOutline:
         return self.plan.code != "G81" and self.plan.program is not None
 
 
-@dataclass(frozen=True, slots=True)
-class Outline:
-    """What is known of a program and its job before it is run.
-
-    Attributes:
-        programs: the program.
-        job: the job.
-        blocks: its cycle blocks in the order in which they are run.
-        parts: how many parts it grinds.
-        wheel: as the first cycle finds it.
-        cost: of the program with its own words on nominal parts, $ per cycle block.
-    """
-
-    programs: Programs
-    job: Job
-    blocks: tuple[BlockOutline, ...]
-    parts: int
-    wheel: WheelState
-    cost: float
+def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutline, ...]:
+    """The cycle blocks of a script."""
+    part, reached, blocks = -1, 0.0, []
+    for block, numbers in zip(script.blocks, tables.blocks.tolist(), strict=True):
+        row = BlockRow(*numbers)
+        starts = row.starts_part > 0.0
+        part, reached = part + starts, 0.0 if starts else reached
+        depth, reached = row.reached - reached, row.reached
+        outline = BlockOutline(
+            block.block, block.plan, block.inch, block.dress, depth, part, starts, int(block.ends_part)
+        )
+        blocks.append(outline)
+    return tuple(blocks)
 
 
-def outline(programs: Programs, job: Job, trials: Sequence[Choice]) -> Outline:
-    """Run a program on nominal parts, as it is written and with the same choice for all its blocks.
+def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> tuple[BlockOutline, ...]:
+    """The cycle blocks of a program that has to be run to know them, on nominal parts.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: the job.
-        trials: choices with each of which the program must run as well.
+        trials: choices for all blocks with each of which the program must run as well.
 
     Raises:
-        GrindError: it cannot be run, or there is nothing to choose in it.
+        GrindError: it cannot be run.
     """
-    _refuse_many(programs, job)
     episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:
         runs.append(episode.step({}))
-    if not runs:
-        raise JobProgramError(
-            f"{programs.name} has no cycle block G81, G82 or G83, so that there is no E or D to choose"
-        )
-    cost = sum(sum(costs(run, job).values()) for run in runs) + handover(episode.run, runs[-1].plan, job)
-    if not cost > 0.0:
-        raise JobProgramError(f"{programs.name} costs nothing with this job; give its machine an hourly_rate above 0")
-    blocks = tuple(_outlines(runs))
+    blocks = tuple(_outlines(runs, episode))
     for choice in trials:
         trial = ProgramEpisode(programs, job)
         for block in blocks:
             trial.step(block.words(choice))
-    return Outline(programs, job, blocks, len(episode.run.parts), runs[0].wheel, cost / len(runs))
+    return blocks
 
 
-def _refuse_many(programs: Programs, job: Job) -> None:
-    """Refuse a program of too many cycle blocks; other faults are for those who grind with it."""
+def refuse_many(programs: Programs, job: Job) -> None:
+    """Refuse a program of too many cycle blocks, or of none; other faults are for those who grind with it.
+
+    Raises:
+        JobProgramError: it has them.
+    """
     events = execute(programs, job.control)
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
     with suppress(ControlError):
@@ -129,29 +124,14 @@ def _refuse_many(programs: Programs, job: Job) -> None:
             )
 
 
-def costs(run: BlockRun, job: Job) -> dict[str, float]:
-    """What a block has cost, $: the terms of `COST_TERMS` without the last."""
-    volume = float(run.strokes["worn"].sum() + run.dresses["removed"].sum())
-    terms = (
-        *expenses(run.seconds, volume, float(run.dresses.size), job.rates),
-        float(run.finished["scrap_cost"].sum()),
-    )
-    return dict(zip(COST_TERMS, terms, strict=False))
-
-
-def handover(run: GrindingRun, plan: CyclePlan, job: Job) -> float:
-    """Price of the dull wheel that a run leaves, $; 0 if its last cycle knows no dress program to sharpen it with."""
-    if plan.program is None or run.wheel is None:
-        return 0.0
-    dress: DressPlan = run.plans[plan.program]
-    return handover_cost(run.wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, run.part.p, job.rates)
-
-
-def _outlines(runs: Sequence[BlockRun]) -> Iterator[BlockOutline]:
+def _outlines(runs: Sequence[BlockRun], episode: ProgramEpisode) -> Iterator[BlockOutline]:
     part, reached = 0, 0.0
-    for run in runs:
+    for run, (block, _) in zip(runs, episode.chosen, strict=True):
         starts = run.part != part
         surface = 0.0 if starts else reached
         # grooves of another part may lie on the way to this block, or from it
         part, reached = run.part, max([surface, *run.strokes["Z"][run.strokes["part"] == run.part]])
-        yield BlockOutline(run.plan, run.inch, reached - surface, starts, part - 1)
+        dress = None if run.plan.program is None else episode.run.dressing.plans[run.plan.program]
+        yield BlockOutline(
+            block, run.plan, run.inch, dress, reached - surface, part - 1, starts, int(run.finished.size)
+        )

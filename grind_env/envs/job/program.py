@@ -1,13 +1,22 @@
-"""A part program with the words that an agent has chosen for its cycle blocks."""
+"""A user's program as text: run for many parts, and with the words that an agent has chosen for its cycle blocks."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from grind_env.control import Programs
+from grind_env.control import Programs, read
 from grind_env.control.rewriting import with_words
 from grind_env.control.words import Block
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.program_episode import Words
+
+POWER_UP = "G00 G18 G07 G71 G90 G94 G97 G40 G54"
+"""The modes in which a program begins (10-23)."""
+
+MOST_PARTS = 1000
+"""Parts for which a program can be run."""
+
+_COMMENT = r"\([^()]*\)"
+_END = re.compile(rf"({_COMMENT})|[Mm]0*(?:2|30)(?![\d.])")
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
@@ -42,3 +51,33 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
         text = lines[line - 1]
         lines[line - 1] = text[: column - 1] + new + text[column - 1 + len(old) :]
     return "".join(lines)
+
+
+def repeated(programs: Programs, parts: int) -> Programs:
+    """A program that is run for many parts, as one program: an M00, at which the operator loads, in place of its end.
+
+    Args:
+        programs: the program.
+        parts: how often it is run.
+
+    """
+    if parts == 1:
+        return programs
+    blocks = [source.text for source in programs.main.blocks]
+    ends = [number for number, text in enumerate(blocks) if _ends(text)]
+    last = ends[0] if ends else len(blocks)
+    loaded = [*blocks[:last], "M00" if not ends else _END.sub(lambda match: match[1] or "M00", blocks[last])]
+    lines = [line for _ in range(parts - 1) for line in (*loaded, POWER_UP)] + blocks
+    return read("\n".join([*lines, *_others(programs)]), programs.name, programs.folder)
+
+
+def _others(programs: Programs) -> Iterator[str]:
+    """The texts of the programs behind the main one."""
+    for program in [*programs][1:]:
+        yield f"O{program.number}"
+        yield from (source.text for source in program.blocks)
+
+
+def _ends(text: str) -> bool:
+    """Whether a block ends the program it stands in, and all that call it."""
+    return any(match[1] is None for match in _END.finditer(text))

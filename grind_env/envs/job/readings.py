@@ -3,37 +3,21 @@
 Names, scales and noise are those of `observations` wherever they mean the same.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.envs.gauges import PartGauges, entries_of, scaled, wheel_values
-from grind_env.envs.job.outline import BlockOutline, Choice
-from grind_env.envs.job.tape import GAUGES
-from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, measured_power
-from grind_env.envs.program_episode import BlockRun
-from grind_env.envs.tape import FACTORS
+from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, readings
 from grind_env.envs.tasks import ActionRange, Spread, Task, load_task
 from grind_env.machine.job import Job
-from grind_env.machine.tally import POWER_WINDOW
-from grind_env.process.state import WheelState
-
-__all__ = ["Gauges", "coming", "hidden", "job_task", "readings", "scaled"]
 
 ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
 
 CODES = ("G81", "G82", "G83")
-
-FULL = 0.9
-"""Least share of the deepest plunge of a G81 that counts as a full one; the other cycles have their picks."""
-
-HIDDEN_FACTORS = dict(
-    zip(FACTORS, ("growth", "pressure", "convection", "fracture", "wear", "roughness_scale"), strict=True)
-)
-"""Reading by stroke parameter."""
 
 SEEN = (
     "mean_power",
@@ -66,11 +50,16 @@ HIDDEN = (
     "dressed_roughness",
     "dressed_density",
     "wheel_volume",
-    *HIDDEN_FACTORS.values(),
+    "growth",
+    "pressure",
+    "convection",
+    "fracture",
+    "wear",
+    "roughness_scale",
 )
 
 
-def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
+def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     """The observation of a job, entry by entry.
 
     Args:
@@ -95,7 +84,8 @@ def readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         *(Reading(f"coming_{code}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the coming block is a {code}")
           for code in CODES),
     ]  # fmt: skip
-    return entries_of(task, own, (*SEEN, *HIDDEN) if full else SEEN)
+    known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
+    return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN))
 
 
 def job_task(job: Job, spread: float) -> Task:
@@ -117,89 +107,23 @@ def job_task(job: Job, spread: float) -> Task:
     )
 
 
-@dataclass(slots=True)
-class Gauges(PartGauges):
-    """What the shop floor has seen so far, in physical units; noisy where a gauge is."""
+def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
+    """What the program says of each coming block, shape (blocks + 1, entries); 0 after the last, NaN where it does not.
 
-    mean_power: float = 0.0
-    first_power: float = 0.0
-    peak_power: float = 0.0
-    speed: float = 0.0
-    executions: int = 0
-    pick: float = 0.0
-    volume: float = 0.0
-    blocks_since_dress: int = 0
-    dresses: int = 0
-
-    def note(self, run: BlockRun, choice: Choice, job: Job, noise: NDArray[np.float64]) -> None:
-        """Read the gauges after a block; `noise` is a row of `JobTape.noise`."""
-        z = dict(zip(GAUGES, noise.tolist(), strict=True))
-        power, plunges = run.strokes["power"], np.flatnonzero(_full(run))
-        table = run.strokes["groove"] == 0
-        since = int(run.dresses["after"][-1]) if run.dresses.size else 0
-        window = int(POWER_WINDOW)
-        last = plunges[-window:]
-        self.first_power = _measured(power[plunges[:window]], z["first_power"])
-        self.mean_power = _measured(power[last[last >= since]], z["mean_power"])
-        self.peak_power = _measured(power[power == power.max(initial=0.0)][:1], z["peak_power"])
-        self.speed, self.executions = choice.speed, choice.executions
-        self.pick = float(run.increments[table].max(initial=0.0))
-        part, wheel = job.part, job.setup.wheel
-        ground = table | job.setup.grooving_wheel
-        deeper = np.maximum(run.increments[since:][ground[since:]], 0.0).sum() * part.length
-        per_width = part.width / min(part.width, wheel.width)
-        self.volume = float(deeper * per_width) + (0.0 if run.dresses.size else self.volume)
-        self.blocks_since_dress = 0 if run.dresses.size else self.blocks_since_dress + 1
-        self.dresses += run.dresses.size
-        for finished in run.finished:
-            self.gauge(finished, part.roughness_limit, z["size_error"], z["roughness"])
-
-    def values(self, wheel: WheelState) -> dict[str, float]:
-        """The readings of the blocks before."""
-        return {
-            "mean_power": self.mean_power,
-            "first_power": self.first_power,
-            "peak_power": self.peak_power,
-            "last_speed": self.speed / 1000.0,
-            "last_executions": self.executions,
-            "last_pick": self.pick,
-            "volume": self.volume,
-            "blocks_since_dress": self.blocks_since_dress,
-            "dresses": self.dresses,
-            **self.part_values(),
-            "diameter": wheel.ds,
+    Args:
+        blocks: of the program.
+        entries: of the observation.
+    """
+    table = np.full((len(blocks) + 1, len(entries)), np.nan)
+    for number, block in enumerate(blocks):
+        said = {
+            "depth": block.depth,
+            "takes_dresses": float(block.takes_dresses),
+            "starts_part": float(block.starts_part),
+            **{f"coming_{code}": float(block.plan.code == code) for code in CODES},
         }
-
-
-def coming(block: BlockOutline) -> dict[str, float]:
-    """The readings of the coming block."""
-    plan = block.plan
-    return {
-        "pick": plan.primary_pick,
-        "depth": block.depth,
-        "sparkout": plan.spark_out,
-        "takes_dresses": float(block.takes_dresses),
-        "starts_part": float(block.starts_part),
-        **{f"coming_{code}": float(plan.code == code) for code in CODES},
-    }
-
-
-def hidden(wheel: WheelState, factors: dict[str, float]) -> dict[str, float]:
-    """The hidden readings; `factors` are those of the coming part, by stroke parameter."""
-    return wheel_values(wheel) | {HIDDEN_FACTORS[name]: factor for name, factor in factors.items()}
-
-
-def _full(run: BlockRun) -> NDArray[np.bool_]:
-    """Which strokes are full plunges of the table; infeeds of grooves are none."""
-    plan, table = run.plan, run.strokes["groove"] == 0
-    least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
-    if plan.code == "G81":
-        least = FULL * run.increments[table].max(initial=0.0)
-    return np.asarray(table & (run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
-
-
-def _measured(power: NDArray[np.float64], z: float) -> float:
-    """A power reading, W, of the mean of some strokes; 0 of none."""
-    if not power.size:
-        return 0.0
-    return measured_power(float(power.mean()), z)
+        for k, entry in enumerate(entries):
+            if entry.name in said:
+                table[number, k] = np.clip((said[entry.name] - entry.offset) / entry.scale, entry.low, entry.high)
+                table[-1, k] = 0.0
+    return table

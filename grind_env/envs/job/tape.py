@@ -1,11 +1,11 @@
 """What is random in an episode of the user's own job, all of it drawn at reset.
 
-The spreads are those of the scenarios (section 3): every wheel, coolant and lot of material differs somewhat from
-the catalogue, and gauges are noisy. The stock is what the job says: the wheel is touched off where the program
-expects it.
+The spreads are those of the scenarios (section 3), or those that the job's `[lots]` names: every wheel, coolant and lot
+of material differs somewhat from the catalogue, and gauges are noisy.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, from_ranges
-from grind_env.envs.tape import FACTORS, log_normal
+from grind_env.envs.tape import FACTORS, TapeRow, log_normal, unless, write_row
 from grind_env.kernel import entry
+from grind_env.machine.job import Lots
 from grind_env.machine.part import PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
@@ -23,17 +24,15 @@ WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.
 WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SPREAD}
 """What a context calls them."""
 
-LOT_SPREAD = {"kA": 0.45, "pm": 0.08}
-"""The same of the factors that every lot of material draws."""
+LOT_FACTORS = ("kA", "pm")
+"""Factors that every lot of material draws, by stroke parameter."""
 
-LOT_PROBABILITY = 1.0 / 6.0
-"""Probability that a part begins a new lot; the first part always does."""
+NOISES = tuple(TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness"))
+STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
+FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 
-NOTHING = Given()
-"""Everything is drawn."""
-
-GAUGES = ("mean_power", "first_power", "peak_power", "size_error", "roughness")
-"""Readings with noise."""
+LEAST_STOCK = 0.4
+"""Of the nominal one; no part has less."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,9 +40,10 @@ class JobTape:
     """The random numbers of an episode.
 
     Attributes:
-        conditions: factors of each part.
+        conditions: of each part.
         new_lot: whether each part begins a new lot.
-        noise: of the readings `GAUGES` after each block, standard normal times the spread, shape (blocks, 5).
+        noise: of the readings of mean, first and highest power, size and roughness after each block, standard normal
+            times the spread, shape (blocks, 5).
     """
 
     conditions: tuple[PartConditions, ...]
@@ -53,65 +53,168 @@ class JobTape:
 
 def barred_factors(spread: float) -> dict[str, str]:
     """What a context of `grind_env.envs.contexts` cannot fix in a job, each with the reason."""
-    fixable = {*WHEEL_FACTORS.values(), *LOT_SPREAD, *({"noise"} if spread > 0.0 else ())}
+    fixable = {*WHEEL_FACTORS.values(), *LOT_FACTORS, *({"noise"} if spread > 0.0 else ())}
     others = [name for name in (*CONTEXT_FACTORS, "material", "sequence") if name not in fixable]
     why = "the program and the job of grind/Job-v0 say what is ground and with which wheel"
     return dict.fromkeys(others, why) | ({} if spread > 0.0 else {"noise": "with spread=0 the gauges are exact"})
 
 
-def draw(rng: np.random.Generator, blocks: int, parts: int, spread: float, given: Given = NOTHING) -> JobTape:
-    """Draw an episode.
-
-    The count of random numbers depends on the program only, never on what they turn out to be.
+class JobGenerator:
+    """Draws the episodes of a job.
 
     Args:
-        rng: the environment's generator.
-        blocks: cycle blocks of the program.
-        parts: parts that it grinds.
+        part_of_block: number of the part of each block, from 0.
+        parts: how many parts the program grinds.
+        lots: how lots and stocks differ.
+        stock: nominal stock of a part, mm.
         spread: factor on all standard deviations; 0 is the nominal job with exact gauges.
-        given: what is given of the episode.
+        wheel: as the first block finds it, shape (fields of `WheelState`,).
     """
-    fixed = given.fixed
-    episode = rng.standard_normal(len(WHEEL_SPREAD))
-    lots = rng.standard_normal((parts, len(LOT_SPREAD)))
-    # a lot that differs from the last one in nothing is no new lot
-    same = spread == 0.0 or not any(math.isnan(getattr(fixed, name)) for name in LOT_SPREAD)
-    begins = rng.random(parts) < (0.0 if same else LOT_PROBABILITY)
-    begins[:1] = True
-    noise = spread * (1.0 if math.isnan(fixed.noise) else fixed.noise) * rng.standard_normal((blocks, len(GAUGES)))
-    if given.ranges:
-        episode, lots = from_ranges(episode, given.ranges), from_ranges(lots, given.ranges)
-    wheel = {
-        name: float(_or_drawn(getattr(fixed, WHEEL_FACTORS[name]), log_normals(spread * sigma, episode[k : k + 1]))[0])
-        for k, (name, sigma) in enumerate(WHEEL_SPREAD.items())
-    }
-    columns = [
-        _or_drawn(getattr(fixed, name), log_normals(spread * sigma, np.ascontiguousarray(lots[:, k])))
-        for k, (name, sigma) in enumerate(LOT_SPREAD.items())
-    ]
-    # a part goes on with the lot of the last part that began one
-    lot = np.maximum.accumulate(np.where(begins, np.arange(parts), 0))
-    conditions = tuple(
-        PartConditions(
-            factors=_factors(wheel, {name: float(c[k]) for name, c in zip(LOT_SPREAD, columns, strict=True)})
-        )
-        for k in lot.tolist()
-    )
-    return JobTape(conditions, tuple(begins.tolist()), noise)
+
+    def __init__(
+        self, part_of_block: Sequence[int], parts: int, lots: Lots, stock: float, spread: float, wheel: NDArray[Any]
+    ) -> None:
+        self.part_of_block = np.array(part_of_block)
+        self.parts, self.lots, self.stock, self.spread, self.wheel = parts, lots, stock, spread, wheel
+        self._wheel_sigmas = spread * np.array([*WHEEL_SPREAD.values()])
+        self._lot_sigmas = spread * np.array([lots.growth, lots.pressure])
+
+    def begin(
+        self,
+        tape: NDArray[np.float64],
+        wheels: NDArray[np.float64],
+        index: NDArray[np.int64],
+        rngs: Sequence[np.random.Generator],
+        given: Sequence[Given],
+    ) -> None:
+        """Draw an episode from each of M generators, and write its tape and its first wheel.
+
+        The count of random numbers depends on the program only, never on what they turn out to be.
+
+        Args:
+            tape: shape (N, blocks, fields of `TapeRow`); written in the rows `index`.
+            wheels: shape (N, fields of `WheelState`); written likewise.
+            index: rows of the new episodes, shape (M,).
+            rngs: their generators.
+            given: what is given of each.
+        """
+        blocks, lots = len(self.part_of_block), self.lots
+        for i, rng, each in zip(index, rngs, given, strict=True):
+            episode = rng.standard_normal(len(WHEEL_SPREAD))
+            drawn = rng.standard_normal((self.parts, len(LOT_FACTORS)))
+            uniforms = rng.random(self.parts)
+            noise = rng.standard_normal((blocks, len(NOISES)))
+            stocks = rng.standard_normal(self.parts) if lots.stock > 0.0 else np.zeros(self.parts)
+            if each.ranges:
+                episode, drawn = from_ranges(episode, each.ranges), from_ranges(drawn, each.ranges)
+            fixed = each.fixed
+            # a lot that differs from the last one in nothing is no new lot
+            same = self.spread == 0.0 or not any(math.isnan(getattr(fixed, name)) for name in LOT_FACTORS)
+            fill_job(
+                tape[i],
+                self.part_of_block,
+                self._wheel_sigmas,
+                self._lot_sigmas,
+                self.spread * lots.stock,
+                self.spread * (1.0 if math.isnan(fixed.noise) else fixed.noise),
+                0.0 if same else lots.probability,
+                self.stock,
+                episode,
+                drawn,
+                uniforms,
+                noise,
+                stocks,
+                np.array([getattr(fixed, WHEEL_FACTORS[name]) for name in WHEEL_SPREAD]),
+                np.array([fixed.kA, fixed.pm]),
+            )
+        wheels[index] = self.wheel
 
 
 @entry
-def log_normals(sigma: float, normals: Any) -> Any:
-    """`tape.log_normal` of each standard normal number."""
-    factors = np.empty_like(normals)
-    for i in range(normals.size):
-        factors[i] = log_normal(sigma, normals[i])
-    return factors
+def fill_job(
+    tape: Any,
+    part_of_block: Any,
+    wheel_sigmas: Any,
+    lot_sigmas: Any,
+    stock_sigma: float,
+    measurement: float,
+    probability: float,
+    nominal: float,
+    episode: Any,
+    lots: Any,
+    uniforms: Any,
+    noise: Any,
+    stocks: Any,
+    fixed_wheel: Any,
+    fixed_lot: Any,
+) -> None:
+    """Write a tape.
+
+    Args:
+        tape: shape (blocks, fields of `TapeRow`); written.
+        part_of_block: number of the part of each block, shape (blocks,).
+        wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
+        lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
+        stock_sigma: of the stock, relative.
+        measurement: factor on the noise of the gauges.
+        probability: that a part after the first begins a new lot.
+        nominal: stock of a part, mm.
+        episode: standard normal numbers of the wheel, shape (5,).
+        lots: of each part, should it begin a lot, shape (parts, 2).
+        uniforms: of each part, shape (parts,).
+        noise: of the gauges after each block, shape (blocks, 5).
+        stocks: of each part, shape (parts,).
+        fixed_wheel: factors of the wheel that are fixed, NaN for others, shape (5,).
+        fixed_lot: factors of the lot that are fixed, shape (2,).
+    """
+    wheel = np.empty(episode.size)
+    for k in range(episode.size):
+        wheel[k] = unless(fixed_wheel[k], log_normal(wheel_sigmas[k], episode[k]))
+    part, kA, pm, stock = -1, 1.0, 1.0, nominal
+    for k in range(part_of_block.size):
+        begins = False
+        while part < part_of_block[k]:
+            part += 1
+            begins = part == 0 or uniforms[part] < probability
+            if begins:
+                kA = unless(fixed_lot[0], log_normal(lot_sigmas[0], lots[part, 0]))
+                pm = unless(fixed_lot[1], log_normal(lot_sigmas[1], lots[part, 1]))
+            stock = nominal * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
+        shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
+        row = TapeRow(
+            kind=float(k),
+            stock=stock,
+            gauged=stock,
+            new_lot=shown,
+            kA=wheel[0] * kA,
+            pm=pm,
+            hf=wheel[4],
+            fc=wheel[2],
+            Gref=wheel[3],
+            ra_scale=wheel[1],
+            mean_noise=measurement * noise[k, 0],
+            first_noise=measurement * noise[k, 1],
+            peak_noise=measurement * noise[k, 2],
+            size_noise=measurement * noise[k, 3],
+            roughness_noise=measurement * noise[k, 4],
+            material=0.0,
+            spare_kA=wheel[0] * kA,
+            spare_ra_scale=wheel[1],
+            due=0.0,
+            work=0.0,
+            is_due=0.0,
+        )
+        write_row(tape, k, row)
 
 
-def _or_drawn(fixed: float, drawn: NDArray[np.float64]) -> NDArray[np.float64]:
-    return drawn if math.isnan(fixed) else np.full_like(drawn, fixed)
-
-
-def _factors(wheel: dict[str, float], lot: dict[str, float]) -> dict[str, float]:
-    return {name: wheel.get(name, 1.0) * lot.get(name, 1.0) for name in FACTORS}
+def job_tape(tape: NDArray[np.float64], part_of_block: NDArray[np.int64], parts: int, nominal: float) -> JobTape:
+    """What a tape, shape (blocks, fields of `TapeRow`), says of each part; `nominal` stock in mm."""
+    first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
+    rows = tape[first]
+    factors = [dict(zip(FACTORS, row, strict=True)) for row in rows[:, FACTOR_COLUMNS].tolist()]
+    stocks = [None if stock == nominal else stock for stock in rows[:, STOCK].tolist()]
+    found = [PartConditions(stock=stock, factors=each) for stock, each in zip(stocks, factors, strict=True)]
+    # a part without a cycle block is as the one with the next block, or with the last one
+    of_part = np.minimum(np.searchsorted(part_of_block[first], np.arange(parts)), len(found) - 1)
+    conditions = [found[k] for k in of_part.tolist()]
+    return JobTape(tuple(conditions), tuple((rows[:, NEW_LOT] > 0.0).tolist()), tape[:, NOISES])

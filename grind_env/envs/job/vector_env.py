@@ -1,21 +1,23 @@
 """`grind/Job-v0`, many times side by side."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from gymnasium.vector import AutoresetMode
-from numpy.typing import NDArray
 
-from grind_env.envs.arguments import refuse_render
-from grind_env.envs.contexts import read_all_options
-from grind_env.envs.job.env import JobEnv
-from grind_env.envs.serial_vector import SerialVectorEnv
-from grind_env.envs.vector_common import VECTOR_RENDER_MODES
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
+from grind_env.envs.contexts import Given
+from grind_env.envs.job.env import load_simulation, read_given
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.view import RunBlock, job_view, text_of
+from grind_env.envs.rows import Outcome
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.render.view import View
 
 
-class JobVectorEnv(SerialVectorEnv[JobEnv]):
-    """N times `JobEnv`, one after the other (gymnasium's `SyncVectorEnv`): the control is no compiled code.
+class JobVectorEnv(GrindVectorEnv):
+    """N times `JobEnv`, in one compiled step if the program has a script.
 
     Args:
         program: file of the part program; the example plate if not given.
@@ -30,7 +32,10 @@ class JobVectorEnv(SerialVectorEnv[JobEnv]):
         render_mode: as for `GrindVectorEnv`.
         cycle: None, as for `JobEnv`.
         max_episode_steps: as for `GrindVectorEnv`.
+        parts: how often the program is run.
     """
+
+    simulation: JobSimulation
 
     def __init__(
         self,
@@ -46,27 +51,25 @@ class JobVectorEnv(SerialVectorEnv[JobEnv]):
         render_mode: str | None = None,
         cycle: str | None = None,
         max_episode_steps: int | None = None,
+        parts: int = 1,
     ) -> None:
-        refuse_render(render_mode, VECTOR_RENDER_MODES)
-        env = JobEnv(program, job, observation, spread, show_block, action, predress, render_mode, cycle)
-        super().__init__(env, env.codec, num_envs, autoreset_mode, max_episode_steps)
+        check_flags(show_block=show_block, predress=predress)
+        refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
+        refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
+        simulation = load_simulation(program, job, parts, spread, observation)
+        codec = ActionCodec(simulation.task, action)
+        self._set_up(num_envs, simulation, codec, show_block, autoreset_mode, render_mode, max_episode_steps)
 
-    def give(self, options: Mapping[str, Any], mask: NDArray[np.bool_]) -> None:
-        """Give the episodes that start their contexts and splits, see `grind_env.envs.contexts`.
+    def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
+        return read_given(self.simulation, options, before)
 
-        Raises:
-            ContextError: if an option is not legal.
-        """
-        given = read_all_options(options, [env.given for env in self.singles], self.singles[0].read_given)
-        for i in np.flatnonzero(mask).tolist():
-            self.singles[i].given = given[i]
+    def _block(self, i: int, choice: tuple[float, ...]) -> RunBlock:
+        speed, executions = choice
+        return RunBlock(int(self.episodes.block[i]), float(speed), int(executions))
 
-    def keep(self) -> Callable[[], None]:
-        """Return a function that undoes a failed step."""
-        each = [super().keep(), *(env.keep() for env in self.singles)]
+    def _text(self, block: Any) -> str:
+        return text_of(self.simulation, block)
 
-        def take_back() -> None:
-            for one in each:
-                one()
-
-        return take_back
+    def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        assert isinstance(self.episodes, JobEpisodes)
+        return job_view(self.simulation, self.episodes, i, blocks, outcomes, (self.codec.low, self.codec.high))

@@ -1,69 +1,96 @@
 """The view of an episode of `grind/Job-v0`: a user's program, block by block."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
-from grind_env.envs.job.outline import Choice, Outline
-from grind_env.envs.program_episode import BlockRun, ProgramEpisode
-from grind_env.envs.view import STOCK_ROOM, part_on_machine
-from grind_env.machine.part import PartRun
-from grind_env.process.cost import NO_LIMIT, Limits
-from grind_env.render.view import Extent, GroundBlock, View
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.rows import Outcome
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.view import STOCK_ROOM
+from grind_env.machine.cycle import PartState
+from grind_env.process.cost import NO_LIMIT
+from grind_env.process.state import WheelState
+from grind_env.render.view import Extent, GroundBlock, View, Workpiece
+
+STOCK = TapeRow._fields.index("stock")
 
 
-def block_of_run(run: BlockRun, choice: Choice, part: PartRun, limits: Limits, cost: float) -> GroundBlock:
-    """A cycle block of a program.
+class RunBlock(NamedTuple):
+    """A cycle block with what was chosen for it."""
 
-    Args:
-        run: what came of it.
-        choice: E and D.
-        part: on the machine after it.
-        limits: of the part; size and roughness count when it is finished.
-        cost: $.
-    """
-    finished, strokes = run.finished, run.strokes
-    plunges = strokes["T"][run.increments > 0.0]
-    return GroundBlock(
-        speed=choice.speed,
-        executions=choice.executions,
-        power=float(strokes["power"].max(initial=0.0)),
-        rise=float(finished["rise"][-1] if finished.size else plunges.max(initial=0.0)),
-        roughness=float(strokes["Ra"][-1]) if strokes.size else 0.0,
-        size_error=float(finished["worst_error"][-1]) if finished.size else 1000.0 * part.left,
-        limits=limits if finished.size else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT),
-        cost=cost,
-        finished=bool(finished.size),
-        good=float(finished["survival"].sum()),
-    )
+    number: int
+    """Of the block, from 0."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
 
 
 def job_view(
-    outline: Outline, episode: ProgramEpisode, ground: Sequence[GroundBlock], text: str, speeds: tuple[float, float]
+    simulation: JobSimulation,
+    episodes: JobEpisodes,
+    i: int,
+    blocks: Sequence[RunBlock],
+    outcomes: Sequence[Outcome],
+    speeds: tuple[float, float],
 ) -> View:
-    """An episode of a user's program as it stands, at rest between two blocks.
+    """Episode i of a user's program as it stands, at rest between two blocks.
 
     Args:
-        outline: of the program.
-        episode: the episode.
-        ground: the blocks that it has run.
-        text: the last of them.
+        simulation: of the program.
+        episodes: its episodes.
+        i: which of them.
+        blocks: those that it has run.
+        outcomes: what came of each.
         speeds: lowest and highest E, mm/min.
     """
-    part, wheel = episode.run.part, episode.run.wheel
-    blocks = len(outline.blocks)
+    job, number = simulation.job, min(int(episodes.block[i]), len(simulation.blocks) - 1)
+    coming = simulation.blocks[number]
+    loads = coming.starts_part and (not blocks or blocks[-1].number != number)
+    stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
+    part = PartState(*episodes.parts[i].tolist())
+    shown = coming.part if loads or not blocks else simulation.blocks[blocks[-1].number].part
     return View(
         extent=Extent(
-            title=outline.programs.name,
-            blocks=blocks,
-            parts=outline.parts,
-            new_diameter=outline.job.setup.wheel.diameter,
+            title=simulation.programs.name,
+            blocks=len(simulation.blocks),
+            parts=simulation.parts,
+            new_diameter=job.setup.wheel.diameter,
             lowest_speed=speeds[0],
             highest_speed=speeds[1],
-            most_executions=max((block.executions for block in ground), default=1) or 1,
-            longest=part.job.part.length,
-            thickest=STOCK_ROOM * part.job.part.stock,
+            most_executions=max((block.executions for block in blocks), default=1) or 1,
+            longest=job.part.length,
+            thickest=STOCK_ROOM * job.part.stock,
         ),
-        ground=tuple(ground),
-        wheel=outline.wheel if wheel is None else wheel,
-        part=part_on_machine(part, f"part {part.number}"),
-        text=text,
+        ground=tuple(_ground(simulation, *each) for each in zip(blocks, outcomes, strict=True)),
+        wheel=WheelState(*episodes.wheels[i].tolist()),
+        part=Workpiece(
+            name=f"part {shown + 1}",
+            length=job.part.length,
+            stock=stock,
+            left=stock if not blocks else stock - part.S,
+        ),
+        text=text_of(simulation, blocks[-1]) if blocks else "",
+    )
+
+
+def text_of(simulation: JobSimulation, block: RunBlock) -> str:
+    """What the control reads for a block."""
+    return simulation.text(block.number, block.speed, block.executions)
+
+
+def _ground(simulation: JobSimulation, block: RunBlock, outcome: Outcome) -> GroundBlock:
+    finished, limits = outcome.finished > 0.0, simulation.job.limits
+    return GroundBlock(
+        speed=block.speed,
+        executions=block.executions,
+        power=outcome.peak_power,
+        rise=outcome.rise,
+        roughness=outcome.roughness,
+        size_error=outcome.size_error,
+        # size and roughness count when the part is finished
+        limits=limits if finished else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT),
+        cost=outcome.cost,
+        finished=finished,
+        good=outcome.good,
     )

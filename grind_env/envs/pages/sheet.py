@@ -88,8 +88,8 @@ def sheet(env_id: str) -> Sheet:
     if "observation" in inspect.signature(type(env)).parameters:
         oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
         full = oracle.observation_info()
-    task: Task | None = env.task if isinstance(env, GrindEnv) else None
-    priced: Task | None = env.task if isinstance(env, GrindEnv | StrokeEnv) else None
+    priced: Task | None = env.task if isinstance(env, GrindEnv) else None
+    task = None if isinstance(env, StrokeEnv) else priced
     costs = {} if priced is None else cost_spans(priced, _times(env))
     return Sheet(
         id=env_id,
@@ -105,7 +105,7 @@ def sheet(env_id: str) -> Sheet:
     )
 
 
-def _times(env: GrindEnv | StrokeEnv) -> dict[str, Span]:
+def _times(env: GrindEnv) -> dict[str, Span]:
     """Seconds of a step without its dresses, by kind."""
     if isinstance(env, StrokeEnv):
         return single_stroke_times(env.task)

@@ -60,6 +60,7 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
         middle=middle,
         acceleration=infeed.acceleration,
         made=0.0,
+        away=0.0,
         to_secondary=0.0,
         motion=float(motion),
     )

@@ -1,108 +1,89 @@
-"""The program text of an episode of `grind/Stroke-v0`, stroke by stroke.
+"""The strokes of an episode of `grind/Stroke-v0` as program text; `rules` says how the program keeps pace."""
 
-G81 keeps the table going; while a stroke decelerates, a `G01 Y.. E..` makes the pick and changes the table speed, which
-holds from the next stroke on (PD-8). Dwells in between, in whole ms, let the program keep pace with the table. A dress
-is the operator's request during that block; the table waits at its reversal point until the dwell is over (22-11).
-"""
+from collections.abc import Sequence
+from typing import NamedTuple
 
-import math
-from dataclasses import dataclass, field
-
-from grind_env.control.profile import ramp_time
-from grind_env.control.rules import motion_time
-from grind_env.envs.program import DRESS_PROGRAM, PICK_FEED, approach, end_of, next_part, number, start_of
+from grind_env.envs.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
 from grind_env.envs.reciprocation.program import REQUEST
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.stroke.rules import Pace, Table, depth_of, last_dwell, next_turn, pick_before, setting_out
+from grind_env.envs.stroke.simulation import StrokeEpisodes
+from grind_env.envs.stroke.step import StrokeMemory
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, Task
 
 
-@dataclass(slots=True)
-class StrokeProgram:
-    """Writes the program while the strokes are made.
+class StrokeBlock(NamedTuple):
+    """One stroke, and what the program does before it."""
 
-    Attributes:
-        task: the task.
-        lines: blocks so far.
-        clock: time of the control since the table set out from rest, s.
-        began: time at which the stroke in progress began, s.
-        speed: of the stroke in progress, mm/min.
-        running: whether the table reciprocates.
-        acceleration: of the axes, mm/s2.
-        dwell: at a reversal point, s.
-        length: between the reversal points, mm.
+    kind: Kind
+    part: int
+    """Number of its part, from 0."""
+    stock: float
+    """Of that part, mm."""
+    stroke: int
+    """Its number on the part, from 0."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D, 1 for a dress before it."""
+    before: Pace
+    """In the stroke before it; of the first on a part it says nothing."""
+
+
+def coming_stroke(task: Task, episodes: Episodes, i: int, speed: float, executions: float) -> StrokeBlock:
+    """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
+    assert isinstance(episodes, StrokeEpisodes)
+    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
+    memory = StrokeMemory(*episodes.strokes[i].tolist())
+    pace = Pace(memory.clock, memory.began, memory.speed)
+    part = int(episodes.block[i])
+    return StrokeBlock(task.kinds[0], part, row.stock, int(memory.made), float(speed), int(executions), pace)
+
+
+def block_text(task: Task, block: StrokeBlock) -> str:
+    """What the control reads for a stroke, a line each; for the last one on a part up to G80."""
+    lines, pace = _up_to(task, block)
+    if block.stroke + 1 == task.strokes(block.kind, block.stock):
+        lines += _stop(task, pace)
+    return "\n".join(lines)
+
+
+def part_program(task: Task, blocks: Sequence[StrokeBlock]) -> str:
+    """A main program of the strokes, the last of which is in progress at its end, and the dress program.
+
+    The operator asks for a dress at the start of each dwell that says so; `reciprocation.program.request_times` tells
+    when that is.
     """
+    lines = [block_text(task, block) for block in blocks]
+    if blocks and lines[-1].splitlines()[-1] != "G80":
+        lines += _stop(task, _up_to(task, blocks[-1])[1])
+    return "\n".join([*start_of(task), *lines, *end_of(task)])
 
-    task: Task
-    lines: list[str] = field(default_factory=list)
-    clock: float = 0.0
-    began: float = 0.0
-    speed: float = 0.0
-    running: bool = False
-    acceleration: float = field(init=False)
-    dwell: float = field(init=False)
-    length: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        # the task looks its machine up in the catalogue: once, not at every stroke
-        machine = self.task.machine
-        self.acceleration, self.dwell = machine.acceleration, machine.reversal_dwell
-        self.length = self.task.stroke_length(self.kind)
+def _up_to(task: Task, block: StrokeBlock) -> tuple[list[str], Pace]:
+    """The lines that lead to a stroke, and the pace in it."""
+    kind, dress = block.kind, block.executions > 0
+    depth = depth_of(block.stroke, block.stock, kind.pick)
+    if block.stroke == 0:
+        overrun = task.setup.overrun
+        words = f"X{number(kind.length + overrun)} I{number(-overrun)} E{number(block.speed)} P{DRESS_PROGRAM}"
+        load = [next_part()] if block.part > 0 else []
+        return [*load, *approach(task, depth), f"{'G81.1' if dress else 'G81'} {words}"], setting_out(block.speed)
+    pick = pick_before(block.stroke, block.stock, kind.pick)
+    turn = next_turn(table_of(task), block.before, pick, block.speed, dress)
+    down = f"Y{number(-depth)} " if pick > 0.0 else ""
+    lines = [f"G04 X{number(turn.dwell)}", f"G01 {down}E{number(block.speed)}"]
+    if dress:
+        lines.append(f"G04 X{number(turn.request)} ({REQUEST})")
+    return lines, turn.pace
 
-    @property
-    def kind(self) -> Kind:
-        """What the task grinds."""
-        return self.task.kinds[0]
 
-    def stroke_time(self, speed: float) -> float:
-        """Time of a stroke with its reversal dwell at E `speed` (mm/min), s."""
-        return self._travel(speed) + self.dwell
+def _stop(task: Task, pace: Pace) -> list[str]:
+    return [f"G04 X{number(last_dwell(table_of(task), pace))}", "G80"]
 
-    def start_part(self, depth: float, speed: float, dress: bool) -> None:
-        """Set the wheel to its first depth (mm) and the table going at E `speed` (mm/min), after a dress or not."""
-        overrun = self.task.setup.overrun
-        if self.lines:
-            self.lines.append(next_part())
-        self.lines += [
-            *approach(self.task, depth),
-            f"{'G81.1' if dress else 'G81'} X{number(self.kind.length + overrun)} I{number(-overrun)} "
-            f"E{number(speed)} P{DRESS_PROGRAM}",
-        ]
-        self.clock, self.began, self.speed, self.running = 0.0, 0.0, speed, True
 
-    def next_stroke(self, pick: float, depth: float, speed: float, dress: bool) -> float:
-        """Go down by `pick` to `depth` (mm) for the next stroke at E `speed` (mm/min), after a dress or not.
-
-        Returns:
-            The time for which the table waits for the program before the dress, s.
-        """
-        braking = ramp_time(self.length, self.speed / 60.0, self.acceleration)
-        decelerates = self.began + self._travel(self.speed) - braking
-        self._dwell(math.floor(1000.0 * (decelerates - self.clock)))
-        self.lines.append(f"G01 Y{number(-depth)} E{number(speed)}" if pick > 0.0 else f"G01 E{number(speed)}")
-        self.clock += motion_time(pick, PICK_FEED / 60.0, self.acceleration) if pick > 0.0 else 0.0
-        arrives, wait = self.began + self.stroke_time(self.speed), 0.0
-        self.began, self.speed = arrives, speed
-        if dress:
-            self._dwell(math.floor(1000.0 * (arrives - self.clock)) + 2, f" ({REQUEST})")
-            wait, self.clock, self.began = self.clock - arrives, 0.0, 0.0
-        return wait
-
-    def end_part(self) -> None:
-        """Stop the table at the end of the stroke in progress."""
-        self.lines += self._stop()
-        self.running = False
-
-    def text(self) -> str:
-        """The program as far as it is written, with its dress program; the stroke in progress is its last."""
-        stop = self._stop() if self.running else []
-        return "\n".join([*start_of(self.task), *self.lines, *stop, *end_of(self.task)])
-
-    def _stop(self) -> list[str]:
-        wait = self.began + 0.5 * self._travel(self.speed) - self.clock
-        return [f"G04 X{number(math.floor(1000.0 * wait) / 1000.0)}", "G80"]
-
-    def _dwell(self, milliseconds: int, comment: str = "") -> None:
-        self.lines.append(f"G04 X{number(milliseconds / 1000.0)}{comment}")
-        self.clock += milliseconds / 1000.0
-
-    def _travel(self, speed: float) -> float:
-        return motion_time(self.length, speed / 60.0, self.acceleration)
+def table_of(task: Task) -> Table:
+    """How the table of a task goes."""
+    machine = task.machine
+    return Table(task.stroke_length(task.kinds[0]), machine.acceleration, machine.reversal_dwell)

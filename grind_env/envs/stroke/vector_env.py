@@ -1,22 +1,13 @@
 """`grind/Stroke-v0`, many times side by side."""
 
-from collections.abc import Mapping
-from functools import partial
-from typing import Any
-
-import numpy as np
 from gymnasium.vector import AutoresetMode
-from numpy.typing import NDArray
 
-from grind_env.envs.arguments import refuse_render
-from grind_env.envs.contexts import read_all_options, read_options
-from grind_env.envs.serial_vector import SerialVectorEnv
-from grind_env.envs.stroke.env import StrokeEnv
-from grind_env.envs.vector_common import VECTOR_RENDER_MODES
+from grind_env.envs.stroke.env import STROKES, TASK, check_arguments
+from grind_env.envs.vector_env import GrindVectorEnv
 
 
-class StrokeVectorEnv(SerialVectorEnv[StrokeEnv]):
-    """N times `StrokeEnv`, one after the other (gymnasium's `SyncVectorEnv`), not a native vector environment.
+class StrokeVectorEnv(GrindVectorEnv):
+    """N times `StrokeEnv`, in one compiled step; arguments as for `GrindVectorEnv`, without the task.
 
     Args:
         num_envs: number of sub-environments.
@@ -30,6 +21,8 @@ class StrokeVectorEnv(SerialVectorEnv[StrokeEnv]):
         max_episode_steps: as for `GrindVectorEnv`.
     """
 
+    form = STROKES
+
     def __init__(
         self,
         num_envs: int = 1,
@@ -42,18 +35,14 @@ class StrokeVectorEnv(SerialVectorEnv[StrokeEnv]):
         cycle: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
-        refuse_render(render_mode, VECTOR_RENDER_MODES)
-        env = StrokeEnv(observation, show_block, action, predress, render_mode, cycle)
-        super().__init__(env, env.codec, num_envs, autoreset_mode, max_episode_steps)
-
-    def give(self, options: Mapping[str, Any], mask: NDArray[np.bool_]) -> None:
-        """Give the episodes that start their contexts and splits, see `grind_env.envs.contexts`.
-
-        Raises:
-            ContextError: if an option is not legal.
-        """
-        given = read_all_options(
-            options, [env.given for env in self.singles], partial(read_options, self.singles[0].task)
+        check_arguments(observation, predress, cycle)
+        super().__init__(
+            num_envs,
+            TASK,
+            observation,
+            show_block,
+            action,
+            autoreset_mode=autoreset_mode,
+            render_mode=render_mode,
+            max_episode_steps=max_episode_steps,
         )
-        for i in np.flatnonzero(mask).tolist():
-            self.singles[i].given = given[i]

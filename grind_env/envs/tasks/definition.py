@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from grind_env.control.rules import PICK_TOLERANCE, motion_time
+from grind_env.control.rules import motion_time, picks_to
 from grind_env.envs.tasks.tables import (
     ActionRange,
     Dress,
@@ -178,10 +178,10 @@ class Task:
 
     def strokes(self, kind: Kind, stock: float) -> int:
         """Strokes of a block of that kind and `stock` (mm): one to the primary point, the plunges and the spark-out."""
-        plunges = math.ceil(stock / kind.pick - PICK_TOLERANCE)
+        plunges = picks_to(stock, kind.pick)
         if self.cross_pick > 0.0:
             # after the stroke to the primary point a traverse for each plunge and each spark-out
-            across = math.ceil((kind.width - self.wheel.width) / self.cross_pick - PICK_TOLERANCE)
+            across = picks_to(kind.width - self.wheel.width, self.cross_pick)
             return 1 + (plunges + kind.sparkout) * (across + 1)
         return plunges + 1 + kind.sparkout
 

@@ -79,8 +79,8 @@ class CrossSimulation(Simulation):
         """Those of the task with the size where it is worst, and the taper, which only a part ground in strips has."""
         return (*(_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress)), taper_reading(task))
 
-    def _empty(self, n: int) -> CrossEpisodes:
-        bare = super()._empty(n)
+    def _room(self, n: int) -> CrossEpisodes:
+        bare = super()._room(n)
         arrays = {each.name: getattr(bare, each.name) for each in fields(bare)}
         return CrossEpisodes(**arrays, taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
 

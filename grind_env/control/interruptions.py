@@ -1,0 +1,216 @@
+"""What comes between the motions of a program and the strokes of the table: dresses and program interrupts."""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import replace
+from typing import TypeAlias
+
+from grind_env.control.control import Control
+from grind_env.control.dressing import Recorder
+from grind_env.control.errors import Place
+from grind_env.control.flow import TEXT_END
+from grind_env.control.geometry import split
+from grind_env.control.motions import (
+    CyclePlan,
+    DressEnd,
+    DressStart,
+    Event,
+    InterruptEnd,
+    InterruptStart,
+    Message,
+    Position,
+    Source,
+)
+from grind_env.control.moves import Mover, Section
+from grind_env.control.operator import Interrupt
+from grind_env.control.reader import Program, Programs
+
+Execute: TypeAlias = Callable[[Program, Place], Generator[Event, None, str]]
+"""Executes a program in the middle of another one; returns how it ends."""
+
+
+class Interruptions:
+    """Runs the programs that come between, and motions that they may come into.
+
+    Attributes:
+        requests: program interrupts requested by time, not yet run.
+        known_dresses: dress programs that have once left the tables of the control as they found them.
+    """
+
+    def __init__(self, mover: Mover, programs: Programs, control: Control, execute: Execute) -> None:
+        self.mover, self.timeline = mover, mover.timeline
+        self.programs, self.control, self.execute = programs, control, execute
+        self.requests = deque(control.interrupts)
+        self.known_dresses: set[int] = set()
+
+    def nothing_comes_between(self, plan: CyclePlan) -> bool:
+        """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
+
+        A dress program that has been executed, and has found and left the same tables, does so again. Under G96 the
+        wheel may turn faster after a dress, and below its minimum radius there is a message.
+        """
+        control, panel = self.control, self.control.panel
+        asked = self.timeline.requested or self.requests or panel.interrupts
+        stopped = panel.single_block or panel.holding is not None
+        telling = self.mover.modes.surface_speed or control.minimum_radius > 0.0
+        known = plan.dresses == 0 or (plan.program in self.known_dresses and not telling)
+        return not asked and not stopped and known and control.dress_amount == 0.0
+
+    def travel(self, sections: list[Section]) -> Iterator[Event]:
+        """Move along sections; an immediate interrupt may cut one in two (lathe manual 29-6)."""
+        timeline, mover, left = self.timeline, self.mover, deque(sections)
+        while left:
+            section = left.popleft()
+            path, feed = section.path, section.feed
+            yield from timeline.wait(timeline.time)
+            time = self._immediate(timeline.time + timeline.duration(path, feed))
+            if time is not None:
+                fraction = timeline.braked(path, feed, time - timeline.time)
+                if fraction < 1.0:
+                    path, rest = split(path, fraction)
+                    left.appendleft(replace(section, path=rest))
+            yield from timeline.move(mover.place, path, feed, section.source)
+            if mover.recorder is not None:
+                mover.recorder.note(path, feed)
+            if time is not None:
+                away = yield from self._interrupt(self.requests, section.goal)
+                if away:
+                    return
+
+    def next_reversal(self) -> Iterator[Event]:
+        """Go on to the next reversal point, and serve what waits for it."""
+        yield from self.timeline.finish_stroke()
+        yield from self.serve(0)
+
+    def after_motion(self) -> Iterator[Event]:
+        """Serve the operator's request that has waited for the end of a program motion."""
+        if self.timeline.owed and self.timeline.reciprocation is not None:
+            yield from self.timeline.reach_reversal()
+        if self.timeline.held:
+            yield from self.serve(0)
+
+    def after_block(self) -> Iterator[Event]:
+        """Run the program interrupts that are due, beside a stroke at its end."""
+        while (requests := self._due()) is not None:
+            table = self.timeline.reciprocation
+            if table is None or table.at_reversal:
+                yield from self._interrupt(requests, self.mover.position)
+            else:
+                yield from self.next_reversal()
+
+    def serve(self, auto: int) -> Iterator[Event]:
+        """Run what is due at a reversal point: auto-dresses first, then the operator's (22-11), then interrupts."""
+        timeline, table = self.timeline, self.timeline.reciprocation
+        if table is None:
+            return
+        if auto or timeline.held:
+            number = table.plan.program
+            assert number is not None  # neither a D nor a held request is accepted without P
+            timeline.settle()
+            for _ in range(auto):
+                yield from self.dress(number, "auto")
+                table.auto_dresses.end_round()
+            if timeline.held:
+                timeline.acknowledge()
+                yield from self.dress(number, "operator")
+        if self._due() is not None:
+            timeline.settle()
+            yield from self.after_block()
+
+    def dress(self, number: int, cause: str) -> Iterator[Event]:
+        """Execute a dress program with all axes at rest, and come back to where they stood (22-11)."""
+        timeline, mover, table = self.timeline, self.mover, self.timeline.reciprocation
+        program = self.programs.find(number)
+        assert program is not None  # the block that names it has been checked
+        yield DressStart(timeline.time, number, cause)
+        tables = mover.tables
+        yield from self._run(program, Source.DRESS, returning=True)
+        if mover.tables == tables:
+            self.known_dresses.add(number)
+        if self.control.dress_amount > 0.0:
+            mover.follow_wheel(self.control.dress_amount)
+        if table is not None:
+            table.dresses += 1
+        yield DressEnd(timeline.time, number, cause)
+        yield from mover.turn_spindle()
+        if mover.tooling.worn_out:
+            yield Message(timeline.time, "the wheel radius is below its minimum")
+
+    def _immediate(self, finish: float) -> float | None:
+        """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""
+        timeline = self.timeline
+        if self.mover.source is not Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
+            return None
+        first = self.requests[0]
+        return first.at if first.immediate and timeline.time < first.at < finish else None
+
+    def _due(self) -> deque[Interrupt] | None:
+        """The requests of which the first is due by now, those at the panel before those by time.
+
+        An interrupt program is not interrupted.
+        """
+        if self.mover.source is Source.PROGRAM:
+            for requests in (self.control.panel.interrupts, self.requests):
+                if requests and requests[0].at <= self.timeline.time:
+                    return requests
+        return None
+
+    def _interrupt(self, requests: deque[Interrupt], goal: Position) -> Generator[Event, None, bool]:
+        """Run the first of some program interrupts.
+
+        Args:
+            requests: loses it.
+            goal: where the axes are programmed to be at the end of the motion or block that it interrupts.
+
+        Returns:
+            whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
+        """
+        interrupt, timeline = requests.popleft(), self.timeline
+        program = self.programs.find(interrupt.program)
+        if program is None:
+            raise self.mover.place.error(
+                "program-not-found", f"the interrupt asks for O{interrupt.program}; it must be in the file or beside it"
+            )
+        yield InterruptStart(timeline.time, interrupt.program, interrupt.kind)
+        moved = yield from self._run(program, Source.INTERRUPT, returning=interrupt.kind == 2)
+        yield InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
+        away = moved and interrupt.kind == 1
+        if away:
+            self.mover.detour = goal
+        return away
+
+    def _run(self, program: Program, source: Source, returning: bool) -> Generator[Event, None, bool]:
+        """Execute a program in the middle of another one, which finds modes and table as they were.
+
+        The radius compensation is dropped without a motion and armed again afterwards.
+
+        Returns:
+            whether the program moved an axis.
+        """
+        timeline, mover, compensation = self.timeline, self.mover, self.mover.compensation
+        modes, place = mover.modes, mover.place
+        table, timeline.reciprocation = timeline.reciprocation, None
+        programmed, plane, detect = compensation.programmed, compensation.plane, compensation.detect
+        compensation.forget()
+        compensation.programmed = None
+        mover.modes = modes if modes.compensation == "G40" else replace(modes, compensation="G40")
+        recorder = mover.recorder = Recorder(timeline.position, mover.remembered)
+        mover.source = source
+        end = yield from self.execute(program, table.place if table else place)
+        if end != "M99":
+            kind = "dress" if source is Source.DRESS else "interrupt"
+            found = "the end of its text" if end == TEXT_END else end
+            raise program.last_place().error(
+                f"{kind}-program",
+                f"{kind} program O{program.number} comes to {found} before M99; it must return by M99",
+            )
+        if returning:
+            yield from mover.retrace(recorder)
+        compensation.forget()
+        compensation.programmed, compensation.plane, compensation.detect = programmed, plane, detect
+        mover.recorder, mover.source, mover.modes, mover.place = None, Source.PROGRAM, modes, place
+        timeline.inch = modes.inch
+        if table is not None:
+            table.free_at = timeline.time
+            timeline.reciprocation = table
+        return recorder.moved

@@ -1,0 +1,366 @@
+"""Episodes of a user's own program, N of them side by side, without Gymnasium.
+
+A program that has a script is replayed in compiled code; the control executes any other, one machine after the other.
+Both are judged and remembered by the same compiled functions.
+"""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.control import Programs
+from grind_env.control.rewriting import with_words
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.envs.contexts import Given
+from grind_env.envs.job.outline import (
+    INCH,
+    BlockOutline,
+    Choice,
+    JobProgramError,
+    outline_of_runs,
+    outline_of_script,
+    refuse_many,
+)
+from grind_env.envs.job.readings import ACTION, coming, job_readings, job_task
+from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs
+from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
+from grind_env.envs.observations import Layout, Readings, scaling
+from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
+from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
+from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.tape import TapeRow
+from grind_env.machine.compiled import handover_cost
+from grind_env.machine.cycle import PartState
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_wheel
+from grind_env.machine.replay import tables_of
+from grind_env.machine.script import Script, ScriptError, script_of
+from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
+from grind_env.process.state import WheelState
+
+FULL = 0.9
+"""Least share of the deepest plunge of a G81 that counts as a full one; the other cycles have their picks."""
+STROKES_AT_MOST = int(POWER_WINDOW)
+COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
+
+
+@dataclass(slots=True)
+class JobEpisodes(Episodes):
+    """The state of N episodes.
+
+    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `programs` are
+    those under execution if the control runs them.
+    """
+
+    stages: Table
+    programs: list[ProgramEpisode]
+
+    def pick(self, index: ArrayLike) -> "JobEpisodes":
+        """Copies of the episodes at `index` (which may repeat); a program under execution is run anew."""
+        chosen = np.asarray(index)
+        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name != "programs"}
+        programs = [copy.deepcopy(self.programs[i]) for i in chosen.tolist()] if self.programs else []
+        return JobEpisodes(programs=programs, **arrays)
+
+
+class JobSimulation(Simulation):
+    """Steps episodes of a program.
+
+    Args:
+        programs: the program.
+        job: the job.
+        spread: factor on all that is random.
+        full: whether observations show the hidden state.
+
+    Attributes:
+        blocks: the cycle blocks of the program.
+        parts: how many parts it grinds.
+        why: why the control has to execute it; None if it has a script.
+
+    Raises:
+        GrindError: it cannot be run, or there is nothing to choose in it.
+    """
+
+    def __init__(self, programs: Programs, job: Job, spread: float, *, full: bool = False) -> None:
+        refuse_many(programs, job)
+        task = job_task(job, spread)
+        low, high = (1000.0 * speed for speed in task.action.speed_ends)
+        self.programs, self.job, self.spread = programs, job, spread
+        self.why: ScriptError | None = None
+        self.script: Script | None = None
+        try:
+            self.script = script_of(programs, job, (low, high))
+            self.tables = tables_of(self.script)
+        except ScriptError as error:
+            self.script, self.why = None, error
+        if self.script is None:
+            trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
+            self.blocks = outline_of_runs(programs, job, trials)
+        else:
+            self.blocks = outline_of_script(self.script, self.tables)
+        if not self.blocks:
+            raise JobProgramError(
+                f"{programs.name} makes no stroke: it has no cycle block G81, G82 or G83, and no E or D to choose"
+            )
+        self.part_of_block = np.array([block.part for block in self.blocks])
+        self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
+        self.task, self.entries = replace(task, blocks=len(self.blocks)), job_readings(task, full=full)
+        self.kinds = np.array([kind_of(block, job) for block in self.blocks])
+        self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
+        self._said_of = coming(self.blocks, self.entries)
+        said = np.isfinite(self._said_of).all(axis=0)
+        self._said, self._read = np.flatnonzero(said), np.flatnonzero(~said)
+        read = tuple(self.entries[k] for k in self._read.tolist())
+        # one kind a block, and the material is that of the job
+        one_material = Layout(np.array([Readings._fields.index(entry.name) for entry in read]), 0, np.array([-1]))
+        self._scaling = scaling(task, read)._replace(layout=one_material)
+        self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
+        self._inch = np.array([block.inch for block in self.blocks])
+        self._begin_with(self._generator_of(0.0))
+        cost = self._nominal_cost()
+        if not cost > 0.0:
+            raise JobProgramError(
+                f"{programs.name} costs nothing with this job; give its machine an hourly_rate above 0"
+            )
+        self.task, self.shop = replace(self.task, reference_cost=cost), shop_of(job, cost)
+        self._begin_with(self._generator_of(spread))
+
+    def _generator_of(self, spread: float) -> JobGenerator:
+        job, blocks = self.job, self.blocks
+        wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, wheel)
+
+    def _nominal_cost(self) -> float:
+        """Of the program with its own words on nominal parts, $ per cycle block."""
+        episodes, total = self.start([np.random.default_rng(0)]), 0.0
+        strokes = 0.0
+        for block in self.blocks:
+            outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
+            total, strokes = total + outcomes[0, COST], strokes + tallies[0, STROKES]
+        if strokes == 0.0:
+            raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
+        return total / len(self.blocks)
+
+    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
+        """New episodes, one from each generator, with what is given of each."""
+        n = len(rngs)
+        episodes = JobEpisodes(
+            np.empty((n, self.task.blocks, len(TapeRow._fields))),
+            np.zeros(n, np.int64),
+            np.empty((n, len(WheelState._fields))),
+            np.empty((n, len(PartState._fields))),
+            np.empty((n, len(Memory._fields))),
+            np.zeros((n, STAGE_FIELDS)),
+            [],
+        )
+        self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
+        return episodes
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        """Put new episodes at `index`; as `Simulation.restart_all`."""
+        assert isinstance(episodes, JobEpisodes)
+        super().restart_all(episodes, index, rngs, given)
+        episodes.stages[np.array(index)] = 0.0
+        if self.script is None:
+            for i in index:
+                conditions = self.tape(episodes, i).conditions
+                episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, self.job, conditions)]
+
+    def tape(self, episodes: Episodes, i: int) -> JobTape:
+        """What was drawn for episode i."""
+        return job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
+
+    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+        """E and D as the coming blocks take them: E as a word says it, and D where there is such a word."""
+        speeds, executions = choice
+        number = np.minimum(episodes.block, self.task.blocks - 1)
+        inches = np.round(speeds / INCH, 4) * INCH
+        return np.where(self._inch[number], inches, np.rint(speeds)), executions * self._takes_dresses[number]
+
+    def text(self, block: int, speed: float, executions: float) -> str:
+        """What the control reads for a block."""
+        return with_words(self.blocks[block].block, self.words(block, speed, executions)).source.text
+
+    def words(self, block: int, speed: float, executions: float) -> Words:
+        """The words that say a choice in a block."""
+        return self.blocks[block].words(Choice(speed, int(executions)))
+
+    def step(
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
+    ) -> tuple[Table, Table]:
+        """Run the next block of the episodes in `active`, and on to the one after it; as `Simulation.step`.
+
+        Raises:
+            GrindError: a block cannot be run so; every episode is then as it was before.
+        """
+        assert isinstance(episodes, JobEpisodes)
+        n = len(episodes.block)
+        active = np.arange(n) if active is None else active
+        outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
+        E, D = self.taken(episodes, (speeds, executions))
+        if self.script is None:
+            self._execute(episodes, E, D, active, tallies, outcomes)
+            return outcomes, tallies
+        step_jobs(
+            *self.tables,
+            self.kinds,
+            self.base,
+            self._shops,
+            self.script.approach,
+            self.job.times.load,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            episodes.parts,
+            episodes.memory,
+            episodes.stages,
+            E,
+            D,
+            active,
+            tallies,
+            outcomes,
+        )
+        return outcomes, tallies
+
+    def observe(self, episodes: Episodes) -> NDArray[np.float32]:
+        """Observations of the coming blocks, shape (N, entries), float32."""
+        observations = np.empty((len(episodes.block), len(self.entries)), np.float32)
+        observations[:, self._read] = super().observe(episodes)
+        observations[:, self._said] = self._said_of[episodes.block][:, self._said]
+        return observations
+
+    def _execute(
+        self, episodes: JobEpisodes, E: Table, D: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
+    ) -> None:
+        """Let the control execute the next block of programs without a script."""
+        programs, found = episodes.programs, np.zeros((len(E), FOUND_FIELDS))
+        words = {i: self.words(episodes.block[i], E[i], D[i]) for i in active.tolist()}
+        changes = {i: programs[i].run.mount.changes for i in words}
+        for i, run in step_all(programs, words).items():
+            machine = programs[i].run
+            change = machine.mount.changes - changes[i]
+            tally = tally_of(run, self.job)
+            tallies[i] = tally._replace(seconds=tally.seconds - change * self.shop.change_seconds)
+            finished = run.finished
+            error = finished["worst_error"][-1] if finished.size else 1000.0 * machine.part.left
+            roughness = finished["Ra"][-1] if finished.size else (run.strokes["Ra"][-1] if run.strokes.size else 0.0)
+            over = programs[i].block is None
+            found[i] = Found(
+                good=float(finished["survival"].mean()) if finished.size else 1.0,
+                size_error=float(error),
+                change=float(change),
+                handover=self._handover(programs[i], run) if over else 0.0,
+                pick=float(run.increments[run.strokes["groove"] == 0].max(initial=0.0)),
+            )
+            episodes.wheels[i] = machine.wheel
+            episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
+        settle_jobs(
+            self.kinds,
+            self._shops,
+            episodes.tape,
+            episodes.block,
+            episodes.parts,
+            episodes.memory,
+            E,
+            D,
+            active,
+            tallies,
+            found,
+            outcomes,
+        )
+
+    def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
+        """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""
+        if run.plan.program is None or program.run.wheel is None:
+            return 0.0
+        dress = program.run.dressing.plans[run.plan.program]
+        wheel, p = program.run.wheel, program.run.part.p
+        return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
+
+
+def kind_of(block: BlockOutline, job: Job) -> KindRow:
+    """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
+    part, limits = job.part, job.limits
+    return KindRow(
+        stock=part.stock,
+        pick=block.plan.primary_pick,
+        sparkout=float(block.plan.spark_out),
+        width=part.width,
+        # the volume since a dress is that per width of the wheel in use
+        length=part.length * part.width / min(part.width, job.setup.wheel.width),
+        stroke=abs(block.plan.primary - block.plan.secondary),
+        scrap=part.scrap_cost,
+        starts_part=float(block.starts_part),
+        ends_part=float(block.finished),
+        counts_all=float(part.rise_allowance > 0.0),
+        load=0.0,
+        rise=limits.rise,
+        power=limits.power,
+        roughness=limits.roughness,
+        size=limits.size,
+    )
+
+
+def shop_of(job: Job, reference_cost: float) -> Shop:
+    """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
+    rates, change = job.rates, job.times.wheel_change
+    return Shop(
+        acceleration=job.control.acceleration,
+        dwell=job.control.reversal_dwell,
+        dress_passes=0.0,
+        dress_feed=0.0,
+        dress_depth=0.0,
+        dress_seconds=0.0,
+        hourly=rates.hourly,
+        wheel_price=rates.wheel,
+        dress_price=rates.dress,
+        reference_cost=reference_cost,
+        late_price=0.0,
+        least_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
+        new_diameter=job.setup.wheel.diameter,
+        change_price=0.0,
+        change_seconds=change or 0.0,
+    )
+
+
+def tally_of(run: BlockRun, job: Job) -> Tally:
+    """What a block has come to that the control has executed, up to the next one."""
+    strokes, plan = run.strokes, run.plan
+    table, power = strokes["groove"] == 0, strokes["power"]
+    least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
+    if plan.code == "G81":
+        least = FULL * run.increments[table].max(initial=0.0)
+    full = np.flatnonzero(table & (run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
+    since = int(run.dresses["after"][-1]) if run.dresses.size else 0
+    first, last = full[:STROKES_AT_MOST], full[-STROKES_AT_MOST:]
+    last = last[last >= since]
+    ground = table | job.setup.grooving_wheel
+    plunges = strokes["T"][run.increments > 0.0]
+    rise = float(run.finished["rise"][-1] if run.finished.size else plunges.max(initial=0.0))
+    return NOTHING._replace(
+        seconds=run.seconds,
+        strokes=float(len(strokes)),
+        dresses=float(run.dresses.size),
+        first_power=float(power[first].sum()),
+        first_count=float(first.size),
+        power_1=float(power[last].sum()),
+        last_count=float(last.size),
+        deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
+        peak_power=float(power.max(initial=0.0)),
+        plunge_rise=rise,
+        finish_rise=rise,
+        burn_ratio=float(strokes["Br"].max(initial=0.0)),
+        worn=float(strokes["worn"].sum()),
+        dressed_off=float(run.dresses["removed"].sum()),
+    )

@@ -1,0 +1,252 @@
+"""The compiled step of `grind/Job-v0`: a block of a script, and what has come of it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.envs.rows import Memory, Shop, read_kind, read_memory, read_shop, write_memory, write_outcome
+from grind_env.envs.settling import counted_rise, outcome_of, power_readings, remembered
+from grind_env.envs.step import write_factored
+from grind_env.envs.tape import TapeRow, read_row
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.machine.cycle import PartState, dress_lead
+from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
+from grind_env.machine.replay import BlockRow, ScriptTables, grind_blocks, read_block
+from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_part, write_wheel
+from grind_env.machine.tally import Tally
+from grind_env.process.cost import Limits, Rates, handover_cost, survival
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
+
+
+class Stage(NamedTuple):
+    """What a part has come to since the operator last judged it, and where the machine stands."""
+
+    power: float
+    """Highest power of a stroke, W."""
+    rise: float
+    """Highest temperature rise that counts, K."""
+    gone: float
+    """Time of the program since the last part was taken off, s."""
+    gauged: float
+    """1 if the wear of the wheel is known, else 0."""
+
+
+class Found(NamedTuple):
+    """What is found after a block."""
+
+    good: float
+    """Probability that the part is good so far; of several parts finished in one block their mean."""
+    size_error: float
+    """Stock left where the part is farthest from its size, um."""
+    change: float
+    """1 if the wheel is changed, else 0."""
+    handover: float
+    """Price of handing over the wheel, $."""
+    pick: float
+    """By how much a stroke has gone deeper at most, mm."""
+
+
+read_stage, write_stage = column_reader(Stage), column_writer(Stage)
+read_found, write_found = column_reader(Found), column_writer(Found)
+STAGE_FIELDS, FOUND_FIELDS, PARAMETERS = len(Stage._fields), len(Found._fields), len(StrokeParameters._fields)
+STOCK, SURVIVAL = TapeRow._fields.index("stock"), Memory._fields.index("survival")
+PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
+
+
+@inlined
+def on_the_part(row: BlockRow, part: PartState, stage: Stage, wheel: WheelState) -> tuple[PartState, Stage, WheelState]:
+    """Part, stage and wheel as a block finds them: a part that it starts is loaded and touched off."""
+    starts = row.starts_part > 0.0
+    known = starts or stage.gauged > 0.0
+    # of a wheel that has been gauged the wear is compensated
+    W = 0.0 if known else wheel.W
+    measured = WheelState(
+        ds=wheel.ds, A=wheel.A, lam=wheel.lam, V=wheel.V, Rd=wheel.Rd, Cd=wheel.Cd, alw=wheel.alw, W=W, wd=wheel.wd
+    )
+    if starts:
+        part = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
+        stage = Stage(power=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
+    return part, stage, measured
+
+
+@inlined
+def judged(
+    row: BlockRow, part: PartState, tally: Tally, stage: Stage, stock: float, before: float
+) -> tuple[float, float, Stage]:
+    """Probability that the part is good so far, its size error in um, and what its stage has come to.
+
+    Args:
+        row: of the block.
+        part: after it.
+        tally: of the block.
+        stage: before it.
+        stock: true stock of the part, mm.
+        before: probability that the part was good before the block.
+    """
+    power = max(stage.power, tally.peak_power)
+    rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
+    size_error = 1000.0 * ((row.stock if row.stock > 0.0 else stock) - part.S)
+    good = before
+    if row.judged > 0.0:
+        limits = Limits(rise=row.rise, power=row.power, roughness=row.roughness, size=row.size)
+        good = before * survival(rise, power, part.Rs, size_error, limits)
+        power, rise = 0.0, 0.0
+    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached the part
+        good = 0.0
+    return good, size_error, Stage(power=power, rise=rise, gone=stage.gone, gauged=row.gauged)
+
+
+@inlined
+def new_wheel(row: BlockRow, shop: Shop, worn: WheelState, p: StrokeParameters) -> WheelState:
+    """The wheel that comes in place of a worn one, dressed as the block would."""
+    wheel = dressed_wheel(shop.new_diameter, worn.wd, USUAL_LEAD, USUAL_DEPTH, p)
+    if row.dress_passes > 0.0:
+        wheel = dressed_wheel(shop.new_diameter, worn.wd, dress_lead(wheel, row.dress_feed, p), row.dress_depth, p)
+    return wheel
+
+
+@inlined
+def price_of_handover(row: BlockRow, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
+    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with."""
+    if row.dress_passes <= 0.0:
+        return 0.0
+    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+    lead = dress_lead(wheel, row.dress_feed, p)
+    return handover_cost(wheel, row.dress_passes, lead, row.dress_depth, row.dress_seconds, p, rates)
+
+
+@entry
+def step_jobs(
+    blocks: Any,
+    motions: Any,
+    kinds: Any,
+    base: Any,
+    shops: Any,
+    approach: float,
+    load: float,
+    tape: Any,
+    block: Any,
+    wheels: Any,
+    parts: Any,
+    memory: Any,
+    stages: Any,
+    speeds: Any,
+    executions: Any,
+    active: Any,
+    tallies: Any,
+    outcomes: Any,
+) -> None:
+    """Run the next block of the episodes in `active`.
+
+    Args:
+        blocks: of `ScriptTables`, like the next one.
+        motions: beside the table.
+        kinds: of each block, shape (blocks, fields of `KindRow`).
+        base: nominal parameters, shape (1, fields of `StrokeParameters`).
+        shops: numbers of the job, shape (1, fields of `Shop`).
+        approach: time of the program up to its first block, s.
+        load: time from one part to the next until its first cycle starts, s.
+        tape: shape (N, blocks, fields of `TapeRow`).
+        block: number of the coming block, shape (N,), int64; updated, like the next five.
+        wheels: shape (N, fields of `WheelState`).
+        parts: shape (N, fields of `PartState`).
+        memory: shape (N, fields of `Memory`).
+        stages: shape (N, fields of `Stage`).
+        speeds: E, mm/min, shape (N,).
+        executions: D, shape (N,).
+        active: indices of the episodes to step, int64.
+        tallies: shape (N, fields of `Tally`); written in the rows of `active`.
+        outcomes: shape (N, fields of `Outcome`); written likewise.
+    """
+    n, shop = block.size, read_shop(shops, 0)
+    parameters, picks = np.empty((n, PARAMETERS)), np.empty(n)
+    for i in active:
+        row = read_block(blocks, block[i])
+        part, stage, wheel = on_the_part(row, read_part(parts, i), read_stage(stages, i), read_wheel(wheels, i))
+        write_part(parts, i, part)
+        write_stage(stages, i, stage)
+        write_wheel(wheels, i, wheel)
+        write_factored(parameters, i, base, 0, tape, block[i], False)
+    grind_blocks(
+        ScriptTables(blocks, motions), block, speeds, executions, parameters, wheels, parts, tallies, picks, active
+    )
+    found = np.empty((n, FOUND_FIELDS))
+    for i in active:
+        number, p = block[i], read_parameters(parameters, i)
+        row, stock = read_block(blocks, number), tape[i, number, STOCK]
+        tally, part, wheel = read_tally(tallies, i), read_part(parts, i), read_wheel(wheels, i)
+        before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
+        good, size_error, stage = judged(row, part, tally, read_stage(stages, i), stock, before)
+        even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
+        on_the_way = row.before_from_secondary if even else row.before_from_primary
+        afterwards = row.after_from_secondary if even else row.after_from_primary
+        came = approach if number == 0 else 0.0
+        gone = approach if number == 0 else stage.gone
+        waited = max(load - gone, 0.0) if row.starts_part > 0.0 else 0.0
+        tallies[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
+        change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
+        if change > 0.0:
+            wheel = new_wheel(row, shop, wheel, p)
+            write_wheel(wheels, i, wheel)
+        handover = price_of_handover(row, shop, wheel, p) if number + 1 == len(blocks) else 0.0
+        write_stage(stages, i, Stage(power=stage.power, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
+        write_found(found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i]))
+    settle_jobs(kinds, shops, tape, block, parts, memory, speeds, executions, active, tallies, found, outcomes)
+
+
+@entry
+def settle_jobs(
+    kinds: Any,
+    shops: Any,
+    tape: Any,
+    block: Any,
+    parts: Any,
+    memory: Any,
+    speeds: Any,
+    executions: Any,
+    active: Any,
+    tallies: Any,
+    found: Any,
+    outcomes: Any,
+) -> None:
+    """Write what the blocks that were run have cost and shown, and go on to the next ones.
+
+    Args:
+        kinds: as for `step_jobs`, like all but the next to last.
+        shops: numbers of the job.
+        tape: noise tape.
+        block: number of the block; updated.
+        parts: after it.
+        memory: updated.
+        speeds: E, mm/min.
+        executions: D.
+        active: indices of the episodes.
+        tallies: of the blocks, with all their time.
+        found: shape (N, fields of `Found`).
+        outcomes: written.
+    """
+    shop = read_shop(shops, 0)
+    for i in active:
+        kind, row = read_kind(kinds, block[i]), read_row(tape[i], block[i])
+        part, tally, old, seen = (
+            read_part(parts, i),
+            read_tally(tallies, i),
+            read_memory(memory, i),
+            read_found(found, i),
+        )
+        rise = counted_rise(kind, tally)
+        outcome = outcome_of(
+            kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
+        )
+        write_outcome(outcomes, i, outcome)
+        powers = power_readings(row, tally, seen.change)
+        volume = tally.deepened * kind.length
+        new = remembered(
+            kind, row, tally, old, powers, outcome, seen.good, seen.change, speeds[i], executions[i], 0.0, volume
+        )
+        write_memory(memory, i, new)
+        memory[i, PICK] = seen.pick
+        block[i] += 1

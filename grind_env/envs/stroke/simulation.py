@@ -1,0 +1,132 @@
+"""Episodes of `grind/Stroke-v0`: parts ground one stroke at a time, N of them side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.contexts import CONTEXT_FACTORS, Given
+from grind_env.envs.observations import Reading
+from grind_env.envs.rows import KindRow, Outcome
+from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.stroke.readings import stroke_readings
+from grind_env.envs.stroke.step import StrokeArrays, StrokeMemory, observe_strokes, step_strokes
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import Task
+from grind_env.machine.tally import Plunges, Tally
+
+ENDS, LOAD = KindRow._fields.index("ends_part"), KindRow._fields.index("load")
+
+
+@dataclass(slots=True)
+class StrokeEpisodes(Episodes):
+    """The state of N episodes; `block` counts finished parts.
+
+    `noise` is that of the power reading of every stroke, shape (N, strokes); the others are those of
+    `step.StrokeArrays`.
+    """
+
+    rows: Table
+    strokes: Table
+    plunges: Table
+    parameters: Table
+    noise: Table
+
+    def more(self) -> StrokeArrays:
+        """What a stroke needs besides `arrays`."""
+        return StrokeArrays(self.rows, self.strokes, self.plunges, self.parameters)
+
+
+class StrokeSimulation(Simulation):
+    """Steps episodes of the task stroke by stroke; arguments as for `Simulation`. Every part is of its only kind."""
+
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+        super().__init__(task, full=full, pre_dress=pre_dress)
+        within, last = self.kinds.copy(), self.kinds.copy()
+        # the loading is counted in the time of the first stroke
+        within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
+        self.kinds = np.concatenate([self.kinds, within, last])
+        self._most = most_strokes(task)
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        """As `Simulation.restart_all`; the noise of the strokes is drawn after the tape."""
+        mine = _stroke_episodes(episodes)
+        super().restart_all(mine, index, rngs, given)
+        rows = np.array(index)
+        mine.rows[rows] = mine.tape[rows, 0]
+        mine.strokes[rows] = mine.plunges[rows] = 0.0
+        for i, rng, each in zip(index, rngs, given, strict=True):
+            rng.standard_normal(out=mine.noise[i])
+            fixed = each.fixed.noise
+            mine.noise[i] *= self.task.spread.measurement if np.isnan(fixed) else fixed
+
+    def step(
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
+    ) -> tuple[Table, Table]:
+        """Make the next stroke of the episodes in `active`; D is 1 for a dress before it, there is no other."""
+        mine, n = _stroke_episodes(episodes), len(episodes.block)
+        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
+        step_strokes(
+            self.kinds,
+            self.base,
+            self._shops,
+            *mine.arrays(),
+            *mine.more(),
+            mine.noise,
+            speeds,
+            executions,
+            self._materials,
+            np.arange(n) if active is None else active,
+            results,
+            outcomes,
+        )
+        return outcomes, results
+
+    def observe(self, episodes: Episodes) -> NDArray[np.float32]:
+        """Observations of the coming strokes, shape (N, entries), float32; zeros for what is not after the last one."""
+        mine = _stroke_episodes(episodes)
+        observations = np.empty((len(mine.block), len(self.entries)), np.float32)
+        state = mine.block, mine.wheels, mine.memory, mine.rows, mine.strokes
+        _, offset, scale, low, high = self._scaling
+        tables = self.kinds, self._materials, self.task.blocks
+        observe_strokes(*tables, *state, offset, scale, low, high, observations)
+        return observations
+
+    @staticmethod
+    def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
+        return stroke_readings(task, full=full)
+
+    def _room(self, n: int) -> StrokeEpisodes:
+        room: Any = super()._room(n).arrays()._asdict()
+        return StrokeEpisodes(
+            **room,
+            rows=np.empty((n, len(TapeRow._fields))),
+            strokes=np.empty((n, len(StrokeMemory._fields))),
+            plunges=np.empty((n, len(Plunges._fields))),
+            parameters=np.empty((n, self.base.shape[1])),
+            noise=np.empty((n, self._most)),
+        )
+
+
+def most_strokes(task: Task) -> int:
+    """Strokes of an episode whose parts all have the greatest stock that a context can fix.
+
+    The count of random numbers depends on the task only, never on what they turn out to be or on what is given.
+    """
+    kind = task.kinds[0]
+    return task.blocks * (int(CONTEXT_FACTORS["stock"].high * kind.stock / kind.pick) + kind.sparkout + 2)
+
+
+def _stroke_episodes(episodes: Episodes) -> StrokeEpisodes:
+    assert isinstance(episodes, StrokeEpisodes)
+    return episodes

@@ -1,0 +1,384 @@
+"""A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Dwell, Line
+from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_reader, column_writer, dtype_of
+from grind_env.machine.batch import FEEDS, NO_MOTIONS, PLUNGES, TRAVERSES
+from grind_env.machine.cycle import Cycle
+from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.feeding import ENDS, GOES_ON, Feeding, Motion, deepest_pick
+from grind_env.machine.job import Job
+from grind_env.machine.rows import read_part, write_cycle
+from grind_env.machine.rules import motion_time
+from grind_env.machine.script import Script, ScriptBlock, ScriptError, depth_of, edge_of
+from grind_env.machine.tally import Tally
+from grind_env.process.cost import Limits
+
+RECIPROCATION, PLUNGE, TRAVERSE = 0.0, 1.0, 2.0
+CODES = {"G81": RECIPROCATION, "G82": PLUNGE, "G83": TRAVERSE}
+
+NO_BLOCK = -1.0
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+
+FULL = 0.9
+"""Share of the deepest plunge of a G81 from which one counts as full; the other cycles have their picks."""
+
+Table = NDArray[Any]
+
+
+class BlockRow(NamedTuple):
+    """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part."""
+
+    code: float
+    """`RECIPROCATION`, `PLUNGE` or `TRAVERSE`."""
+    first_length: float
+    """From the start point to the primary point, mm."""
+    away: float
+    """1 if the table sets out from elsewhere than its secondary point, else 0."""
+    stroke_length: float
+    """Between the reversal points, mm."""
+    dwell: float
+    """At a reversal point, s."""
+    acceleration: float
+    """mm/s2."""
+    start: float
+    target: float
+    primary_pick: float
+    secondary_pick: float
+    at_depth: float
+    pre_dress: float
+    """1 for the .1 forms, else 0."""
+    takes_dresses: float
+    """1 if it may have a D word, else 0."""
+    finish: float
+    """Depth of the deepest block of its stage of the part."""
+    reached: float
+    """Depth to which the program has led on the part when the block is over."""
+    width: float
+    """Of the part, mm."""
+    length: float
+    """Of the part, mm."""
+    dress_passes: float
+    dress_feed: float
+    """mm/s."""
+    dress_depth: float
+    dress_seconds: float
+    cross_start: float
+    cross_end: float
+    primary_cross_pick: float
+    secondary_cross_pick: float
+    motion: float
+    """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    to_secondary: float
+    """1 if the next cycle takes over the table, else 0."""
+    before_from_secondary: float
+    """Time on the way to the next block until the part is taken off, s, if the table rests at its secondary point."""
+    before_from_primary: float
+    after_from_secondary: float
+    """Time from then on, s."""
+    after_from_primary: float
+    starts_part: float
+    """1 if it is the first on its part, else 0."""
+    ends_part: float
+    """1 if the part is taken off after it, else 0."""
+    gauged: float
+    """1 if the operator gauges or takes off the part after it, so that the wear of the wheel is known; else 0."""
+    judged: float
+    """1 if a stage of the part ends after it, else 0."""
+    counts_all: float
+    """1 if the heat of every plunge of the stage counts, else 0."""
+    rise: float
+    """Limit of the stage, as of `process.cost.Limits`, like the next three."""
+    power: float
+    roughness: float
+    size: float
+    stock: float
+    """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
+
+
+BLOCK = dtype_of(BlockRow)
+MOTION = dtype_of(Motion)
+read_block = column_reader(BlockRow)
+read_feeding, write_feeding = column_reader(Feeding), column_writer(Feeding)
+CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
+STROKES = Tally._fields.index("strokes")
+grind_plunges, grind_traverses, grind_feedings = PLUNGES.lanes, TRAVERSES.lanes, FEEDS.lanes
+
+
+class ScriptTables(NamedTuple):
+    """A script in numbers."""
+
+    blocks: Table
+    """Shape (blocks, fields of `BlockRow`)."""
+    motions: Table
+    """Beside the tables of all blocks, shape (motions, fields of `Motion`)."""
+
+
+def tables_of(script: Script) -> ScriptTables:
+    """A script in numbers.
+
+    Raises:
+        ScriptError: a part is wider than the wheel, or the wheel is beside it.
+    """
+    motions: list[Motion] = []
+    rows: list[BlockRow] = []
+    starts, reached, first_of_stage, stage = True, 0.0, 0, 0
+    job, stages = script.job, script.job.part.stages
+    for number, block in enumerate(script.blocks):
+        if starts:
+            reached, first_of_stage, stage = 0.0, number, 0
+        _refuse_beside(script, block)
+        beside = _motions_of(block, job)
+        reached = max(reached, _deepest(block, job))
+        ends_stage = block.stops > 0 and stage < len(stages)
+        judged = block.ends_part or ends_stage
+        asked = stages[stage] if ends_stage else job.part
+        limits = job.limits_at(asked)
+        rows.append(
+            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
+                judged=float(judged),
+                counts_all=float(asked.rise_allowance > 0.0),
+                stock=asked.stock if ends_stage else 0.0,
+            )
+        )
+        motions += beside
+        if judged:
+            rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
+            first_of_stage, stage = number + 1, stage + 1
+        starts = block.ends_part
+    return ScriptTables(_table(rows, BlockRow), _table(motions, Motion))
+
+
+def _table(rows: list[Any], kind: type[Any]) -> Table:
+    return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
+
+
+def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
+    plan, dress, part = block.plan, block.dress or NO_DRESS, job.part
+    from_secondary, from_primary = block.ways
+    first = block.start[plan.axis]
+    start = depth_of(block.start, plan, job)
+    edge = edge_of(block.start, plan)
+    crosses = plan.cross_axis is not None
+    return BlockRow(
+        code=CODES[plan.code],
+        first_length=abs(plan.primary - first),
+        away=float(first != plan.secondary and not block.taken_over),
+        stroke_length=abs(plan.primary - plan.secondary),
+        dwell=job.control.reversal_dwell,
+        acceleration=job.control.acceleration,
+        start=start,
+        target=start if plan.plunge_axis is None else job.part.surface - plan.depth_target,
+        primary_pick=plan.primary_pick,
+        secondary_pick=plan.secondary_pick,
+        at_depth=float(job.control.coverage_pass + plan.spark_out),
+        pre_dress=float(plan.pre_dress and block.dress is not None),
+        takes_dresses=float(block.takes_dresses),
+        finish=reached,
+        reached=reached,
+        width=part.width,
+        length=part.length,
+        dress_passes=float(dress.passes),
+        dress_feed=dress.feed,
+        dress_depth=dress.depth,
+        dress_seconds=dress.seconds,
+        cross_start=plan.cross_start if crosses else edge,
+        cross_end=plan.cross_end if crosses else edge,
+        primary_cross_pick=plan.primary_cross_pick,
+        secondary_cross_pick=plan.secondary_cross_pick,
+        motion=motion,
+        to_secondary=float(block.to_secondary),
+        before_from_secondary=from_secondary.before,
+        before_from_primary=from_primary.before,
+        after_from_secondary=from_secondary.after,
+        after_from_primary=from_primary.after,
+        starts_part=float(starts),
+        ends_part=float(block.ends_part),
+        gauged=float(block.gauged),
+        judged=0.0,
+        counts_all=0.0,
+        rise=limits.rise,
+        power=limits.power,
+        roughness=limits.roughness,
+        size=limits.size,
+        stock=0.0,
+    )
+
+
+def _deepest(block: ScriptBlock, job: Job) -> float:
+    """Depth to which the program leads in a block, mm."""
+    plan = block.plan
+    depths = [depth_of(position, plan, job) for motion in block.beside for position in (motion.start, motion.end)]
+    if plan.plunge_axis is not None:
+        depths.append(job.part.surface - plan.depth_target)
+    return max([depth_of(block.start, plan, job), *depths])
+
+
+def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
+    """The motions beside the table; one of no time if its strokes go on without."""
+    control, plan, time, rows = job.control, block.plan, 0.0, []
+    total = sum(motion.seconds for motion in block.beside)
+    for motion in block.beside:
+        depth, edge = depth_of(motion.start, plan, job), edge_of(motion.start, plan)
+        way, across = depth_of(motion.end, plan, job) - depth, edge_of(motion.end, plan) - edge
+        feed = motion.feed if isinstance(motion, Line) else control.rapid_feed
+        rows.append(
+            Motion(
+                begin=time,
+                end=time + motion.seconds,
+                depth=depth,
+                way=way,
+                cross=edge,
+                cross_way=across,
+                path=0.0 if isinstance(motion, Dwell) else float(np.hypot(way, across)),
+                rate=feed / 60.0,
+                last_begin=total - INSTANT,
+                leg_seconds=total,
+                after=GOES_ON,
+            )
+        )
+        time += motion.seconds
+    if rows:
+        return [*rows[:-1], rows[-1]._replace(after=ENDS)]
+    if not block.to_secondary and plan.code != "G81":
+        return []
+    depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
+    edge = edge_of(block.start, plan)
+    return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
+
+
+def _refuse_beside(script: Script, block: ScriptBlock) -> None:
+    job, plan = script.job, block.plan
+    part, wheel = job.part, job.setup.wheel
+    edges = {edge_of(block.start, plan), *(edge_of(motion.end, plan) for motion in block.beside)}
+    covered = all(edge <= part.across and part.across + part.width <= edge + wheel.width for edge in edges)
+    if plan.code == "G83" or not covered:
+        raise ScriptError(f"{script.programs.name}:{plan.line}: the wheel does not cover the width of the part")
+
+
+@inlined
+def cycle_of(row: BlockRow, E: float, D: float) -> Cycle:
+    """The cycle of a block with E (mm/min) and D."""
+    speed = E / 60.0
+    return Cycle(
+        speed=speed,
+        first_seconds=motion_time(row.first_length, speed, row.acceleration) + row.dwell,
+        stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + row.dwell,
+        start=row.start,
+        target=row.target,
+        primary_pick=row.primary_pick,
+        secondary_pick=row.secondary_pick,
+        at_depth=row.at_depth,
+        executions=D,
+        pre_dress=row.pre_dress,
+        full_plunge=max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE,
+        finish=row.finish,
+        width=row.width,
+        length=row.length,
+        dress_passes=row.dress_passes,
+        dress_feed=row.dress_feed,
+        dress_depth=row.dress_depth,
+        dress_seconds=row.dress_seconds,
+        cross_start=row.cross_start,
+        cross_end=row.cross_end,
+        primary_cross_pick=row.primary_cross_pick,
+        secondary_cross_pick=row.secondary_cross_pick,
+    )
+
+
+@inlined
+def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feeding:
+    """The strokes beside the motions of a block with E (mm/min), after those that its cycle has `made`."""
+    speed = E / 60.0
+    first = motion_time(row.first_length, speed, row.acceleration)
+    travel = motion_time(row.stroke_length, speed, row.acceleration)
+    pre_dress = row.pre_dress if row.code == RECIPROCATION else 0.0  # numba takes no condition among many keywords
+    return Feeding(
+        speed=speed,
+        first_seconds=first + row.dwell,
+        stroke_seconds=travel + row.dwell,
+        pre_dress=pre_dress,
+        full_plunge=full_plunge,
+        finish=row.finish,
+        width=row.width,
+        length=row.length,
+        dress_passes=row.dress_passes,
+        dress_feed=row.dress_feed,
+        dress_depth=row.dress_depth,
+        dress_seconds=row.dress_seconds,
+        first_middle=0.5 * first,
+        middle=0.5 * travel,
+        acceleration=row.acceleration,
+        made=made,
+        away=row.away,
+        to_secondary=row.to_secondary,
+        motion=row.motion,
+    )
+
+
+@entry
+def grind_blocks(
+    script: ScriptTables,
+    block: Any,
+    speeds: Any,
+    executions: Any,
+    parameters: Any,
+    wheels: Any,
+    parts: Any,
+    tallies: Any,
+    picks: Any,
+    active: Any,
+) -> None:
+    """Run a block on each of some machines.
+
+    Args:
+        script: the program.
+        block: number of the block of each machine, shape (N,), int64.
+        speeds: E, mm/min, shape (N,).
+        executions: D, shape (N,).
+        parameters: shape (N, fields of `StrokeParameters`).
+        wheels: shape (N, fields of `WheelState`); updated.
+        parts: shape (N, fields of `PartState`); updated.
+        tallies: shape (N, fields of `Tally`); updated.
+        picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
+        active: machines to run, int64.
+    """
+    n = block.size
+    cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
+    plunging, traversing, feeding = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    plunges, traverses, feeds = 0, 0, 0
+    for i in active:
+        row = read_block(script.blocks, block[i])
+        before = read_part(parts, i)
+        D = executions[i] if row.takes_dresses > 0.0 else 0.0
+        picks[i] = max(min(max(row.primary_pick, row.secondary_pick), row.target - row.start), row.start - before.Z)
+        if row.code != RECIPROCATION:
+            write_cycle(cycles, i, cycle_of(row, speeds[i], D))
+            if row.code == PLUNGE:
+                plunging[plunges] = i
+                plunges += 1
+            else:
+                traversing[traverses] = i
+                traverses += 1
+    grind_plunges(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, plunging[:plunges], 0, 1)
+    grind_traverses(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, traversing[:traverses], 0, 1)
+    for i in active:
+        row = read_block(script.blocks, block[i])
+        if row.motion >= 0.0:
+            full = max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE
+            made, reached = tallies[i, STROKES], read_part(parts, i).Z
+            most, strokes = deepest_pick(feeding_of(row, speeds[i], made, full), reached, script.motions)
+            if row.code == RECIPROCATION:
+                full = FULL * most
+                picks[i] = most
+            if strokes > 0.0:
+                write_feeding(feedings, i, feeding_of(row, speeds[i], made, max(full, DEPTH_TOLERANCE)))
+                feeding[feeds] = i
+                feeds += 1
+    grind_feedings(feedings, parameters, wheels, parts, tallies, script.motions, feeding[:feeds], 0, 1)

@@ -1,0 +1,335 @@
+"""A part program as a script: what the control makes of it before a wheel has touched a part.
+
+The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
+cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
+to the next block takes. `replay` runs a script for many machines at once, with other E and D in every block.
+
+Where the strokes are not settled by the program alone, because they depend on the wheel, on the operator or on how far
+a pick has come, there is no script, and a `ScriptError` says where and why.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from grind_env.control import (
+    Arc,
+    CycleAhead,
+    CycleEnd,
+    CyclePlan,
+    CycleStart,
+    DressStart,
+    Dwell,
+    Event,
+    Execution,
+    Hold,
+    Infeed,
+    InterruptStart,
+    Line,
+    Motion,
+    Position,
+    ProgramEnd,
+    Programs,
+    ProgramStop,
+    Rapid,
+    Source,
+    TableStop,
+    execute,
+)
+from grind_env.control.profile import ramp_time
+from grind_env.control.reciprocation import Reversal
+from grind_env.control.rules import motion_time
+from grind_env.control.words import Block
+from grind_env.errors import GrindError
+from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.dress_program import DressPlan, plan_dress
+from grind_env.machine.job import Job
+
+PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
+
+
+class ScriptError(GrindError):
+    """A program whose strokes are not settled by it alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """The time of the program with the table at rest, s, from a cycle block to the next one.
+
+    Attributes:
+        before: until the part is taken off, or up to the next block if it stays on.
+        after: from then on.
+    """
+
+    before: float = 0.0
+    after: float = 0.0
+
+
+@dataclass(slots=True)
+class ScriptBlock:
+    """A cycle block, and what the program does up to the next one.
+
+    Attributes:
+        block: as it was read.
+        inch: whether it is read in inches.
+        plan: of its cycle.
+        start: where the axes stand when it begins, mm.
+        taken_over: whether it takes over a table that reciprocates.
+        dress: one execution of its dress program; None if it knows none.
+        beside: motions of the program beside the table, dwells among them, in their order.
+        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
+        ways: on to the next block, from the secondary and from the primary point.
+        gauged: whether the operator gauges or takes off the part before the next block.
+        stops: M01 met on the way.
+        ends_part: whether the part is taken off.
+    """
+
+    block: Block
+    inch: bool
+    plan: CyclePlan
+    start: Position
+    taken_over: bool
+    dress: DressPlan | None
+    beside: list[Motion] = field(default_factory=list)
+    to_secondary: bool = False
+    ways: tuple[Way, Way] = (Way(), Way())
+    gauged: bool = False
+    stops: int = 0
+    ends_part: bool = False
+
+    @property
+    def takes_dresses(self) -> bool:
+        """Whether it may have a D word."""
+        return self.plan.code != "G81" and self.plan.program is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A part program as the machine runs it.
+
+    Attributes:
+        programs: the program.
+        job: the job.
+        blocks: its cycle blocks in the order in which they are run.
+        approach: time of the program up to the first of them, s.
+    """
+
+    programs: Programs
+    job: Job
+    blocks: tuple[ScriptBlock, ...]
+    approach: float
+
+    @property
+    def parts(self) -> int:
+        """How many parts it grinds."""
+        return sum(block.ends_part for block in self.blocks)
+
+
+def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Script:
+    """The script of a part program.
+
+    Args:
+        programs: what `control.read` or `control.read_file` returned.
+        job: part, set-up and wheel.
+        speeds: lowest and highest E, mm/min, with which its blocks may be run instead of their own.
+
+    Raises:
+        ScriptError: its strokes depend on more than the program.
+        ControlError: the program is faulty.
+        DressProgramError: the dress program does not dress the wheel.
+    """
+    as_it_is = _Writer(programs, job)
+    blocks = as_it_is.run()
+    turned = _Writer(programs, job, [block.takes_dresses for block in blocks] if speeds else None, elsewhere=True)
+    for block, other in zip(blocks, turned.run(), strict=True):
+        if other.start != block.start:
+            raise _error(programs, block.plan.line, "its first stroke depends on where the table came to rest before")
+        ends = block.ways[0], other.ways[0]
+        block.ways = ends if as_it_is.at_secondary[id(block)] else ends[::-1]
+        _refuse_slow_picks(programs, job, block, speeds)
+        _refuse_turns_inside(programs, job, block)
+    return Script(programs, job, tuple(blocks), as_it_is.approach)
+
+
+class _Writer:
+    """Executes a program and writes its blocks down.
+
+    Args:
+        programs: the program.
+        job: the job.
+        dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
+        elsewhere: whether the table comes to rest at its other end at every stop.
+    """
+
+    def __init__(
+        self, programs: Programs, job: Job, dressing: Sequence[bool] | None = None, *, elsewhere: bool = False
+    ) -> None:
+        self.programs, self.job, self.dressing, self.elsewhere = programs, job, dressing, elsewhere
+        self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
+        self.execution: Execution = execute(programs, self.control)
+        self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
+        self.blocks: list[ScriptBlock] = []
+        self.ahead: Block | None = None
+        self.plans: dict[int, DressPlan] = {}
+        self.way, self.unloaded = [0.0, 0.0], False
+        self.runs_on = False  # strokes of the block that go on after its cycle, or beside a G81
+        self.approach = 0.0
+        self.at_secondary: dict[int, bool] = {}
+
+    def run(self) -> list[ScriptBlock]:
+        for event in self.execution:
+            self._take(event)
+        return self.blocks
+
+    def _take(self, event: Event) -> None:
+        match event:
+            case CycleAhead():
+                self.ahead = event.block
+                if self.dressing is not None and self.dressing[len(self.blocks)]:
+                    self.execution.choose(D="1")
+            case CycleStart():
+                self._begin(event.plan)
+            case CycleEnd():
+                self.runs_on = True
+            case TableStop():
+                self._stand(event.plan)
+            case ProgramStop():
+                self._stop(event)
+            case ProgramEnd():
+                self._unload()
+                self._close()
+            case Infeed():
+                raise self._error("a wheel or a tool cuts a groove", event.line)
+            case InterruptStart() | Hold():
+                raise self._error("the operator comes in between")
+            case DressStart() if event.cause == "operator":
+                raise self._error("the operator asks for a dress")
+            case Rapid() | Line() | Arc() | Dwell() if event.source in PROGRAMMED:
+                self._move(event)
+            case _:
+                pass
+
+    def _begin(self, plan: CyclePlan) -> None:
+        """A cycle begins."""
+        execution, table = self.execution, self.execution.table
+        assert table is not None and self.ahead is not None
+        taken_over = table.at is not Reversal.START
+        if self.blocks:
+            self.blocks[-1].to_secondary = taken_over
+            self._close()
+        else:
+            self.approach = sum(self.way)
+            self.way, self.unloaded = [0.0, 0.0], False
+        if plan.plunge_axis is not None and plan.depth_target > plan.plunge_start:
+            raise self._error("its cycle plunges away from the part", plan.line)
+        dress = None
+        if plan.program is not None:
+            if plan.program not in self.plans:
+                self.plans[plan.program] = plan_dress(
+                    self.programs, plan.program, self.job, self.control, execution.position, plan.axis
+                )
+            dress = self.plans[plan.program]
+        inch = execution.modes.inch
+        self.blocks.append(ScriptBlock(self.ahead, inch, plan, execution.position, taken_over, dress))
+        self.runs_on = plan.code == "G81"
+
+    def _move(self, event: Motion) -> None:
+        """The program moves the axes, or waits."""
+        table, modes = self.execution.table, self.execution.modes
+        if modes.compensation != "G40":
+            raise self._error("its motions depend on the radius of the wheel", event.line)
+        if table is None:
+            self.way[self.unloaded] += event.seconds
+            return
+        if isinstance(event, Arc):
+            raise self._error("the wheel moves along an arc beside the table", event.line)
+        plan = self.blocks[-1].plan
+        if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
+            raise self._error("the program redirects the table", event.line)
+        self.blocks[-1].beside.append(event)
+
+    def _stand(self, plan: CyclePlan) -> None:
+        """The table has come to rest."""
+        here = self.execution.position[plan.axis]
+        self.at_secondary[id(self.blocks[-1])] = here == plan.secondary
+        if self.elsewhere:
+            there = plan.primary if here == plan.secondary else plan.secondary
+            self.execution.move_table(plan.axis, there)
+
+    def _stop(self, event: ProgramStop) -> None:
+        if self.ahead is None or not self.blocks:
+            return
+        self.blocks[-1].gauged = True
+        if event.code == "M00":
+            self._unload()
+        else:
+            self.blocks[-1].stops += 1
+
+    def _unload(self) -> None:
+        if self.blocks and not self.blocks[-1].ends_part:
+            self.blocks[-1].ends_part = self.blocks[-1].gauged = self.unloaded = True
+
+    def _close(self) -> None:
+        """The way from the last block to the next one has been gone."""
+        if self.blocks:
+            self.blocks[-1].ways = (Way(*self.way), Way())
+            self.at_secondary.setdefault(id(self.blocks[-1]), True)
+        self.way, self.unloaded = [0.0, 0.0], False
+
+    def _error(self, reason: str, line: int = 0) -> ScriptError:
+        return _error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)
+
+
+def _error(programs: Programs, line: int, reason: str) -> ScriptError:
+    place = f"{programs.name}:{line}" if line else programs.name
+    return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
+
+
+def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds: Sequence[float]) -> None:
+    """Refuse picks that are still under way in the middle of a stroke, or when a dress is due."""
+    plan, control = block.plan, job.control
+    if plan.code == "G81":
+        return
+    length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
+    most = max(plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)
+    seconds = motion_time(most, rate, control.acceleration) if most > 0.0 else 0.0
+    plunge = max(plan.primary_pick, plan.secondary_pick)
+    dressing = motion_time(plunge, rate, control.acceleration) if plunge > 0.0 else 0.0
+    for stroke in (length, abs(plan.primary - block.start[plan.axis])):
+        for speed in _speeds_between(
+            plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
+        ):
+            window = ramp_time(stroke, speed, control.acceleration) + control.reversal_dwell
+            if seconds > window + 0.5 * motion_time(length, speed, control.acceleration):
+                raise _error(programs, plan.line, "a pick is still under way in the middle of the stroke after it")
+            if block.takes_dresses and dressing > window:
+                raise _error(programs, plan.line, "a dress waits for a pick to end")
+
+
+def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:
+    """Table speeds, mm/s, among which that with the shortest time from a pick to the middle of a stroke is."""
+    yield own
+    yield from ends
+    if ends:
+        # the least of ramp + half a stroke, 1.5 v/a + 0.5 length/v
+        yield min(max(math.sqrt(acceleration * length / 3.0), min(ends)), max(ends))
+
+
+def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
+    """Refuse strokes that pass over some of the length of the part only."""
+    plan, part = block.plan, job.part
+    first = block.start[plan.axis]
+    for ends in ((plan.primary, plan.secondary), (first, plan.primary)):
+        if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
+            place = f"{AXES[plan.axis]} turns over the part or beside it"
+            raise _error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
+
+
+def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
+    """Depth of the wheel below the touched-off surface at a position, mm."""
+    return job.part.surface - position[plunge_axis(plan.axis)]
+
+
+def edge_of(position: Position, plan: CyclePlan) -> float:
+    """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
+    return position[cross_axis(plan.axis)]

@@ -1,0 +1,253 @@
+"""A tally holds what lists of all strokes and dresses would tell."""
+
+import itertools
+import math
+from statistics import fmean
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.batch import (
+    CYCLE,
+    NO_MOTIONS,
+    PARAMETERS,
+    PART,
+    PLUNGES,
+    WHEEL,
+    as_table,
+    grind_cycles,
+    log_cycles,
+)
+from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.tally import (
+    NOTHING,
+    Tally,
+    count_dress,
+    count_stroke,
+    last_power,
+    mean_first_power,
+    mean_last_power,
+)
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke
+from tests.machine.harness import DRESS_NUMBERS, job, start_wheel
+
+MICRON = 0.001
+DRESS_SECONDS, STROKE_SECONDS = 30.0, 1.65
+P = job().parameters
+WHEEL_AT_START = start_wheel(P)
+EMPTY = Stroke(*[0.0] * len(Stroke._fields))
+
+
+class Counted(NamedTuple):
+    """A stroke, or a dress, as a tally is told of it."""
+
+    power: float
+    T: float
+    Br: float
+    worn: float
+    deeper: float
+    plunge: bool
+    full: bool
+    finishing: bool
+    dress: bool
+
+
+positive = st.floats(0.0, 1e5)
+counted = st.builds(
+    Counted,
+    positive,
+    positive,
+    positive,
+    positive,
+    st.floats(-1.0, 1.0),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.just(False),
+)
+dressing = counted.map(lambda each: each._replace(dress=True))
+
+
+def window(tally: Any) -> list[float]:
+    """Powers of the latest full plunges, newest first."""
+    return [float(tally[Tally._fields.index(f"power_{number}")]) for number in range(1, 7)]
+
+
+def newest_first(powers: list[float]) -> list[float]:
+    """What that has to be."""
+    return (powers[::-1] + [0.0] * 6)[:6]
+
+
+@given(events=st.lists(st.one_of(counted, counted, counted, dressing), max_size=40))
+def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None:
+    tally = NOTHING
+    for each in events:
+        if each.dress:
+            tally = count_dress(tally, each.power, each.worn)
+        else:
+            stroke = EMPTY._replace(power=each.power, T=each.T, Br=each.Br, worn=each.worn)
+            tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing)
+    strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
+    since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]
+    first, last = [e.power for e in strokes if e.full][:6], [e.power for e in since if e.full][-6:]
+    plunges = [e for e in strokes if e.plunge]
+    assert (tally.strokes, tally.dresses) == (len(strokes), len(dresses))
+    assert (tally.first_count, tally.last_count) == (len(first), len(last))
+    assert window(tally) == newest_first(last)
+    assert last_power(tally) == pytest.approx(math.fsum(last))
+    assert mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
+    assert mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)
+    assert tally.deepened == pytest.approx(math.fsum(max(e.deeper, 0.0) for e in since))
+    assert tally.peak_power == max((e.power for e in strokes), default=0.0)
+    assert tally.plunge_rise == max((e.T for e in plunges), default=0.0)
+    assert tally.finish_rise == max((e.T for e in plunges if e.finishing), default=0.0)
+    assert tally.burn_ratio == max((e.Br for e in plunges), default=0.0)
+    assert tally.worn == pytest.approx(math.fsum(e.worn for e in strokes))
+    assert tally.dressed_off == pytest.approx(math.fsum(e.worn for e in dresses))
+    assert tally.seconds == pytest.approx(2.0 * len(strokes) + math.fsum(e.power for e in dresses))
+
+
+class Plunge(NamedTuple):
+    """A G82 block; lengths in whole um."""
+
+    depth: int
+    J: int
+    Q: int
+    at_depth: int
+    D: int
+    pre_dress: bool
+    ground: int
+    """Depth of the part before."""
+
+    @property
+    def cycle(self) -> Cycle:
+        return Cycle(
+            speed=200.0,
+            first_seconds=2.0,
+            stroke_seconds=STROKE_SECONDS,
+            start=0.0,
+            target=self.depth * MICRON,
+            primary_pick=self.J * MICRON,
+            secondary_pick=self.Q * MICRON,
+            at_depth=float(self.at_depth),
+            executions=float(self.D),
+            pre_dress=float(self.pre_dress),
+            full_plunge=max(self.J, self.Q) * MICRON - DEPTH_TOLERANCE,
+            finish=self.depth * MICRON,
+            width=20.0,
+            length=200.0,
+            dress_seconds=DRESS_SECONDS,
+            cross_start=0.0,
+            cross_end=0.0,
+            primary_cross_pick=0.0,
+            secondary_cross_pick=0.0,
+            **DRESS_NUMBERS,
+        )
+
+    def strokes_and_dresses(self) -> tuple[np.ndarray, list[int]]:
+        """The depth of every stroke, and the strokes made before each dress."""
+        h, depths, dresses = 0, [], [0] * self.pre_dress
+        due = 0
+        while h < self.depth:
+            depths.append(h)
+            h = min(self.depth, h + (self.J if len(depths) % 2 else self.Q))
+            now = min(self.D, h * (self.D + 1) // self.depth)
+            dresses += [len(depths)] * (now - due)
+            due = now
+        return np.array([*depths, *[self.depth] * self.at_depth]), dresses
+
+
+def tables(*plunges: Plunge) -> tuple[Any, ...]:
+    """The arguments of `grind_cycles`."""
+    n = len(plunges)
+    parts = [(each.ground * MICRON, each.ground * MICRON, INITIAL_ROUGHNESS) for each in plunges]
+    return (
+        np.array([tuple(each.cycle) for each in plunges], CYCLE),
+        np.array([tuple(P)] * n, PARAMETERS),
+        np.array([tuple(WHEEL_AT_START)] * n, WHEEL),
+        np.array([tuple(PartState(*part)) for part in parts], PART),
+    )
+
+
+PLUNGE_CASES = st.builds(
+    Plunge,
+    depth=st.integers(0, 150),
+    J=st.integers(2, 25),
+    Q=st.integers(0, 25),
+    at_depth=st.integers(0, 5),
+    D=st.integers(0, 3),
+    pre_dress=st.booleans(),
+    ground=st.sampled_from([0, 0, 7, 40]),
+)
+EVERY_SECOND = Plunge(depth=120, J=10, Q=2, at_depth=2, D=0, pre_dress=False, ground=0)
+"""Ten full plunges, each followed by one that is not."""
+
+
+@settings(max_examples=100, deadline=None)
+@example(plunge=EVERY_SECOND)
+@example(plunge=EVERY_SECOND._replace(J=2, Q=10))
+@example(plunge=EVERY_SECOND._replace(D=1))
+@given(plunge=PLUNGE_CASES)
+def test_the_tally_of_a_cycle_is_what_its_log_tells(plunge: Plunge) -> None:
+    assume(plunge.depth + plunge.at_depth > 0)
+    depths, dresses = plunge.strokes_and_dresses()
+    (tally,), (log,) = log_cycles(*tables(plunge), 200)
+    log = log[: len(depths)]
+    deepest = np.maximum.accumulate([plunge.ground, *depths])
+    gain = np.array(depths) - deepest[:-1]
+    deeper, full = gain > 0, gain >= max(plunge.J, plunge.Q)
+    finishing = deeper & (plunge.depth - np.array(depths) <= 50)
+    since = np.arange(len(depths)) >= (dresses[-1] if dresses else 0)
+    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
+    assert window(tally) == newest_first(log["power"][full & since].tolist())
+    assert tally["last_count"] == min((full & since).sum(), 6)
+    first = log["power"][full][:6]
+    assert tally["first_count"] == len(first)
+    assert tally["first_power"] == pytest.approx(math.fsum(first), rel=1e-12)
+    assert tally["peak_power"] == log["power"].max()
+    assert tally["plunge_rise"] == log["T"][deeper].max(initial=0.0)
+    assert tally["finish_rise"] == log["T"][finishing].max(initial=0.0)
+    assert tally["burn_ratio"] == log["Br"][deeper].max(initial=0.0)
+    assert tally["worn"] == pytest.approx(math.fsum(log["worn"]), rel=1e-12)
+    taken = DRESS_NUMBERS["dress_passes"] * DRESS_NUMBERS["dress_depth"]
+    before = [300.0 - 2.0 * (math.fsum(log["dw"][:n]) + k * taken) for k, n in enumerate(dresses)]
+    assert tally["dressed_off"] == pytest.approx(math.fsum(math.pi * ds * taken * P.bs for ds in before), rel=1e-12)
+    seconds = 2.0 + (len(depths) - 1) * STROKE_SECONDS + len(dresses) * DRESS_SECONDS
+    assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+
+
+def test_the_window_holds_six_full_plunges_where_every_second_stroke_is_one() -> None:
+    (tally,) = grind_cycles(*tables(EVERY_SECOND))
+    (_,), (log,) = log_cycles(*tables(EVERY_SECOND), 200)
+    # the first stroke touches; after the odd ones the wheel goes down by 10 um
+    assert window(tally) == log["power"][[19, 17, 15, 13, 11, 9]].tolist()
+
+
+def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
+    long, short = EVERY_SECOND, EVERY_SECOND._replace(depth=30, at_depth=0)
+    cycles, parameters, wheels, parts = tables(long)
+    before = grind_cycles(cycles, parameters, wheels, parts)
+    found = {}
+    for kind in ("scalar", "lanes"):
+        for name, tallies in (("alone", np.zeros_like(before)), ("after", before.copy())):
+            cycles, *_, parts = tables(short)
+            numbers = [as_table(each) for each in (cycles, parameters, wheels.copy(), parts, tallies)]
+            if kind == "scalar":
+                PLUNGES.scalar(*numbers, NO_MOTIONS, np.empty((1, 0, len(Stroke._fields))))
+            else:
+                PLUNGES.lanes(*numbers, NO_MOTIONS, np.arange(1), 0, 1)
+            found[kind, name] = tallies[0]
+    first, alone, after = before[0], found["scalar", "alone"], found["scalar", "after"]
+    assert found["lanes", "after"] == after and found["lanes", "alone"] == alone
+    assert (alone["first_count"], alone["last_count"], after["last_count"]) == (2.0, 2.0, 6.0)
+    assert window(after) == [*window(alone)[:2], *window(first)[:4]]
+    assert after["first_power"] == first["first_power"]
+    for name in ("seconds", "strokes", "worn"):
+        assert after[name] == pytest.approx(first[name] + alone[name], rel=1e-12), name
+    for name in ("peak_power", "plunge_rise", "finish_rise", "burn_ratio"):
+        assert after[name] == max(first[name], alone[name]), name

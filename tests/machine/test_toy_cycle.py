@@ -1,0 +1,179 @@
+"""A cycle that the package does not have runs by its rules alone, in the interpreter and in the compiled loops.
+
+G84 plunges by J at the primary point and by half of it at the secondary one; after every third pick it bounces: the
+wheel goes over the part once more without one. It stands where G82 does, for the grammar knows no other code.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from grind_env.control.cycles import RULES, Rules
+from grind_env.control.motions import CyclePlan
+from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
+from grind_env.kernel import inlined, inlined_rule
+from grind_env.kernel.rows import dtype_of
+from grind_env.machine.batch import NO_MOTIONS, PART, TALLY, WHEEL, as_table
+from grind_env.machine.courses import PLUNGE
+from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.loops import Loops, loops_of
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.state import Stroke
+from tests.machine.harness import DRESS_NUMBERS, HEAD, job, run, start_wheel
+
+
+class Bounce(NamedTuple):
+    """What a G84 block asks for."""
+
+    depth: float
+    pick: float
+    at_depth: float
+    executions: float
+
+
+class Bouncing(NamedTuple):
+    """How far it has come."""
+
+    reversal: float
+    depth: float
+    left: float
+    dressed: float
+    dresses: float
+    crossed: float
+    forward: float
+
+
+def begin(cycle: Bounce) -> Bouncing:
+    """Before the first stroke."""
+    return Bouncing(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=0.0, crossed=0.0, forward=1.0)
+
+
+def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
+    """After the next stroke."""
+    reversal = progress.reversal + 1.0
+    at_depth = progress.depth >= cycle.depth
+    bounces = reversal - 4.0 * np.floor(0.25 * reversal) == 0.0
+    picked = depth_after_pick(reversal, progress.depth, cycle.depth, cycle.pick, 0.5 * cycle.pick)
+    depth = progress.depth if at_depth | bounces else picked
+    due = dresses_due(depth, cycle.depth, cycle.executions)
+    return Bouncing(
+        reversal=reversal,
+        depth=depth,
+        left=progress.left - (1.0 if at_depth else 0.0),
+        dressed=due,
+        dresses=due - progress.dressed,
+        crossed=0.0,
+        forward=1.0,
+    )
+
+
+def finished(cycle: Bounce, progress: Bouncing) -> bool:
+    """Whether there is no stroke to make any more."""
+    return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
+
+
+def of_block(plan: CyclePlan, coverage: bool) -> Bounce:
+    """The numbers of a block."""
+    return Bounce(plan.depth, plan.primary_pick, float(coverage + plan.spark_out), float(plan.dresses))
+
+
+@inlined
+def of_cycle(cycle: Cycle) -> Bounce:
+    """The same from a row of the compiled loops."""
+    return Bounce(cycle.target - cycle.start, cycle.primary_pick, cycle.at_depth, cycle.executions)
+
+
+class Case(NamedTuple):
+    """A G84 block; depth and J in um."""
+
+    depth: int
+    J: int
+    L: int
+    D: int
+    E: int
+
+    @property
+    def text(self) -> str:
+        picks = f"Y-{self.depth / 1000:.3f} J-{self.J / 1000:.3f} L{self.L} D{self.D}"
+        return f"{HEAD}G82 X230. I-30. {picks} F600. E{self.E}. P9100\nM30\n"
+
+    def cycle(self, dress_seconds: float) -> Cycle:
+        seconds = motion_time(260.0, self.E / 60.0, 1000.0) + 0.15
+        nothing = Cycle(*[0.0] * len(Cycle._fields))
+        return nothing._replace(
+            speed=self.E / 60.0,
+            first_seconds=seconds,
+            stroke_seconds=seconds,
+            target=self.depth / 1000.0,
+            primary_pick=self.J / 1000.0,
+            at_depth=1.0 + self.L,
+            executions=float(self.D),
+            full_plunge=self.J / 1000.0 - DEPTH_TOLERANCE,
+            finish=self.depth / 1000.0,
+            width=20.0,
+            length=200.0,
+            dress_seconds=dress_seconds,
+            **DRESS_NUMBERS,
+        )
+
+    def strokes_and_dresses(self) -> tuple[list[float], list[int]]:
+        """The depth of every stroke, mm, and the strokes made before each dress; by hand, in half um."""
+        h, H, J, depths, dresses = 0, 2 * self.depth, 2 * self.J, [], []
+        while h < H:
+            depths.append(h)
+            if len(depths) % 4 > 0:
+                h = min(H, h + (J if len(depths) % 2 else J // 2))
+            dresses += [len(depths)] * (min(self.D, h * (self.D + 1) // H) - len(dresses))
+        return [depth / 2000.0 for depth in [*depths, *[H] * (1 + self.L)]], dresses
+
+
+CASES = [Case(37 + 11 * k, 6 + 5 * k % 13, k % 4, (0, 3, 1, 2)[k % 4], 6000 + 900 * k) for k in range(19)]
+
+
+@pytest.fixture(scope="module")
+def loops() -> Loops:
+    """The loops over a G84."""
+    rules = {rule.__name__: inlined_rule(rule) for rule in (begin, after_reversal, finished)}
+    return loops_of(PLUNGE._replace(progress=Bouncing, plan=of_cycle, **rules))
+
+
+def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
+    """What the loops read and write, up to the tallies."""
+    n, p = len(cases), job().parameters
+    part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
+    updated = np.array([tuple(start_wheel(p))] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
+    return [np.array([case.cycle(dress_seconds) for case in cases]), np.array([p] * n), *updated]
+
+
+@pytest.mark.parametrize("case", CASES[:6])
+def test_the_interpreter_and_the_compiled_loop_run_it_alike(
+    case: Case, loops: Loops, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(RULES, "G82", Rules(of_block, begin, after_reversal, finished))
+    record = run(case.text, job())
+    depths, dresses = case.strokes_and_dresses()
+    assert record.strokes["Z"] == pytest.approx(depths, abs=1e-12)
+    assert record.dresses["after"].tolist() == dresses
+
+    numbers = tables([case], record.dresses["seconds"][0] if dresses else 0.0)
+    log = np.zeros((1, 200, len(Stroke._fields)))
+    loops.scalar(*numbers[:2], *map(as_table, numbers[2:]), NO_MOTIONS, log)
+    (part,), (tally,) = numbers[3:]
+    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
+    assert part["Z"] == pytest.approx(depths[-1])
+    made = log.view(dtype_of(Stroke))[0, : len(depths), 0]
+    for name in Stroke._fields:
+        np.testing.assert_allclose(record.strokes[name], made[name], rtol=1e-9, atol=1e-13, err_msg=name)
+    seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
+    assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+
+
+@pytest.mark.bits
+def test_its_lanes_have_the_bits_of_its_scalar_loop(loops: Loops) -> None:
+    alone, beside = tables(CASES), tables(CASES)
+    loops.scalar(*alone[:2], *map(as_table, alone[2:]), NO_MOTIONS, np.empty((len(CASES), 0, 0)))
+    loops.lanes(*beside[:2], *map(as_table, beside[2:]), NO_MOTIONS, np.arange(len(CASES)), 0, 1)
+    assert [table.tobytes() for table in beside] == [table.tobytes() for table in alone]
+    assert (alone[4]["dresses"] == [case.D for case in CASES]).all()
+    assert alone[4]["strokes"].tolist() == [len(case.strokes_and_dresses()[0]) for case in CASES]

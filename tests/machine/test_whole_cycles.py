@@ -1,0 +1,186 @@
+"""A cycle that is ground at once comes to what it does stroke by stroke."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read
+from grind_env.errors import GrindError
+from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.job import Job, Stage, Times, WheelStart
+from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.record import GrindingRecord, Table
+from tests.machine.harness import CYCLE, DRESS, HEAD, job, run
+
+LONG_AFTER = (1e12,)
+"""s; an operator who asks for a dress at such a time has every stroke stepped."""
+
+DRESSES = (0, 1, 1, 3)
+"""D of the cycles. Those that are not executed take the seconds of their plan at once, and not those of their motions
+one by one: times differ in their last bits, and with them the depth of a stroke beside a slow infeed."""
+
+
+@st.composite
+def cycles(draw: Any, dresses: tuple[int, ...]) -> list[str]:
+    """The blocks of a part: cycles one after the other, with and without the table running on between them."""
+
+    def one_of(*values: Any) -> Any:
+        return draw(st.sampled_from(values))
+
+    depth = one_of(0.0, 0.0, 0.02, -0.01)
+    lines = [f"G00 X{one_of(-30.0, -30.0, -41.3, 40.0, 240.0)} Z{one_of(-2.5, 0.0, 4.25, -24.5, 30.0)}"]
+    lines.append(f"G00 Y{-depth}")
+    for _ in range(draw(st.integers(1, 3))):
+        code = one_of("G82", "G83", "G82.1", "G83.1", "G81")
+        table = f"X{one_of(230.0, 230.0, 150.5)} I{one_of(-30.0, -30.0, 12.25)} E{one_of(3e3, 12e3, 47e3, 2e3)} P9100"
+        if code == "G81":
+            depth += 0.012
+            lines += [f"G81 {table}", f"G01 Y{-depth:.4f} F{one_of(6.0, 60.0)}", f"G04 X{one_of(1.0, 4.0)}"]
+        else:
+            depth += one_of(0.0, 0.004, 0.0311, 0.06)
+            words = f"Y{-depth:.4f} J{one_of(-0.01, -0.0173, -0.2, -0.003)} F{one_of(60.0, 600.0, 6.0)}"
+            words += f" L{one_of(0, 1, 2)} D{one_of(*dresses)}{one_of('', ' Q0', ' Q-.005')}"
+            if code.startswith("G83"):
+                lines.append(f"G01 Z{one_of(0.0, -3.0, 0.0)} F3000.")
+                words += f" Z{one_of(5.0, 20.0, 0.0)} K{one_of(3.0, 7.0)}{one_of('', ' R0', ' R2.')}"
+            lines.append(f"{code} {table} {words}")
+        lines.append(one_of("", "", "G04 X.5", "M01", "G80", "G80\nM01", f"G01 Z{one_of(-1.0, 2.0)} F600."))
+    return [*lines, "G80", "G00 Y20."]
+
+
+@st.composite
+def jobs(draw: Any) -> Job:
+    """Parts narrower and wider than the wheel, beside it and not at zero, with wheels that wear out on the way."""
+
+    def one_of(*values: Any) -> Any:
+        return draw(st.sampled_from(values))
+
+    surface = one_of(0.0, 0.0, 0.0005, -0.0071)
+    made = job(
+        material=one_of("aisi_52100", "inconel_718"),
+        length=200.0,
+        width=one_of(20.0, 3.3, 41.5),
+        stock=one_of(0.1, 0.03),
+        surface=surface,
+        tolerance=9.0,
+        stages=one_of((), (Stage(stock=0.02, roughness_limit=0.9),)),
+        wheel_start=WheelStart(diameter=one_of(None, 250.05, 250.0)),
+    )
+    wheel = made.setup.wheel
+    start = replace(made.wheel, diameter=None if made.wheel.diameter is None else wheel.minimum_diameter + 0.05)
+    return replace(made, wheel=start, times=Times(load=20.0, wheel_change=one_of(None, 300.0)))
+
+
+@st.composite
+def programs(draw: Any, dresses: tuple[int, ...]) -> tuple[str, tuple[PartConditions, ...]]:
+    """A text, and the conditions of its parts or none."""
+    parts = draw(st.integers(1, 3))
+    again = draw(st.booleans())
+    first = "\n".join(draw(cycles(dresses)))
+    bodies = [first if again or not k else "\n".join(draw(cycles(dresses))) for k in range(parts)]
+    conditions = draw(
+        st.just(())
+        | st.tuples(
+            *[
+                st.builds(
+                    PartConditions,
+                    stock=st.none() | st.just(0.05),
+                    factors=st.sampled_from([{}, {"kA": 1.7}, {"Amax": 0.05}]),
+                    new_wheel_factors=st.none() | st.just({"kA": 0.6}),
+                )
+            ]
+            * parts
+        )
+    )
+    return "G71 G94 G90 G19\n" + "\nM00\n".join(bodies) + "\nM30\n", conditions
+
+
+def outcome(text: str, job: Job, conditions: tuple[PartConditions, ...], **settings: Any) -> GrindingRecord | str:
+    control = replace(job.control, **settings)
+    try:
+        return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+    except GrindError as error:
+        return str(error)
+
+
+def require_equal(found: Table, stepped: Table, tolerance: float) -> None:
+    """Every column is the same: whole numbers and texts exactly, the others within a relative tolerance."""
+    assert found.shape == stepped.shape
+    for name in found.dtype.names or ():
+        if found.dtype[name] == np.float64:
+            np.testing.assert_allclose(found[name], stepped[name], tolerance, 1e-3 * tolerance, err_msg=name)
+        else:
+            np.testing.assert_array_equal(found[name], stepped[name], err_msg=name)
+
+
+def require_same_ground(
+    program: tuple[str, tuple[PartConditions, ...]], job: Job, coverage: bool, tolerance: float
+) -> None:
+    """A program does the same with whole cycles and stroke by stroke."""
+    text, conditions = program
+    found = outcome(text, job, conditions, coverage_pass=coverage)
+    stepped = outcome(text, job, conditions, coverage_pass=coverage, operator_dress_at=LONG_AFTER)
+    if isinstance(found, str) or isinstance(stepped, str):
+        assert found == stepped
+        return
+    assert found.warnings == stepped.warnings
+    assert found.stages == stepped.stages
+    require_equal(found.strokes, stepped.strokes, tolerance)
+    require_equal(found.dresses, stepped.dresses, tolerance)
+    require_equal(found.parts, stepped.parts, tolerance)
+
+
+@settings(max_examples=60)
+@given(program=programs((0,)), job=jobs(), coverage=st.booleans())
+def test_whole_cycles_grind_what_their_strokes_do_to_the_bit(program: Any, job: Job, coverage: bool) -> None:
+    require_same_ground(program, job, coverage, 0.0)
+
+
+@settings(max_examples=60)
+@given(program=programs(DRESSES), job=jobs(), coverage=st.booleans())
+def test_whole_cycles_with_dresses_grind_what_their_strokes_do(program: Any, job: Job, coverage: bool) -> None:
+    require_same_ground(program, job, coverage, 1e-9)
+
+
+PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X-30. Y0\n") * 2 + "M30\n"
+
+
+def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    stepped: list[int] = []
+    monkeypatch.setattr(PartRun, "grind", recording(PartRun.grind, stepped))
+    record = run(PLATES, job())
+    assert record.parts["strokes"].tolist() == [8, 8]
+    assert stepped == [1] * 8
+    assert record.dresses["after"].tolist() == [3, 11]
+
+
+def recording(grind_once: Callable[..., Any], stepped: list[int]) -> Callable[..., Any]:
+    """The function, which notes down the number of the part at every call."""
+
+    def noting(part: PartRun, *arguments: Any) -> Any:
+        stepped.append(part.number)
+        return grind_once(part, *arguments)
+
+    return noting
+
+
+def test_an_operator_at_the_panel_has_strokes_stepped(monkeypatch: pytest.MonkeyPatch) -> None:
+    stepped: list[int] = []
+    monkeypatch.setattr(PartRun, "grind", recording(PartRun.grind, stepped))
+    slow, found = job().control, []
+    for percent in (100.0, 50.0):
+        slow.override(percent)
+        found.append(run(HEAD + CYCLE + "M30\n", job(), control=slow).strokes)
+    assert len(stepped) == found[1].size
+    np.testing.assert_array_equal(found[1]["E"], 0.5 * found[0]["E"])
+
+
+def test_a_whole_cycle_beyond_numbers_is_refused_in_its_line() -> None:
+    beyond = PartConditions(factors={"kA": 1e300, "kL": 1e300})
+    with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers"):
+        run(HEAD + CYCLE + "M30\n", job(), conditions=(beyond,))
