@@ -140,7 +140,6 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset and after the last block.
             ActionError: if the action is not in the action space.
-            GrindError: if the control or the machine refuses the block; nothing has then been ground.
         """
         episodes = self.episodes
         if episodes is None or episodes.block[0] >= self.task.blocks:

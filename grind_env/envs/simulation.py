@@ -152,6 +152,7 @@ class Simulation:
         outcomes = np.zeros((n, len(Outcome._fields)))
         results = np.zeros((n, len(Tally._fields)))
         self._grind(
+            episodes,
             self.kinds,
             self.base,
             self._shops,
@@ -197,6 +198,6 @@ class Simulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    def _grind(self, *arguments: Any) -> None:
-        """Grind blocks; arguments as for `step_blocks`."""
+    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
+        """Grind the next blocks of episodes; arguments as for `step_blocks`."""
         step_blocks(*arguments)

@@ -110,8 +110,18 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         rows[event_row + lane] = 1.0 if event else 0.0
         return stroke
 
-    surface = surface_of(Buffer(LANES, starts[-1] + 1, get_cycle, get_wheel, get_part, place_in, stroke_in))
-    buffer_size, part_of, load_surface, store_surface, advance_lanes, advance_one = surface
+    buffer = Buffer(
+        lanes=LANES,
+        rows=starts[-1] + 1,
+        cycle=get_cycle,
+        wheel=get_wheel,
+        part=get_part,
+        place=place_in,
+        stroke=stroke_in,
+    )
+    surface = surface_of(buffer)
+    buffer_size, part_of, load_surface, store_surface = surface.size, surface.begin, surface.load, surface.store
+    advance_lanes, advance_one = surface.advance_lanes, surface.advance
 
     @inlined
     def load(

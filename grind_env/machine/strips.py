@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.kernel import entry, inlined
-from grind_env.process.equations import surface_roughness
+from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from grind_env.process.stroke import grind_stroke
 
@@ -62,7 +62,16 @@ class Contact(NamedTuple):
 @inlined
 def contact_at(tip: float) -> Contact:
     """The wheel at a depth, before any zone has been looked at."""
-    return Contact(tip=tip, strips=0.0, S=math.inf, Rs=0.0, reached=math.inf, engaged=0.0, S_offset=0.0, Rs_offset=0.0)
+    return Contact(
+        tip=tip,
+        strips=0.0,
+        S=math.inf,
+        Rs=INITIAL_ROUGHNESS,
+        reached=math.inf,
+        engaged=0.0,
+        S_offset=0.0,
+        Rs_offset=0.0,
+    )
 
 
 @inlined

@@ -100,7 +100,7 @@ def whole(buffer: Buffer) -> Surface:
         write_part(surfaces, i, part)
         return wheel, part, tally, stroke, cycle.width
 
-    return Surface(size, read_part, load, store, advance_lanes, advance_one)
+    return Surface(size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one)
 
 
 BUNCH = 2
@@ -158,6 +158,8 @@ def zoned(buffer: Buffer) -> Surface:
 
     @inlined
     def size(surfaces: Table) -> Any:
+        if surfaces.shape[1] > MOST_ZONES:
+            raise ValueError("a surface has more than 4096 zones: let a zone have more strips")
         bunches = (surfaces.shape[1] + BUNCH - 1) // BUNCH
         return first_zone + bunches * BUNCH * zone_size
 
@@ -243,4 +245,4 @@ def zoned(buffer: Buffer) -> Surface:
         met = contact.engaged > 0.0
         return wheel, part, tally, stroke if met else IDLE, b if met else 0.0
 
-    return Surface(size, begin, load, store, advance_lanes, advance_one)
+    return Surface(size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one)

@@ -20,9 +20,6 @@ from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.envs.wide_plates.vector_env import WidePlatesVectorEnv
-from grind_env.errors import GrindError
-from grind_env.machine.part import PartRun, Pass
-from grind_env.process.state import WheelState
 from tests.envs.harness import FORMS, assert_same
 
 ID = "grind/WidePlates-v0"
@@ -155,48 +152,6 @@ def test_a_wheel_that_is_destroyed_grinds_on() -> None:
     assert sum("destroys the wheel; usual are " in warning for warning in record.warnings) == 1
 
 
-@pytest.fixture
-def fails_at_the_slowest_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    grind = PartRun.grind
-
-    def picky(part: PartRun, wheel: WheelState, Z: float, vw: float, *way: Any) -> tuple[WheelState, Pass]:
-        if 60.0 * vw < 3300.0:
-            raise GrindError("no finite numbers")
-        return grind(part, wheel, Z, vw, *way)
-
-    monkeypatch.setattr(PartRun, "grind", picky)
-
-
-@pytest.mark.usefixtures("fails_at_the_slowest_table")
-def test_a_part_that_fails_leaves_the_episode_as_it_was() -> None:
-    env, untouched = WidePlatesEnv(render_mode="ansi"), WidePlatesEnv(render_mode="ansi")
-    slow, fast = np.array([-1.0, -1.0], np.float32), np.array([1.0, 1.0], np.float32)
-    for each in (env, untouched):
-        each.reset(seed=0, options=DESTROYED)
-        each.step(fast)
-    for _ in range(2):
-        with pytest.raises(GrindError, match="no finite numbers"):
-            env.step(slow)
-        assert env.part_program() == untouched.part_program()
-        assert env.render() == untouched.render()
-    assert_same(env.step(fast), untouched.step(fast))
-    assert_same(env.record().strokes, untouched.record().strokes)
-
-
-@pytest.mark.usefixtures("fails_at_the_slowest_table")
-def test_a_part_that_fails_leaves_all_episodes_as_they_were() -> None:
-    env, untouched = gym.make_vec(ID, 3), gym.make_vec(ID, 3)
-    fast = np.full((3, 2), 1.0, np.float32)
-    slow = fast.copy()
-    slow[1] = -1.0
-    for each in (env, untouched):
-        each.reset(seed=0, options={"context": [{}, DESTROYED["context"], {}]})
-        each.step(fast)
-    with pytest.raises(GrindError, match="no finite numbers"):
-        env.step(slow)
-    assert_same(env.step(fast), untouched.step(fast))
-
-
 def test_a_task_that_no_g83_can_grind_is_refused() -> None:
     task = read_task("wide_plates")
     with pytest.raises(TaskError, match=r"cross_pick is 0, but must be above 0"):
@@ -210,6 +165,8 @@ def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
     with pytest.raises(ResetNeeded):
         env.record()
     env.reset(seed=0)
+    with pytest.raises(ResetNeeded, match=r"^nothing has been ground: "):
+        env.record()
     for action in (np.zeros(3), [np.nan, 0.0], "fast"):
         with pytest.raises(ActionError):
             env.step(action)

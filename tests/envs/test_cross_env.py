@@ -18,7 +18,7 @@ from grind_env.envs.tasks import read_task
 from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.machine.grind import grind
-from grind_env.machine.record import GrindingRecord
+from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.strips import grind_strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
@@ -51,7 +51,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings == ()
-    # the program as a text, and as the environment stopped it block by block
+    # from the wheel and the parts that the seed draws, and from those of the environment
     for name in ("strokes", "dresses", "parts"):
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name
     parts = record.parts
@@ -68,6 +68,12 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     assert (record.dresses["cause"] == "pre").sum() == sum(info.get("predress", 0.0) for info in infos)
     assert parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-12)
     assert good == pytest.approx([info["good_parts"] for info in infos], rel=1e-6, abs=1e-12)
+    found = {"rise": "rise", "burn_ratio": "burn_ratio", "peak_power": "peak_power", "roughness": "Ra"}
+    for name, column in (found | {"size_error": "worst_error"}).items():
+        assert parts[column] == pytest.approx([getattr(each, name) for each in env.outcomes], rel=1e-9, abs=1e-9), name
+    wheel = WheelState(*env.episodes.wheels[0].tolist())
+    for name in WHEEL_FIELDS:
+        assert getattr(wheel, name) == pytest.approx(record.strokes[name][-1], rel=1e-9), name
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
 
 

@@ -309,6 +309,12 @@ def test_a_wheel_beside_the_part_changes_nothing_but_the_time() -> None:
     assert tally["peak_power"] == tally["worn"] == tally["plunge_rise"] == 0.0
 
 
+def test_more_zones_than_the_lanes_hold_are_refused() -> None:
+    case = Case(0.02, 100.0, 20_000.0, 60, 0, 80, 0, 20, 10, 10, 40, 40, 1, 12_000, 0, False)
+    with pytest.raises(ValueError, match=rf"^a surface has more than {MOST_ZONES} zones"):
+        in_lanes([case], np.repeat(case.joined[None, :1], MOST_ZONES + 1, axis=1))
+
+
 def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
     # there by 12 mm and back by 12 mm, in 35 mm: the wheel of 25 mm begins at 0, 12, 24, 35, 23 and 11 mm
     case = Case(0.02, 0.0, 20_000.0, 120, 0, 140, 0, 20, 10, 10, 48, 48, 0, 12_000, 0, False)

@@ -9,7 +9,7 @@ from grind_env.envs.observations import Reading, readings
 from grind_env.envs.program import job_from_surface
 from grind_env.envs.reciprocation.program import TASK, block_text, part_program, request_times
 from grind_env.envs.reciprocation.step import step_feedings
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task, read_task
 
 DEEPEST = 5.0
@@ -28,7 +28,7 @@ class ReciprocationSimulation(Simulation):
             if entry.name != "pick"
         )
 
-    def _grind(self, *arguments: Any) -> None:
+    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
         step_feedings(self.task.infeed / 60.0, *arguments)
 
 

@@ -1,13 +1,23 @@
 """`grind/WidePlates-v0`: parts wider than the wheel, ground with the cross picks of a G83."""
 
-import gymnasium as gym
+from dataclasses import replace
+from typing import Any
 
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import read
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.form import Form
+from grind_env.envs.program import conditions, job_from_surface
 from grind_env.envs.tasks import read_task
 from grind_env.envs.wide_plates.program import block_text, part_program
-from grind_env.envs.wide_plates.simulation import CrossEpisodes, CrossSimulation
+from grind_env.envs.wide_plates.simulation import CrossSimulation
+from grind_env.machine.grind import grind
+from grind_env.machine.job import WheelStart
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.state import WheelState
 
 TASK = "wide_plates"
 
@@ -28,9 +38,9 @@ class WidePlatesEnv(GrindEnv):
     to size anew. The taper is measured on every part, and a part is judged where it is farthest from its size: by the
     stock left on the strip that has most of it, or that is cut deepest below its size.
 
-    Every block is run by the control and the machine of `machine.grind`; `record()` is their record so far, and
-    `part_program()` a program that has the same one. Actions, reward and episode are those of `GrindEnv`, with E from
-    3 to 30 m/min and D from 0 to 3; `predress=True` lets an action ask for the G83.1 form.
+    `part_program()` is the episode as a program, and `record()` what `machine.grind` makes of it. Actions, reward and
+    episode are those of `GrindEnv`, with E from 3 to 30 m/min and D from 0 to 3; `predress=True` lets an action ask for
+    the G83.1 form.
 
     Args:
         observation: `"measured"` or `"full"`; `"measured"` by default.
@@ -54,12 +64,29 @@ class WidePlatesEnv(GrindEnv):
     ) -> None:
         super().__init__(TASK, observation, show_block, action, predress, cycle, render_mode)
 
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """As `GrindEnv.reset`."""
+        observation, info = super().reset(seed=seed, options=options)
+        assert self.episodes is not None
+        self.first_wheel = WheelState(*self.episodes.wheels[0].tolist())
+        return observation, info
+
     def record(self) -> GrindingRecord:
-        """Strokes, dresses and finished parts since the last reset.
+        """Strokes, dresses and finished parts since the last reset: the part program, ground.
 
         Raises:
-            gymnasium.error.ResetNeeded: before the first reset.
+            gymnasium.error.ResetNeeded: before the first step of the episode.
         """
-        if not isinstance(self.episodes, CrossEpisodes):
-            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
-        return self.episodes.programs[0].run.record()
+        if self.episodes is None or not self.blocks:
+            raise gym.error.ResetNeeded("nothing has been ground: call reset() and step() first")
+        job, start, wheel = job_from_surface(self.task), self.task.start, self.first_wheel
+        found = WheelStart(
+            diameter=wheel.ds,
+            diamond_flat=wheel.wd,
+            wear_flat_area=start.wear_flat_area,
+            volume_since_dress=start.volume,
+        )
+        parts = conditions(self.task, self.episodes.tape[0])[: len(self.blocks)]
+        return grind(read(self.part_program()), replace(job, wheel=found), conditions=parts)

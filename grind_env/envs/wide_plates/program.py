@@ -1,6 +1,6 @@
 """Parts wider than the wheel as program text: a G83 with cross picks for each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
 from grind_env.envs.tasks import Kind, Task
@@ -14,17 +14,11 @@ def crossover(task: Task, kind: Kind) -> float:
     return kind.width - task.wheel.width
 
 
-def chosen_words(block: CycleBlock) -> Mapping[str, str]:
-    """Numbers of the words that an action chooses, by letter; G only where the block is to be a G83.1."""
-    words = {"E": number(block.speed), "D": str(block.executions)}
-    return words | {"G": "83.1"} if block.pre_dress else words
-
-
 def block_text(task: Task, block: CycleBlock) -> str:
     """The G83 block as the control reads it."""
-    overrun, kind, chosen = task.setup.overrun, block.kind, chosen_words(block)
+    overrun, kind = task.setup.overrun, block.kind
     words = (
-        f"G{chosen.get('G', '83')}",
+        "G83.1" if block.pre_dress else "G83",
         f"X{number(kind.length + overrun)}",
         f"I{number(-overrun)}",
         f"Y{number(-block.stock)}",
@@ -33,9 +27,9 @@ def block_text(task: Task, block: CycleBlock) -> str:
         f"K{number(task.cross_pick)}",
         f"L{kind.sparkout}",
         f"F{number(CROSS_FEED)}",
-        f"E{chosen['E']}",
+        f"E{number(block.speed)}",
         f"P{DRESS_PROGRAM}",
-        f"D{chosen['D']}",
+        f"D{block.executions}",
     )
     return " ".join(words)
 

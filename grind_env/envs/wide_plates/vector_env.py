@@ -7,7 +7,7 @@ from grind_env.envs.wide_plates.env import G83, TASK
 
 
 class WidePlatesVectorEnv(GrindVectorEnv):
-    """N times `WidePlatesEnv`, one program after the other: the control is no compiled code.
+    """N times `WidePlatesEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
 
     Args:
         num_envs: number of sub-environments.
