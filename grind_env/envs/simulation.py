@@ -17,7 +17,7 @@ from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.observations import Reading, readings, scaling
 from grind_env.envs.observe import observe_blocks
 from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, shop_row
-from grind_env.envs.step import NEW_PART, EpisodeArrays, step_blocks
+from grind_env.envs.step import CYCLE_FIELDS, NEW_PART, EpisodeArrays, step_blocks
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
@@ -84,6 +84,8 @@ class Simulation:
 
     def _begin_with(self, generator: Generator) -> None:
         """Let episodes begin as a generator draws them, with nothing done yet."""
+        # kept from step to step: of tens of MB the system would have to find every page anew
+        self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.base.shape[1]))
         self._shops = np.array([self.shop])
         self._generator = generator
         self._first_part = np.array(NEW_PART)
@@ -151,8 +153,12 @@ class Simulation:
         active = np.arange(n) if active is None else active
         outcomes = np.zeros((n, len(Outcome._fields)))
         results = np.zeros((n, len(Tally._fields)))
+        if len(self._cycles) < n:
+            self._cycles, self._parameters = np.empty((n, CYCLE_FIELDS)), np.empty((n, self.base.shape[1]))
         self._grind(
             episodes,
+            self._cycles[:n],
+            self._parameters[:n],
             self.kinds,
             self.base,
             self._shops,
@@ -199,5 +205,5 @@ class Simulation:
         return readings(task, full=full, pre_dress=pre_dress)
 
     def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        """Grind the next blocks of episodes; arguments as for `step_blocks`."""
+        """Grind the next blocks of episodes; the other arguments are those of `step_blocks`."""
         step_blocks(*arguments)

@@ -246,6 +246,8 @@ def settle(
 
 @entry
 def step_blocks(
+    cycles: Any,
+    parameters: Any,
     kinds: Any,
     base: Any,
     shops: Any,
@@ -268,6 +270,8 @@ def step_blocks(
     arrays (0.84 us). They are described at `Tables`, `EpisodeArrays` and `Choices`.
 
     Args:
+        cycles: room for the cycles, shape (N, fields of `Cycle`).
+        parameters: room for their parameters, shape (N, fields of `StrokeParameters`).
         kinds: of `Tables`, like the next one.
         base: nominal parameters.
         shops: numbers of the task, shape (1, fields of `Shop`).
@@ -287,8 +291,6 @@ def step_blocks(
     tables = Tables(kinds, base, read_shop(shops, 0), materials)
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
-    n = block.size
-    cycles, parameters = np.empty((n, CYCLE_FIELDS)), np.empty((n, base.shape[1]))
     prepare(tables, episodes, choices, active, cycles, parameters)
     order = np.empty(active.size, np.int64)
     longest_first(cycles, active, order)

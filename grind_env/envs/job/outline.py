@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import NamedTuple
 
@@ -114,7 +114,7 @@ def refuse_many(programs: Programs, job: Job) -> None:
     Raises:
         JobProgramError: it has them.
     """
-    events = execute(programs, job.control)
+    events = execute(programs, replace(job.control, whole_cycles=True))
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
     with suppress(ControlError):
         cycles = (event for event in events if isinstance(event, CycleStart))

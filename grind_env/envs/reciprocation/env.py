@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from grind_env.control import read
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.form import Form
@@ -11,6 +13,7 @@ from grind_env.envs.reciprocation.program import TASK, block_text, part_program,
 from grind_env.envs.reciprocation.step import step_feedings
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task, read_task
+from grind_env.machine.feeding import Feeding, Motion
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
@@ -18,6 +21,10 @@ DEEPEST = 5.0
 
 class ReciprocationSimulation(Simulation):
     """Steps episodes of the task with its continuous infeed; arguments as for `Simulation`."""
+
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+        super().__init__(task, full=full, pre_dress=pre_dress)
+        self._feedings, self._motions = np.empty((0, 0)), np.empty((0, 0, 0))
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
@@ -29,7 +36,11 @@ class ReciprocationSimulation(Simulation):
         )
 
     def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        step_feedings(self.task.infeed / 60.0, *arguments)
+        n, most = len(episodes.block), self.task.action.executions
+        if len(self._feedings) < n:
+            self._feedings = np.empty((n, len(Feeding._fields)))
+            self._motions = np.empty((n, 2 * (most + 1), len(Motion._fields)))
+        step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], *arguments)
 
 
 G81 = Form("G81", read_task, ReciprocationSimulation, block_text, part_program)

@@ -2,21 +2,18 @@
 
 from typing import Any
 
-import numpy as np
-
 from grind_env.envs.reciprocation.infeed import FULL, Infeed, write_motions
 from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
-from grind_env.envs.step import CYCLE_FIELDS, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.step import Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_writer
 from grind_env.machine.batch import FEEDS
-from grind_env.machine.feeding import Feeding, Motion
+from grind_env.machine.feeding import Feeding
 from grind_env.machine.rules import motion_time
 
 PICK = Memory._fields.index("pick")
 STROKE_SECONDS = Feeding._fields.index("stroke_seconds")
-FEEDING_FIELDS, MOTION_FIELDS = len(Feeding._fields), len(Motion._fields)
 grind_feedings = FEEDS.lanes
 
 write_feeding = column_writer(Feeding)
@@ -69,6 +66,10 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
 @entry
 def step_feedings(
     infeed: float,
+    feedings: Any,
+    motions: Any,
+    cycles: Any,
+    parameters: Any,
     kinds: Any,
     base: Any,
     shops: Any,
@@ -89,7 +90,11 @@ def step_feedings(
 
     Args:
         infeed: F, mm/s.
-        kinds: as for `envs.step.step_blocks`, like all that follow.
+        feedings: room for the strokes beside the infeed, shape (N, fields of `Feeding`).
+        motions: room for the infeed, shape (N, motions, fields of `Motion`).
+        cycles: as for `envs.step.step_blocks`, like all that follow.
+        parameters: room for them.
+        kinds: of the task.
         base: nominal parameters.
         shops: numbers of the task.
         tape: noise tape.
@@ -109,19 +114,16 @@ def step_feedings(
     tables = Tables(kinds, base, shop, materials)
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
-    n = block.size
-    feedings, cycles = np.empty((n, FEEDING_FIELDS)), np.empty((n, CYCLE_FIELDS))
-    parameters = np.empty((n, base.shape[1]))
     prepare(tables, episodes, choices, active, cycles, parameters)
-    rows = 2 * (int(executions.max()) + 1)
-    motions = np.empty((n * rows, MOTION_FIELDS))
+    n, rows, fields = motions.shape
+    table = motions.reshape(n * rows, fields)
     for i in active:
         row = read_row(tape[i], block[i])
         kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
         feed = infeed_of(kind, row.stock, speeds[i], executions[i], shop, infeed)
-        write_motions(motions, i * rows, feed)
+        write_motions(table, i * rows, feed)
         write_feeding(feedings, i, feeding_of(kind, feed, speeds[i], shop, pre_dresses[i], i * rows))
-    grind_feedings(feedings, parameters, wheels, parts, results, motions, active, 0, 1)
+    grind_feedings(feedings, parameters, wheels, parts, results, table, active, 0, 1)
     settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)
     for i in active:
         # the depth of a stroke is what the infeed covers in it

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.rows import read_shop
-from grind_env.envs.step import CYCLE_FIELDS, TARGET, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.step import TARGET, Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.kernel import entry
 from grind_env.machine.batch import NO_MOTIONS, TRAVERSES, longest_first
 from grind_env.machine.cycle import Cycle, PartState
@@ -26,6 +26,8 @@ def step_traverses(
     cross_pick: float,
     taper: Any,
     taper_noise: Any,
+    cycles: Any,
+    parameters: Any,
     kinds: Any,
     base: Any,
     shops: Any,
@@ -50,7 +52,9 @@ def step_traverses(
         cross_pick: K, mm.
         taper: of the parts as gauged, um, shape (N,); written.
         taper_noise: of the gauge, um, shape (N, blocks).
-        kinds: as for `envs.step.step_blocks`, like all that follow.
+        cycles: as for `envs.step.step_blocks`, like all that follow.
+        parameters: room for them.
+        kinds: of the task.
         base: nominal parameters.
         shops: numbers of the task.
         tape: noise tape.
@@ -69,9 +73,7 @@ def step_traverses(
     tables = Tables(kinds, base, read_shop(shops, 0), materials)
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
-    n = block.size
-    cycles, parameters = np.empty((n, CYCLE_FIELDS)), np.empty((n, base.shape[1]))
-    surfaces = np.empty((n, zones.shape[0], zones.shape[1]))
+    surfaces = np.empty((block.size, zones.shape[0], zones.shape[1]))
     prepare(tables, episodes, choices, active, cycles, parameters)
     for i in active:
         # the wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse
