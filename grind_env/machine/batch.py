@@ -111,7 +111,7 @@ def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, st
     _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
     tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), LOG)
     tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
-    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, -1))
+    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(LOG.names or ())))
     return tallies, log
 
 

@@ -10,13 +10,13 @@ from grind_env.control import Line, Source, execute, read
 from grind_env.envs.reciprocation.infeed import Infeed, Segment, segments, write_motions
 from grind_env.envs.reciprocation.step import feeding_of
 from grind_env.envs.rows import KindRow, Shop
-from grind_env.kernel.rows import dtype_of
 from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.cycle import PartState
 from grind_env.machine.feeding import Feeding, Motion
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
+from grind_env.machine.rows import LOG
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
@@ -98,11 +98,11 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
         part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
         return np.array([tuple(wheel)] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
 
-    alone, beside, log = states(), states(), np.zeros((n, 400, len(Stroke._fields)))
-    FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log)
+    alone, beside, log = states(), states(), np.zeros((n, 400), LOG)
+    FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log.view(np.float64).reshape(n, 400, -1))
     FEEDS.lanes(feedings, parameters, *map(as_table, beside), motions, np.arange(n), 0, 1)
     assert [table.tobytes() for table in beside] == [table.tobytes() for table in alone]
-    return *alone, log.view(dtype_of(Stroke))[..., 0]
+    return *alone, log
 
 
 CASES = st.builds(

@@ -23,6 +23,7 @@ from grind_env.machine.batch import (
     log_cycles,
 )
 from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.rows import LOG
 from grind_env.machine.tally import (
     NOTHING,
     Tally,
@@ -238,7 +239,7 @@ def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
             cycles, *_, parts = tables(short)
             numbers = [as_table(each) for each in (cycles, parameters, wheels.copy(), parts, tallies)]
             if kind == "scalar":
-                PLUNGES.scalar(*numbers, NO_MOTIONS, np.empty((1, 0, len(Stroke._fields))))
+                PLUNGES.scalar(*numbers, NO_MOTIONS, np.empty((1, 0, len(LOG.names or ()))))
             else:
                 PLUNGES.lanes(*numbers, NO_MOTIONS, np.arange(1), 0, 1)
             found[kind, name] = tallies[0]

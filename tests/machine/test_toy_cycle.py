@@ -13,11 +13,11 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined, inlined_rule
-from grind_env.kernel.rows import dtype_of
 from grind_env.machine.batch import NO_MOTIONS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.courses import PLUNGE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.loops import Loops, loops_of
+from grind_env.machine.rows import LOG
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
 from tests.machine.harness import DRESS_NUMBERS, HEAD, job, run, start_wheel
@@ -157,12 +157,12 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert record.dresses["after"].tolist() == dresses
 
     numbers = tables([case], record.dresses["seconds"][0] if dresses else 0.0)
-    log = np.zeros((1, 200, len(Stroke._fields)))
-    loops.scalar(*numbers[:2], *map(as_table, numbers[2:]), NO_MOTIONS, log)
+    log = np.zeros((1, 200), LOG)
+    loops.scalar(*numbers[:2], *map(as_table, numbers[2:]), NO_MOTIONS, log.view(np.float64).reshape(1, 200, -1))
     (part,), (tally,) = numbers[3:]
     assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
     assert part["Z"] == pytest.approx(depths[-1])
-    made = log.view(dtype_of(Stroke))[0, : len(depths), 0]
+    made = log[0, : len(depths)]
     for name in Stroke._fields:
         np.testing.assert_allclose(record.strokes[name], made[name], rtol=1e-9, atol=1e-13, err_msg=name)
     seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
