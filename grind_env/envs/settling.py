@@ -8,7 +8,8 @@ from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
-from grind_env.process.cost import Limits, Rates, expenses, survival
+from grind_env.process.cost import Limits, Rates, expenses, handover_cost, survival
+from grind_env.process.state import StrokeParameters, WheelState
 
 
 class PowerReadings(NamedTuple):
@@ -36,6 +37,18 @@ def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float
     """Probability that the part is still good after a block; `size_error` in um."""
     before = 1.0 if kind.starts_part > 0.0 else old.survival
     return before * chance(kind, counted_rise(kind, result), result.peak_power, part.Rs, size_error)
+
+
+@inlined
+def rates_of(shop: Shop) -> Rates:
+    """The prices of a task."""
+    return Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+
+
+@inlined
+def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters) -> float:
+    """Price of handing over the wheel of a task, $; `lead` is that of a dress, mm per wheel revolution."""
+    return handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates_of(shop))
 
 
 @inlined
@@ -67,11 +80,11 @@ def outcome_of(
         change: 1 if the wheel is changed after the block.
         handover: price of handing over the wheel, $.
     """
-    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
-    time_cost, wheel_cost, dress_cost = expenses(seconds, result.worn + result.dressed_off, result.dresses, rates)
+    removed, rates = result.worn + result.dressed_off, rates_of(shop)
+    time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
     change_cost = change * shop.change_price

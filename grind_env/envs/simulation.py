@@ -46,6 +46,10 @@ class Episodes:
         """The state as the compiled step has it."""
         return EpisodeArrays(self.tape, self.block, self.wheels, self.parts, self.memory)
 
+    def state(self) -> tuple[Any, ...]:
+        """All arrays, in the order of the fields."""
+        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
+
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
         return type(self)(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
@@ -162,11 +166,7 @@ class Simulation:
             self.kinds,
             self.base,
             self._shops,
-            episodes.tape,
-            episodes.block,
-            episodes.wheels,
-            episodes.parts,
-            episodes.memory,
+            *episodes.state(),
             speeds,
             executions,
             np.zeros(n) if pre_dresses is None else pre_dresses,

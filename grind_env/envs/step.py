@@ -15,7 +15,7 @@ from grind_env.envs.rows import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.settling import counted_rise, good_so_far, outcome_of, power_readings, remembered
+from grind_env.envs.settling import counted_rise, good_so_far, handover_of, outcome_of, power_readings, remembered
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
@@ -30,7 +30,6 @@ from grind_env.machine.rows import (
     write_wheel,
 )
 from grind_env.machine.rules import motion_time
-from grind_env.process.cost import Rates, handover_cost
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
@@ -94,22 +93,39 @@ def cycle_of(
     pick less than there are depths, and one spark-out stroke more follows its last cut.
     """
     surface = 0.0 if kind.starts_part > 0.0 else part.Z
-    speed = E / 60.0
-    seconds = motion_time(kind.stroke, speed, shop.acceleration) + shop.dwell
+    seconds = motion_time(kind.stroke, E / 60.0, shop.acceleration) + shop.dwell
     target = surface + row.stock
+    start = min(surface + kind.pick, target)
+    return plunge_cycle(kind, shop, E, seconds, start, target, target, kind.sparkout + 2.0, D, pre_dress)
+
+
+@inlined
+def plunge_cycle(
+    kind: KindRow,
+    shop: Shop,
+    E: float,
+    seconds: float,
+    start: float,
+    target: float,
+    finish: float,
+    at_depth: float,
+    D: float,
+    pre_dress: float,
+) -> Cycle:
+    """A cycle of strokes of some seconds at E (mm/min), with the picks of a kind; the others as in `Cycle`."""
     return Cycle(
-        speed=speed,
+        speed=E / 60.0,
         first_seconds=seconds,
         stroke_seconds=seconds,
-        start=min(surface + kind.pick, target),
+        start=start,
         target=target,
         primary_pick=kind.pick,
         secondary_pick=kind.pick,
-        at_depth=kind.sparkout + 2.0,
+        at_depth=at_depth,
         executions=D,
         pre_dress=pre_dress,
         full_plunge=kind.pick - DEPTH_TOLERANCE,
-        finish=target,
+        finish=finish,
         width=kind.width,
         length=kind.length,
         dress_passes=shop.dress_passes,
@@ -190,7 +206,6 @@ def settle_block(
     kinds, _, shop, materials = tables
     tape, block, wheels, parts, memory = episodes
     speeds, executions, pre_dresses = choices
-    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     row = read_row(tape[i], block[i])
     kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
     wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
@@ -202,7 +217,7 @@ def settle_block(
         write_wheel(wheels, i, wheel)
     handover = 0.0
     if block[i] + 1 == tape.shape[1]:
-        handover = handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates)
+        handover = handover_of(wheel, lead, shop, p)
     size_error = 1000.0 * (cycles[i, TARGET] - part.S)
     good = good_so_far(kind, part, result, size_error, old)
     rise = counted_rise(kind, result)

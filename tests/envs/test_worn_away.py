@@ -50,7 +50,7 @@ def test_a_wheel_may_wear_away_in_a_program_of_the_control(env_id: str, more: di
     while not terminated:
         observation, reward, terminated, *_ = env.step(np.ones(2, np.float32))
         assert np.isfinite(reward) and env.observation_space.contains(observation)
-    least = env.episode.wheel.ds if env_id == "grind/Stroke-v0" else env.record().strokes["ds"].min()
+    least = WheelState(*env.episodes.wheels[0]).ds if env_id == "grind/Stroke-v0" else env.record().strokes["ds"].min()
     assert least == LEAST_DIAMETER
 
 

@@ -35,10 +35,8 @@ def coming_stroke(task: Task, episodes: Episodes, i: int, speed: float, executio
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
     assert isinstance(episodes, StrokeEpisodes)
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
-    memory = StrokeMemory(*episodes.strokes[i].tolist())
-    pace = Pace(memory.clock, memory.began, memory.speed)
-    part = int(episodes.block[i])
-    return StrokeBlock(task.kinds[0], part, row.stock, int(memory.made), float(speed), int(executions), pace)
+    made, pace = int(StrokeMemory(*episodes.strokes[i]).made), Pace(*episodes.paces[i].tolist())
+    return StrokeBlock(task.kinds[0], int(episodes.block[i]), row.stock, made, float(speed), int(executions), pace)
 
 
 def block_text(task: Task, block: StrokeBlock) -> str:

@@ -9,34 +9,29 @@ from numpy.typing import NDArray
 
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.observations import Reading
-from grind_env.envs.rows import KindRow, Outcome
+from grind_env.envs.rows import KindRow
 from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.stroke.observe import observe_strokes
 from grind_env.envs.stroke.readings import stroke_readings
-from grind_env.envs.stroke.step import StrokeArrays, StrokeMemory, observe_strokes, step_strokes
+from grind_env.envs.stroke.rules import Pace
+from grind_env.envs.stroke.step import StrokeMemory, step_strokes
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
-from grind_env.machine.tally import Plunges, Tally
+from grind_env.machine.tally import Plunges
 
 ENDS, LOAD = KindRow._fields.index("ends_part"), KindRow._fields.index("load")
 
 
 @dataclass(slots=True)
 class StrokeEpisodes(Episodes):
-    """The state of N episodes; `block` counts finished parts.
-
-    `noise` is that of the power reading of every stroke, shape (N, strokes); the others are those of
-    `step.StrokeArrays`.
-    """
+    """The state of N episodes; the arrays are those of `step.StrokeArrays`, `block` counts finished parts."""
 
     rows: Table
     strokes: Table
+    paces: Table
     plunges: Table
     parameters: Table
     noise: Table
-
-    def more(self) -> StrokeArrays:
-        """What a stroke needs besides `arrays`."""
-        return StrokeArrays(self.rows, self.strokes, self.plunges, self.parameters)
 
 
 class StrokeSimulation(Simulation):
@@ -64,47 +59,21 @@ class StrokeSimulation(Simulation):
             fixed = each.fixed.noise
             mine.noise[i] *= self.task.spread.measurement if np.isnan(fixed) else fixed
 
-    def step(
-        self,
-        episodes: Episodes,
-        speeds: Table,
-        executions: Table,
-        pre_dresses: Table | None = None,
-        *,
-        active: NDArray[np.int64] | None = None,
-    ) -> tuple[Table, Table]:
-        """Make the next stroke of the episodes in `active`; D is 1 for a dress before it, there is no other."""
-        mine, n = _stroke_episodes(episodes), len(episodes.block)
-        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        step_strokes(
-            self.kinds,
-            self.base,
-            self._shops,
-            *mine.arrays(),
-            *mine.more(),
-            mine.noise,
-            speeds,
-            executions,
-            self._materials,
-            np.arange(n) if active is None else active,
-            results,
-            outcomes,
-        )
-        return outcomes, results
-
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
         """Observations of the coming strokes, shape (N, entries), float32; zeros for what is not after the last one."""
         mine = _stroke_episodes(episodes)
         observations = np.empty((len(mine.block), len(self.entries)), np.float32)
         state = mine.block, mine.wheels, mine.memory, mine.rows, mine.strokes
         _, offset, scale, low, high = self._scaling
-        tables = self.kinds, self._materials, self.task.blocks
-        observe_strokes(*tables, *state, offset, scale, low, high, observations)
+        observe_strokes(self.kinds, self._materials, self.task.blocks, *state, offset, scale, low, high, observations)
         return observations
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
+
+    def _grind(self, *arguments: Any) -> None:
+        step_strokes(*arguments)
 
     def _room(self, n: int) -> StrokeEpisodes:
         room: Any = super()._room(n).arrays()._asdict()
@@ -112,6 +81,7 @@ class StrokeSimulation(Simulation):
             **room,
             rows=np.empty((n, len(TapeRow._fields))),
             strokes=np.empty((n, len(StrokeMemory._fields))),
+            paces=np.empty((n, len(Pace._fields))),
             plunges=np.empty((n, len(Plunges._fields))),
             parameters=np.empty((n, self.base.shape[1])),
             noise=np.empty((n, self._most)),

@@ -1,0 +1,131 @@
+"""The compiled readings before a stroke."""
+
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.observe import scaled
+from grind_env.envs.rows import read_memory
+from grind_env.envs.stroke.readings import StrokeReadings
+from grind_env.envs.stroke.step import PART, kind_of, pick_before, read_strokes, strokes_of
+from grind_env.envs.tape import read_row
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_writer
+from grind_env.machine.rows import read_wheel
+
+READINGS = len(StrokeReadings._fields)
+
+write_readings = column_writer(StrokeReadings)
+
+
+@inlined
+def observe_stroke(
+    i: int,
+    kinds: Any,
+    materials: int,
+    parts: int,
+    block: Any,
+    wheels: Any,
+    memory: Any,
+    rows: Any,
+    strokes: Any,
+    offset: Any,
+    scale: Any,
+    low: Any,
+    high: Any,
+    values: Any,
+    observations: Any,
+) -> None:
+    """Write the observation of episode i; `values`, shape (1, fields of `StrokeReadings`), is overwritten."""
+    ahead = block[i] < parts
+    row, done = read_row(rows, i), read_strokes(strokes, i)
+    wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
+    kind = kind_of(kinds, materials, row.material, PART)
+    here = 1.0 if ahead else 0.0
+    left = strokes_of(row.stock, kind.pick, kind.sparkout) - done.made
+    starts = 1.0 if done.made == 0.0 else 0.0
+    # without a coming part the entry itself is 0: a stock of nominal size
+    stock = row.gauged / kind.stock if ahead else 1.0
+    reading = StrokeReadings(
+        power=seen.first_power,
+        mean_power=seen.mean_power,
+        peak_power=seen.peak_power,
+        last_speed=seen.speed,
+        last_dress=seen.executions,
+        size_error=seen.size_error,
+        roughness=seen.roughness,
+        parts_since_gauged=seen.since_gauged,
+        volume=seen.volume,
+        dresses=seen.dresses,
+        diameter=wheel.ds,
+        pick=here * pick_before(done.made, row.stock, kind.pick),
+        strokes_left=here * left,
+        stock=stock,
+        starts_part=here * starts,
+        new_lot=here * row.new_lot,
+        remaining=(parts - block[i]) / parts,
+        wear_flat=wheel.A,
+        loading=wheel.lam,
+        waviness=wheel.alw,
+        diamond_flat=wheel.wd,
+        wheel_volume=wheel.V,
+        growth=row.kA,
+        pressure=row.pm,
+    )
+    write_readings(values, 0, reading)
+    for k in range(observations.shape[1]):
+        observations[i, k] = scaled(values[0, k], offset[k], scale[k], low[k], high[k])
+
+
+@entry
+def observe_strokes(
+    kinds: Any,
+    materials: int,
+    parts: int,
+    block: Any,
+    wheels: Any,
+    memory: Any,
+    rows: Any,
+    strokes: Any,
+    offset: Any,
+    scale: Any,
+    low: Any,
+    high: Any,
+    observations: Any,
+) -> None:
+    """Write the observations before the coming strokes.
+
+    Args:
+        kinds: as for `step.step_strokes`, like `materials` and the arrays of N rows.
+        materials: number of materials in the tables.
+        parts: of an episode.
+        block: number of the coming part.
+        wheels: wheel states.
+        memory: what is remembered.
+        rows: tapes of the coming parts.
+        strokes: what is remembered beside.
+        offset: of each entry, shape (entries,), like the next three.
+        scale: of each entry.
+        low: of each entry.
+        high: of each entry.
+        observations: shape (N, entries), float32; written.
+    """
+    values = np.empty((1, READINGS))
+    for i in range(block.size):
+        observe_stroke(
+            i,
+            kinds,
+            materials,
+            parts,
+            block,
+            wheels,
+            memory,
+            rows,
+            strokes,
+            offset,
+            scale,
+            low,
+            high,
+            values,
+            observations,
+        )
