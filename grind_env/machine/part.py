@@ -185,10 +185,11 @@ class PartRun:
         changes = (np.diff(first, prepend=-1) != 0) | (np.diff(last, prepend=-1) != 0)
         changes[1:2] = True  # the first stroke may have come from elsewhere
         begins = np.flatnonzero(changes)
+        columns = begins, first[begins], last[begins], rows["Lw"][begins], np.maximum.reduceat(rows["Z"], begins)
         deepest: dict[tuple[int, int, Ends], float] = {}
-        for k, Z in zip(begins.tolist(), np.maximum.reduceat(rows["Z"], begins).tolist(), strict=True):
-            if rows["Lw"][k] > 0.0:
-                place = int(first[k]), int(last[k]), ends if k else first_ends
+        for k, near, far, Lw, Z in zip(*(column.tolist() for column in columns), strict=True):
+            if Lw > 0.0:
+                place = near, far, ends if k else first_ends
                 deepest[place] = max(deepest.get(place, 0.0), Z)
                 self.deepest = max(self.deepest, Z)
         for (near, far, way), Z in deepest.items():

@@ -90,7 +90,7 @@ def programs(draw: Any, dresses: tuple[int, ...]) -> tuple[str, tuple[PartCondit
                 st.builds(
                     PartConditions,
                     stock=st.none() | st.just(0.05),
-                    factors=st.sampled_from([{}, {"kA": 1.7}, {"Amax": 0.05}]),
+                    factors=st.sampled_from([{}, {"kA": 1.7}, {"kA": 3e4}]),
                     new_wheel_factors=st.none() | st.just({"kA": 0.6}),
                 )
             ]
