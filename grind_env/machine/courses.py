@@ -1,6 +1,6 @@
 """Where the strokes of each cycle lie, for the compiled loops: the rules of `control.cycles`, and depth and place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from grind_env.control.cycles import plunge, traverse
@@ -35,7 +35,7 @@ class Course(NamedTuple):
     """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
 
 
-cross_coordinate = inlined_rule(traverse.cross_coordinate)
+cross = inlined_rule(traverse.cross)
 
 
 @inlined
@@ -77,7 +77,7 @@ def _fixed_edge(cycle: Cycle, progress: Any) -> float:
 
 @inlined
 def _crossed_edge(cycle: Cycle, progress: TraverseProgress) -> float:
-    return cross_coordinate(progress.crossed, progress.forward, cycle.cross_start, cycle.cross_end)
+    return cross(progress, cycle.cross_start, cycle.cross_end)
 
 
 @inlined
@@ -102,7 +102,6 @@ PLUNGE = Course(
     lost=_never,
     find=_as_it_is,
 )
-"""G82."""
 
 TRAVERSE = Course(
     cycle=Cycle,
@@ -116,4 +115,6 @@ TRAVERSE = Course(
     lost=_never,
     find=_as_it_is,
 )
-"""G83."""
+
+COURSES: Mapping[str, Course] = {"G82": PLUNGE, "G83": TRAVERSE}
+"""Of every cycle that plunges, by its code."""
