@@ -15,10 +15,22 @@ def test_the_first_example_runs():
     assert "M30" in lines
 
 
+def paths(text: str) -> list[str]:
+    """The paths that a text links or names."""
+    found = re.findall(r"\]\(([\w./-]+)\)|`((?:grind_env|agents|notebooks|docs|tests)/[\w./]+)`", text)
+    return [first or second for first, second in found]
+
+
 def test_the_files_it_names_are_there():
-    paths = re.findall(r"\]\(([\w./-]+)\)|`((?:grind_env|agents|notebooks)/[\w./]+)`", README)
-    assert paths
-    for path in (first or second for first, second in paths):
+    assert paths(README)
+    for path in paths(README):
+        assert (ROOT / path).exists(), path
+
+
+def test_the_files_to_change_are_there():
+    page = (ROOT / "docs" / "where-to-change-what.md").read_text(encoding="utf-8")
+    drawn = re.findall(r"(?<![\w/])(?:control|machine|process|envs)/\w+\.py", page)
+    for path in [*paths(page), *(f"grind_env/{path}" for path in drawn)]:
         assert (ROOT / path).exists(), path
 
 

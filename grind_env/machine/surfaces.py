@@ -108,7 +108,7 @@ BUNCH = 2
 more."""
 
 MOST_ZONES = 4096
-"""Of a surface in the lanes; a power of 2, see `zone_in`."""
+"""Of a surface in the lanes; a power of 2, see `get_zone`."""
 
 NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
 """Fills the last bunch."""

@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 
 from grind_env.control.cycles import RULES, Rules
+from grind_env.control.cycles.block import WORDS
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined, inlined_rule
 from grind_env.machine.batch import NO_MOTIONS, PART, TALLY, WHEEL, as_table
-from grind_env.machine.courses import PLUNGE
+from grind_env.machine.courses import COURSES, PLUNGE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.loops import Loops, loops_of
 from grind_env.machine.rows import LOG
+from grind_env.machine.zones import EDGES
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
 from tests.machine.harness import DRESS_NUMBERS, HEAD, job, run, start_wheel
@@ -173,3 +175,10 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop(loops: Loops) -> None:
     assert [table.tobytes() for table in beside] == [table.tobytes() for table in alone]
     assert (alone[4]["dresses"] == [case.D for case in CASES]).all()
     assert alone[4]["strokes"].tolist() == [len(case.strokes_and_dresses()[0]) for case in CASES]
+
+
+def test_every_cycle_stands_in_every_table_that_says_more_of_it_than_its_rules() -> None:
+    crossing = {code for code, rules in RULES.items() if rules.cross is not None}
+    assert set(WORDS) == set(RULES)
+    assert set(COURSES) == {code for code, rules in RULES.items() if rules.plunges}
+    assert set(EDGES) == crossing

@@ -22,7 +22,7 @@ from grind_env.process.state import WheelState
 TASK = "wide_plates"
 
 G83 = Form("G83", read_task, CrossSimulation, block_text, part_program)
-"""A step is one part: a G83 block, which the control runs."""
+"""A step is one part: a G83 block."""
 
 
 class WidePlatesEnv(GrindEnv):
