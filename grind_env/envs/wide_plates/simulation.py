@@ -85,8 +85,7 @@ class CrossSimulation(Simulation):
         return CrossEpisodes(**arrays, taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
 
     def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        cross = _cross(episodes)
-        step_traverses(self._zones, *self._crossing, cross.taper, cross.taper_noise, *arguments)
+        step_traverses(self._zones, *self._crossing, *arguments)
 
 
 def part_in_zones(task: Task) -> Table:
