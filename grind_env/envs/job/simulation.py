@@ -143,7 +143,8 @@ class JobSimulation(Simulation):
         strokes = 0.0
         for block in self.blocks:
             outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
-            total, strokes = total + outcomes[0, COST], strokes + tallies[0, STROKES]
+            total += float(outcomes[0, COST])
+            strokes += float(tallies[0, STROKES])
         if strokes == 0.0:
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return total / len(self.blocks)
