@@ -33,6 +33,8 @@ class Course(NamedTuple):
     """From the progress: whether the coming stroke has first to be found."""
     find: Callable[[Any, Any, Any], Any]
     """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
+    gauged: Callable[[Any], bool]
+    """From the progress: whether the operator gauges the part before the coming stroke ends."""
 
 
 cross_coordinate = inlined_rule(traverse.cross_coordinate)
@@ -101,6 +103,7 @@ PLUNGE = Course(
     edge=_fixed_edge,
     lost=_never,
     find=_as_it_is,
+    gauged=_never,
 )
 """G82."""
 
@@ -115,5 +118,6 @@ TRAVERSE = Course(
     edge=_crossed_edge,
     lost=_never,
     find=_as_it_is,
+    gauged=_never,
 )
 """G83."""

@@ -1,5 +1,6 @@
 """A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -79,6 +80,8 @@ class BlockRow(NamedTuple):
     secondary_cross_pick: float
     motion: float
     """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    gauged_at: float
+    """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
     to_secondary: float
     """1 if the next cycle takes over the table, else 0."""
     before_from_secondary: float
@@ -193,6 +196,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         primary_cross_pick=plan.primary_cross_pick,
         secondary_cross_pick=plan.secondary_cross_pick,
         motion=motion,
+        gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         before_from_secondary=from_secondary.before,
         before_from_primary=from_primary.before,
@@ -246,7 +250,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         time += motion.seconds
     if rows:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
-    if not block.to_secondary and plan.code != "G81":
+    if not (block.to_secondary or block.gauged_on_the_way) and plan.code != "G81":
         return []
     depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
     edge = edge_of(block.start, plan)
@@ -325,6 +329,7 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
         away=row.away,
         to_secondary=row.to_secondary,
         motion=row.motion,
+        gauged_at=row.gauged_at,
     )
 
 

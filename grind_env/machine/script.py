@@ -79,6 +79,7 @@ class ScriptBlock:
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
         ways: on to the next block, from the secondary and from the primary point.
         gauged: whether the operator gauges or takes off the part before the next block.
+        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
         stops: M01 met on the way.
         ends_part: whether the part is taken off.
     """
@@ -93,6 +94,7 @@ class ScriptBlock:
     to_secondary: bool = False
     ways: tuple[Way, Way] = (Way(), Way())
     gauged: bool = False
+    gauged_on_the_way: bool = False
     stops: int = 0
     ends_part: bool = False
 
@@ -259,10 +261,15 @@ class _Writer:
         if self.ahead is None or not self.blocks:
             return
         table = self.execution.table
-        if table is not None and (self.blocks[-1].beside or not table.at_secondary):
-            raise self._error("the operator stops the program while the table is on its way", event.line)
         self.stopped = table is not None
-        self.blocks[-1].gauged = True
+        if table is None or (table.at_secondary and not self.blocks[-1].beside):
+            self.blocks[-1].gauged = True
+        elif event.code == "M00" or self.job.part.stages or self.job.times.wheel_change is not None:
+            raise self._error(
+                "the operator judges the part or changes the wheel while the table is on its way", event.line
+            )
+        else:
+            self.blocks[-1].gauged_on_the_way = True
         if event.code == "M00":
             self._unload()
         else:

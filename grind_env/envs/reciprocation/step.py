@@ -1,5 +1,6 @@
 """The compiled step of `grind/Reciprocation-v0`; `envs.step` says what a block costs and what is remembered of it."""
 
+import math
 from typing import Any
 
 from grind_env.envs.reciprocation.infeed import FULL, Infeed, write_motions
@@ -60,6 +61,7 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
         away=0.0,
         to_secondary=0.0,
         motion=float(motion),
+        gauged_at=math.inf,
     )
 
 
