@@ -16,7 +16,7 @@ from rich.table import Table
 import grind_env
 from grind_env.envs.pages import summary
 
-SLOW = {"grind/Job-v0": 16, "grind/Stroke-v0": 64, "grind/WidePlates-v0": 16}
+SLOW = {"grind/Job-v0": 16, "grind/WidePlates-v0": 16}
 """Environments that step part programs in plain Python, and how many of them side by side."""
 
 
