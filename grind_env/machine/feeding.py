@@ -18,6 +18,9 @@ from grind_env.machine.rules import travelled
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
 """What comes after a motion: the next one of its leg, a dress and the next leg, or the end."""
 
+FULL = 0.9
+"""Share of the deepest plunge beside an infeed from which one counts as full; the other cycles have their picks."""
+
 
 class Feeding(NamedTuple):
     """The strokes beside some motions; fields as of `machine.cycle.Cycle`, and where and how long they are."""

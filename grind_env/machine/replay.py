@@ -11,11 +11,11 @@ from grind_env.control import Dwell, Line
 from grind_env.control.cycles import traverse
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, column_writer, dtype_of
+from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.batch import FEEDS, NO_MOTIONS, PLUNGES, TRAVERSES, ZONED_FEEDS, ZONED_PLUNGES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.dress_program import DressPlan
-from grind_env.machine.feeding import ENDS, GOES_ON, Feeding, Motion, deepest_pick
+from grind_env.machine.feeding import ENDS, FULL, GOES_ON, Feeding, Motion, deepest_pick
 from grind_env.machine.job import Job
 from grind_env.machine.loops import Loops
 from grind_env.machine.rows import read_part, read_zone, write_cycle
@@ -30,9 +30,6 @@ CODES = {"G81": RECIPROCATION, "G82": PLUNGE, "G83": TRAVERSE}
 
 NO_BLOCK = -1.0
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
-
-FULL = 0.9
-"""Share of the deepest plunge of a G81 from which one counts as full; the other cycles have their picks."""
 
 Table = NDArray[Any]
 
@@ -109,10 +106,8 @@ class BlockRow(NamedTuple):
     """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
 
 
-BLOCK = dtype_of(BlockRow)
-MOTION = dtype_of(Motion)
 read_block = column_reader(BlockRow)
-read_feeding, write_feeding = column_reader(Feeding), column_writer(Feeding)
+write_feeding = column_writer(Feeding)
 CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
 STROKES = Tally._fields.index("strokes")
 

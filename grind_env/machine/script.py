@@ -80,7 +80,7 @@ class ScriptBlock:
         ways: on to the next block, from the secondary and from the primary point.
         gauged: whether the operator gauges or takes off the part before the next block.
         gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
-        stops: M01 met on the way.
+        stops: M01 met on the way with the part on the machine.
         ends_part: whether the part is taken off.
     """
 
@@ -149,6 +149,7 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
         block.ways = ends if as_it_is.at_secondary[id(block)] else ends[::-1]
         _refuse_slow_picks(programs, job, block, speeds)
         _refuse_turns_inside(programs, job, block)
+    _refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach)
 
 
@@ -272,7 +273,7 @@ class _Writer:
             self.blocks[-1].gauged_on_the_way = True
         if event.code == "M00":
             self._unload()
-        else:
+        elif not self.blocks[-1].ends_part:
             self.blocks[-1].stops += 1
 
     def _unload(self) -> None:
@@ -333,6 +334,16 @@ def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> No
         if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
             place = f"{AXES[plan.axis]} turns over the part or beside it"
             raise _error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
+
+
+def _refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
+    """Refuse stages that end without a cycle of their own."""
+    left = len(job.part.stages)
+    for block in blocks:
+        ended = min(block.stops, left)
+        if ended + block.ends_part > 1:
+            raise _error(programs, block.plan.line, "after this cycle the part is judged more than once")
+        left = len(job.part.stages) if block.ends_part else left - ended
 
 
 def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:

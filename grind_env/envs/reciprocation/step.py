@@ -3,14 +3,14 @@
 import math
 from typing import Any
 
-from grind_env.envs.reciprocation.infeed import FULL, Infeed, write_motions
+from grind_env.envs.reciprocation.infeed import Infeed, write_motions
 from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
 from grind_env.envs.step import Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_writer
 from grind_env.machine.batch import FEEDS
-from grind_env.machine.feeding import Feeding
+from grind_env.machine.feeding import FULL, Feeding
 from grind_env.machine.rules import motion_time
 
 PICK = Memory._fields.index("pick")
