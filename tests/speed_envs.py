@@ -83,7 +83,7 @@ def vector_episode(
         for k, action in enumerate(actions):
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
             choices = step.Choices(*env.codec.decode(action), nothing)
-            step.prepare(tables, episodes.arrays(), choices, everyone, cycles, parameters)
+            step.prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, cycles, parameters)
             results[:] = 0.0
             cores[k] = min(cores[k], seconds(clock, kernel))
             episodes.wheels[:], episodes.parts[:] = wheels, parts

@@ -1,12 +1,11 @@
 """What a step reports besides observation and reward: the info of the single environment, and of many in arrays."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.rows import COST_TERMS, Outcome, reward_terms
+from grind_env.envs.rows import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 
@@ -15,38 +14,6 @@ Array = NDArray[Any]
 READ = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
 """Entries that are fields of `Outcome`."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
-
-
-def info_of_costs(
-    costs: Mapping[str, float],
-    reference_cost: float,
-    *,
-    finished: float,
-    good: float,
-    seconds: float,
-    speed: float,
-    executions: float,
-) -> dict[str, Any]:
-    """The info of an environment that runs a program, with the entries that `InfoWriter.single` writes.
-
-    Args:
-        costs: $ by term, in the order of `COST_TERMS`.
-        reference_cost: what a reward of -1 stands for, $.
-        finished: parts that the step finished.
-        good: how many of them are expected to be good.
-        seconds: time of the step.
-        speed: E, mm/min.
-        executions: D.
-    """
-    return {
-        "reward_terms": {name: 0.0 - costs[name] / reference_cost for name in COST_TERMS},
-        "cost": finished - good,
-        "block_cost": sum(costs.values()),
-        "good_parts": good,
-        "seconds": seconds,
-        "E": speed,
-        "D": executions,
-    }
 
 
 class InfoWriter:

@@ -17,7 +17,6 @@ from grind_env.machine.job import Job
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import Table
 from grind_env.machine.run import GrindingRun
-from grind_env.process.state import WheelState
 
 Words = Mapping[str, str]
 """Numbers as written, by letter."""
@@ -31,7 +30,6 @@ class BlockRun:
         plan: parameters of the cycle.
         inch: whether G70 is in force in its block.
         part: number of its part, from 1.
-        wheel: as the cycle finds it.
         strokes: dtype `STROKE_ROW`, with the infeeds of grooves.
         increments: by how much each stroke goes deeper than the one before it on its part, mm.
         dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
@@ -42,7 +40,6 @@ class BlockRun:
     plan: CyclePlan
     inch: bool
     part: int
-    wheel: WheelState
     strokes: Table
     increments: Table
     dresses: Table
@@ -69,7 +66,7 @@ class ProgramEpisode:
             GrindError: whatever `machine.grind` raises.
         """
         self._arguments = (programs, job, conditions)
-        control = replace(job.control, announce_cycles=True)
+        control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.run = GrindingRun(programs, job, control, conditions)
         self.chosen: list[tuple[Block, Words]] = []
         self.block: Block | None = None
@@ -107,12 +104,11 @@ class ProgramEpisode:
         self.chosen.append((self.block, dict(words)))
         self._execution.choose(**words)
         starts = [
-            (event.plan, self._execution.modes.inch, run.part.number, run.wheel)
+            (event.plan, self._execution.modes.inch, run.part.number)
             for event in self._to_next_cycle()
             if isinstance(event, CycleStart)
         ]
-        plan, inch, part, wheel = starts[0]
-        assert wheel is not None  # the cycle has mounted it
+        plan, inch, part = starts[0]
         last = max(strokes - 1, 0)
         rows = run.strokes.table(last)
         dressed = run.dresses.table(dresses)
@@ -121,7 +117,6 @@ class ProgramEpisode:
             plan,
             inch,
             part,
-            wheel,
             rows[strokes - last :],
             _increments(rows)[strokes - last :],
             dressed,

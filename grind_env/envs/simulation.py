@@ -17,7 +17,7 @@ from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.observations import Reading, readings, scaling
 from grind_env.envs.observe import observe_blocks
 from grind_env.envs.rows import Memory, Outcome, kind_table, parameter_table, shop_row
-from grind_env.envs.step import CYCLE_FIELDS, NEW_PART, EpisodeArrays, step_blocks
+from grind_env.envs.step import CYCLE_FIELDS, NEW_PART, step_blocks
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
@@ -42,17 +42,13 @@ class Episodes:
     parts: Table
     memory: Table
 
-    def arrays(self) -> EpisodeArrays:
-        """The state as the compiled step has it."""
-        return EpisodeArrays(self.tape, self.block, self.wheels, self.parts, self.memory)
-
-    def state(self) -> tuple[Any, ...]:
-        """All arrays, in the order of the fields."""
-        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
+    def arrays(self) -> dict[str, Any]:
+        """All of them by name, in the order in which the compiled step takes them."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
-        return type(self)(**{f.name: getattr(self, f.name)[np.asarray(index)] for f in fields(self)})
+        return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
 
 
 class Generator(Protocol):
@@ -160,13 +156,12 @@ class Simulation:
         if len(self._cycles) < n:
             self._cycles, self._parameters = np.empty((n, CYCLE_FIELDS)), np.empty((n, self.base.shape[1]))
         self._grind(
-            episodes,
             self._cycles[:n],
             self._parameters[:n],
             self.kinds,
             self.base,
             self._shops,
-            *episodes.state(),
+            *episodes.arrays().values(),
             speeds,
             executions,
             np.zeros(n) if pre_dresses is None else pre_dresses,
@@ -204,6 +199,6 @@ class Simulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        """Grind the next blocks of episodes; the other arguments are those of `step_blocks`."""
-        step_blocks(*arguments)
+    def _grind(self, cycles: Table, *arguments: Any) -> None:
+        """Grind the next blocks; arguments as for `step_blocks`, with all arrays of the episodes."""
+        step_blocks(cycles, *arguments)

@@ -57,9 +57,6 @@ class TapeRow(NamedTuple):
     """1 for the last block before the date."""
 
 
-SCHEDULE = ("kind", "material", "due", "work", "is_due")
-"""What a shop knows of all blocks beforehand."""
-
 FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
 """The factors of a tape row, each on the stroke parameter of the same name."""
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")

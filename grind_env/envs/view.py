@@ -11,7 +11,6 @@ from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
-from grind_env.machine.part import PartRun
 from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 
@@ -105,11 +104,6 @@ def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     kind = task.kinds[int(row.kind)]
     return Workpiece(name=kind.name, length=kind.length, stock=row.stock, left=row.stock)
-
-
-def part_on_machine(part: PartRun, name: str) -> Workpiece:
-    """A part that `machine` grinds, as it is now."""
-    return Workpiece(name=name, length=part.job.part.length, stock=part.stock, left=part.left)
 
 
 def _ground_part(block: Any, outcome: Outcome) -> Workpiece:

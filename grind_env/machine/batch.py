@@ -14,7 +14,7 @@ from grind_env.machine.courses import COURSES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FEED
 from grind_env.machine.loops import LANES, loops_of, zoned_loops_of
-from grind_env.machine.rows import LOG, Table, read_cycle
+from grind_env.machine.rows import Table, read_cycle
 from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -95,29 +95,6 @@ def grind_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, 
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda first: PLUNGES.lanes(*tables, NO_MOTIONS, order, first, threads), range(threads)))
     return tallies
-
-
-def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:
-    """Run the same cycles, slower, and log the first strokes of each.
-
-    Args:
-        cycles: as for `grind_cycles`, like the next three.
-        parameters: of each machine.
-        wheels: updated in place.
-        parts: updated in place.
-        strokes: how many to log.
-
-    Returns:
-        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `LOG`.
-
-    Raises:
-        ValueError: as for `grind_cycles`.
-    """
-    _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
-    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), LOG)
-    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
-    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(LOG.names or ())))
-    return tallies, log
 
 
 def _check(cycles: Table, **tables: Table) -> None:

@@ -81,12 +81,6 @@ def judge(
 
 
 @entry
-def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> tuple[float, float, float]:
-    """Costs of time, wheel and dresses, each in $; arguments as for `process.cost.expenses`."""
-    return cost.expenses(seconds, wheel_volume, dresses, rates)
-
-
-@entry
 def handover_cost(
     wheel: WheelState, passes: float, feed: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
 ) -> float:

@@ -33,6 +33,8 @@ class Course(NamedTuple):
     """From the progress: whether the coming stroke has first to be found."""
     find: Callable[[Any, Any, Any], Any]
     """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
+    gauged: Callable[[Any], bool]
+    """From the progress: whether the operator gauges the part before the coming stroke ends."""
 
 
 cross = inlined_rule(traverse.cross)
@@ -101,6 +103,7 @@ PLUNGE = Course(
     edge=_fixed_edge,
     lost=_never,
     find=_as_it_is,
+    gauged=_never,
 )
 
 TRAVERSE = Course(
@@ -114,6 +117,7 @@ TRAVERSE = Course(
     edge=_crossed_edge,
     lost=_never,
     find=_as_it_is,
+    gauged=_never,
 )
 
 COURSES: Mapping[str, Course] = {"G82": PLUNGE, "G83": TRAVERSE}

@@ -110,6 +110,14 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 
 
 @inlined
+def measured(wheel: WheelState) -> WheelState:
+    """The wheel once its wear is known, which is then compensated."""
+    return WheelState(
+        ds=wheel.ds, A=wheel.A, lam=wheel.lam, V=wheel.V, Rd=wheel.Rd, Cd=wheel.Cd, alw=wheel.alw, W=0.0, wd=wheel.wd
+    )
+
+
+@inlined
 def stroke_seconds(cycle: Any, reversal: float) -> float:
     """Time of the stroke after so many reversals of the cycle, s."""
     seconds: float = cycle.stroke_seconds if reversal > 0.0 else cycle.first_seconds

@@ -5,6 +5,7 @@ table passes its middle. The motions of the program between two rests of the tab
 a reversal point, or with the table's last stroke.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from grind_env.control.rules import INSTANT
@@ -16,6 +17,9 @@ from grind_env.machine.rules import travelled
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
 """What comes after a motion: the next one of its leg, a dress and the next leg, or the end."""
+
+FULL = 0.9
+"""Share of the deepest plunge beside an infeed from which one counts as full; the other cycles have their picks."""
 
 
 class Feeding(NamedTuple):
@@ -47,6 +51,8 @@ class Feeding(NamedTuple):
     """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
     motion: float
     """Row of the first motion."""
+    gauged_at: float
+    """Time of its leg at which the operator gauges the part, s; infinite if he does not."""
 
 
 class Motion(NamedTuple):
@@ -84,6 +90,8 @@ class FeedProgress(NamedTuple):
     """Time of the leg at which the coming stroke begins, s."""
     middle: float
     """Time of the leg at which the table passes the middle of it, s."""
+    ends: float
+    """Time of the leg at which it ends, s."""
     row: float
     """Motion that is then under way."""
     over: float
@@ -99,6 +107,10 @@ class FeedProgress(NamedTuple):
     rate: float
     last_begin: float
     acceleration: float
+    gauged_at: float
+    """As of `Feeding`; infinite once it is past."""
+    gauged: float
+    """1 if the operator gauges the part before the coming stroke ends, else 0."""
 
 
 read_motion, write_motion = column_reader(Motion), column_writer(Motion)
@@ -118,6 +130,7 @@ def begin(cycle: Feeding) -> FeedProgress:
         dresses=cycle.pre_dress,
         begins=0.0,
         middle=0.0,
+        ends=0.0,
         row=cycle.motion,
         over=0.0,
         begin=0.0,
@@ -130,18 +143,21 @@ def begin(cycle: Feeding) -> FeedProgress:
         rate=0.0,
         last_begin=-INSTANT,
         acceleration=cycle.acceleration,
+        gauged_at=cycle.gauged_at,
+        gauged=0.0,
     )
 
 
 @inlined
 def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
     """After the next stroke."""
-    begins = progress.begins + stroke_seconds(cycle, progress.reversal)
+    begins = progress.ends
     return FeedProgress(
         reversal=progress.reversal + 1.0,
         dresses=0.0,
         begins=begins,
         middle=begins + cycle.middle,
+        ends=begins + cycle.stroke_seconds,
         row=progress.row,
         over=progress.over,
         begin=progress.begin,
@@ -154,6 +170,8 @@ def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
         rate=progress.rate,
         last_begin=progress.last_begin,
         acceleration=progress.acceleration,
+        gauged_at=progress.gauged_at,
+        gauged=0.0,
     )
 
 
@@ -166,7 +184,8 @@ def finished(cycle: Feeding, progress: FeedProgress) -> bool:
 @inlined
 def lost(progress: FeedProgress) -> bool:
     """Whether the coming stroke does not lie in the motion of the one before."""
-    return (progress.middle > progress.end) | (progress.begins >= progress.last_begin)
+    found = (progress.middle <= progress.end) & (progress.begins < progress.last_begin)
+    return (not found) | (progress.ends > progress.gauged_at)
 
 
 @inlined
@@ -193,11 +212,17 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
             break
         row += 1
         motion = read_motion(motions, row)
+    # what is measured when the table stands, or before it comes to its next reversal point, is known there
+    ends = begins + stroke_seconds(cycle, progress.reversal)
+    gauged = 1.0 if over > 0.0 or ends > progress.gauged_at else 0.0
+    gauged = gauged if progress.gauged_at < math.inf else 0.0
+    gauged_at = math.inf if gauged > 0.0 else progress.gauged_at
     found = FeedProgress(
         reversal=progress.reversal,
         dresses=dresses,
         begins=begins,
         middle=begins + wait,
+        ends=ends,
         row=float(row),
         over=over,
         begin=motion.begin,
@@ -210,8 +235,16 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
         rate=motion.rate,
         last_begin=motion.last_begin,
         acceleration=progress.acceleration,
+        gauged_at=gauged_at,
+        gauged=gauged,
     )
     return found, waited
+
+
+@inlined
+def gauged(progress: FeedProgress) -> bool:
+    """Whether the operator gauges the part before the coming stroke ends."""
+    return progress.gauged > 0.0
 
 
 @inlined
@@ -245,6 +278,7 @@ FEED = Course(
     edge=edge,
     lost=lost,
     find=find,
+    gauged=gauged,
 )
 
 

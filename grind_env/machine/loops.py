@@ -12,7 +12,7 @@ import numpy as np
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, lane_reader, lane_writer
 from grind_env.machine.courses import Course
-from grind_env.machine.cycle import PartState, advance, dress, stroke_seconds
+from grind_env.machine.cycle import PartState, advance, dress, measured, stroke_seconds
 from grind_env.machine.rows import (
     Made,
     Table,
@@ -76,7 +76,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     )
     read_cycle = column_reader(course.cycle)
     plan_of, begin, after_reversal, finished = course.plan, course.begin, course.after_reversal, course.finished
-    depth, edge, lost, find = course.depth, course.edge, course.lost, course.find
+    depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
     @inlined
     def place_in(rows: Table, lane: int) -> Place:
@@ -157,6 +157,8 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         cycle, p = get_cycle(rows, lane), get_parameters(rows, lane)
         wheel, tally = get_wheel(rows, lane), get_tally(rows, lane)
         progress, waited = find(cycle, get_progress(rows, lane), motions)
+        if gauged(progress):
+            wheel = measured(wheel)
         for number in range(int(progress.dresses)):
             wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
         put_wheel(rows, lane, wheel)
@@ -216,6 +218,8 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
             wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
             plan = plan_of(cycle)
             progress, waited = find(cycle, begin(plan), motions)
+            if gauged(progress):
+                wheel = measured(wheel)
             for number in range(int(progress.dresses)):
                 wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
             while not finished(plan, progress):
@@ -229,6 +233,8 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
                     log_stroke(log[i], row, stroke)
                     log_wheel(log[i], row, wheel)
                 progress, waited = find(cycle, after_reversal(plan, progress), motions)
+                if gauged(progress):
+                    wheel = measured(wheel)
                 for number in range(int(progress.dresses)):
                     wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
             write_wheel(wheels, i, wheel)

@@ -1,5 +1,6 @@
 """A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -10,12 +11,12 @@ from grind_env.control import Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, column_writer, dtype_of
+from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.batch import FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
 from grind_env.machine.courses import COURSES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.dress_program import DressPlan
-from grind_env.machine.feeding import ENDS, GOES_ON, Feeding, Motion, deepest_pick
+from grind_env.machine.feeding import ENDS, FULL, GOES_ON, Feeding, Motion, deepest_pick
 from grind_env.machine.job import Job
 from grind_env.machine.loops import Loops
 from grind_env.machine.rows import read_part, read_zone, write_cycle
@@ -31,9 +32,6 @@ NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
 
 NO_BLOCK = -1.0
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
-
-FULL = 0.9
-"""Share of the deepest plunge of a G81 from which one counts as full; the other cycles have their picks."""
 
 Table = NDArray[Any]
 
@@ -81,6 +79,8 @@ class BlockRow(NamedTuple):
     secondary_cross_pick: float
     motion: float
     """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    gauged_at: float
+    """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
     to_secondary: float
     """1 if the next cycle takes over the table, else 0."""
     before_from_secondary: float
@@ -108,10 +108,8 @@ class BlockRow(NamedTuple):
     """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
 
 
-BLOCK = dtype_of(BlockRow)
-MOTION = dtype_of(Motion)
 read_block = column_reader(BlockRow)
-read_feeding, write_feeding = column_reader(Feeding), column_writer(Feeding)
+write_feeding = column_writer(Feeding)
 CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
 STROKES = Tally._fields.index("strokes")
 
@@ -200,6 +198,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         primary_cross_pick=plan.primary_cross_pick,
         secondary_cross_pick=plan.secondary_cross_pick,
         motion=motion,
+        gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         before_from_secondary=from_secondary.before,
         before_from_primary=from_primary.before,
@@ -253,7 +252,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         time += motion.seconds
     if rows:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
-    if not block.to_secondary and plan.plunges:
+    if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
         return []
     depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
     edge = edge_of(block.start, plan)
@@ -332,6 +331,7 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
         away=row.away,
         to_secondary=row.to_secondary,
         motion=row.motion,
+        gauged_at=row.gauged_at,
     )
 
 

@@ -79,7 +79,8 @@ class ScriptBlock:
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
         ways: on to the next block, from the secondary and from the primary point.
         gauged: whether the operator gauges or takes off the part before the next block.
-        stops: M01 met on the way.
+        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
+        stops: M01 met on the way with the part on the machine.
         ends_part: whether the part is taken off.
     """
 
@@ -93,6 +94,7 @@ class ScriptBlock:
     to_secondary: bool = False
     ways: tuple[Way, Way] = (Way(), Way())
     gauged: bool = False
+    gauged_on_the_way: bool = False
     stops: int = 0
     ends_part: bool = False
 
@@ -147,6 +149,7 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
         block.ways = ends if as_it_is.at_secondary[id(block)] else ends[::-1]
         _refuse_slow_picks(programs, job, block, speeds)
         _refuse_turns_inside(programs, job, block)
+    _refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach)
 
 
@@ -259,13 +262,18 @@ class _Writer:
         if self.ahead is None or not self.blocks:
             return
         table = self.execution.table
-        if table is not None and (self.blocks[-1].beside or not table.at_secondary):
-            raise self._error("the operator stops the program while the table is on its way", event.line)
         self.stopped = table is not None
-        self.blocks[-1].gauged = True
+        if table is None or (table.at_secondary and not self.blocks[-1].beside):
+            self.blocks[-1].gauged = True
+        elif event.code == "M00" or self.job.part.stages or self.job.times.wheel_change is not None:
+            raise self._error(
+                "the operator judges the part or changes the wheel while the table is on its way", event.line
+            )
+        else:
+            self.blocks[-1].gauged_on_the_way = True
         if event.code == "M00":
             self._unload()
-        else:
+        elif not self.blocks[-1].ends_part:
             self.blocks[-1].stops += 1
 
     def _unload(self) -> None:
@@ -326,6 +334,16 @@ def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> No
         if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
             place = f"{AXES[plan.axis]} turns over the part or beside it"
             raise _error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
+
+
+def _refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
+    """Refuse stages that end without a cycle of their own."""
+    left = len(job.part.stages)
+    for block in blocks:
+        ended = min(block.stops, left)
+        if ended + block.ends_part > 1:
+            raise _error(programs, block.plan.line, "after this cycle the part is judged more than once")
+        left = len(job.part.stages) if block.ends_part else left - ended
 
 
 def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:

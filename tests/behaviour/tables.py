@@ -40,12 +40,17 @@ def table(rows: Iterable[Mapping[str, Any]]) -> Table:
     return made
 
 
+def is_position(value: Any) -> bool:
+    """Whether a value is the coordinates of all axes."""
+    return isinstance(value, tuple) and len(value) == len(AXES)
+
+
 def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
     """What a nested value holds, each with its path: `parts.0.Ra`, `end.X`."""
     if isinstance(value, Mapping):
         items: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list | tuple):
-        items = zip(AXES, value, strict=True) if isinstance(value, tuple) else enumerate(value)
+        items = zip(AXES, value, strict=True) if is_position(value) else enumerate(value)
     else:
         yield place, value
         return

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -282,3 +282,15 @@ def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
     assert kinds == [CycleStart, CycleEnd, ProgramEnd]
+
+
+@pytest.mark.parametrize("cycle", [CYCLE, "G83 X230. I-30. Y-.02 J-.01 Z12. K5. L1 F600. E12000."])
+def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
+    text = f"{COMMON}G00 X-41.3\n{cycle}\nM30{DRESS}"
+    stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
+    whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
+    assert len(whole.begins) == len(stepped)
+    for number, stroke in enumerate(stepped, 1):
+        found = whole.stroke(number)
+        assert found.middle == pytest.approx(stroke.middle, abs=1e-9)
+        assert replace(found, middle=stroke.middle) == stroke

@@ -16,8 +16,8 @@ from rich.table import Table
 import grind_env
 from grind_env.envs.pages import summary
 
-SLOW = {"grind/Job-v0": 16, "grind/Stroke-v0": 64}
-"""Environments that step part programs in plain Python, and how many of them side by side."""
+N = 4096
+"""Sub-environments side by side."""
 
 
 def play(env_id: str, steps: int, progress: Progress) -> tuple[int, float, float]:
@@ -26,8 +26,7 @@ def play(env_id: str, steps: int, progress: Progress) -> tuple[int, float, float
     Raises:
         AssertionError: an observation or a reward is not what was promised.
     """
-    n = SLOW.get(env_id, 4096)
-    env = gym.make_vec(env_id, n, autoreset_mode="SameStep")
+    env = gym.make_vec(env_id, N, autoreset_mode="SameStep")
     rng = np.random.default_rng(0)
     observations, _ = env.reset(seed=0)
     space = env.single_observation_space
@@ -35,12 +34,12 @@ def play(env_id: str, steps: int, progress: Progress) -> tuple[int, float, float
     task = progress.add_task(env_id, total=steps)
     while taken < steps:
         actions = rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
-        extreme = rng.random(n) < 0.2
+        extreme = rng.random(N) < 0.2
         actions[extreme] = np.sign(actions[extreme])
         observations, rewards, *_ = env.step(actions)
         assert np.isfinite(observations).all() and np.isfinite(rewards).all(), f"{env_id}: not finite"
         assert ((observations >= space.low) & (observations <= space.high)).all(), f"{env_id}: outside the space"
-        low, high, taken = min(low, rewards.min()), max(high, rewards.max()), taken + n
+        low, high, taken = min(low, rewards.min()), max(high, rewards.max()), taken + N
         progress.update(task, completed=taken)
     env.close()
     least, most = summary(env_id).reward

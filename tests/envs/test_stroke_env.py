@@ -293,6 +293,17 @@ def test_episodes_that_are_stepped_apart_are_each_what_it_is_alone() -> None:
             assert_same(env.step(plan[k, i]), row_of(stepped[k], i))
 
 
+def test_all_episodes_are_stepped_by_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    env: Any = native(ID, 5).unwrapped
+    calls = []
+    grind_all = env.simulation._grind
+    monkeypatch.setattr(env.simulation, "_grind", lambda *arguments: calls.append(grind_all(*arguments)))
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(np.zeros((5, 2), np.float32))
+    assert len(calls) == 3
+
+
 def test_a_planner_branches_an_episode() -> None:
     simulation = StrokeSimulation(read_task("stroke"))
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(3)])

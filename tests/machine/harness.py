@@ -2,12 +2,16 @@
 
 from typing import Any
 
+import numpy as np
+
 from grind_env.control import Control, read
+from grind_env.machine.batch import NO_MOTIONS, PLUNGES, TALLY, as_table
 from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, Setup, Times, WheelStart
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.rows import LOG, Table
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -81,3 +85,15 @@ def run(
     conditions: tuple[PartConditions, ...] = (),
 ) -> GrindingRecord:
     return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+
+
+def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:
+    """What `grind_cycles` does, by the loop of one machine after the other; the first strokes of each are logged.
+
+    Returns:
+        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `LOG`.
+    """
+    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), LOG)
+    tables = [as_table(each) for each in (cycles, parameters, wheels, parts, tallies)]
+    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(LOG.names or ())))
+    return tallies, log

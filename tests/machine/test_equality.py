@@ -26,7 +26,7 @@ from grind_env.kernel import entry
 from grind_env.kernel.fingerprint import fingerprint
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine import batch, loops
-from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles, log_cycles
+from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
 from grind_env.machine.courses import PLUNGE
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.job import Job, WheelStart
@@ -34,7 +34,7 @@ from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import Table
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
-from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
+from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
 
 MICRON = 0.001
 

@@ -20,7 +20,6 @@ from grind_env.machine.batch import (
     WHEEL,
     as_table,
     grind_cycles,
-    log_cycles,
 )
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.rows import LOG
@@ -35,7 +34,7 @@ from grind_env.machine.tally import (
 )
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke
-from tests.machine.harness import DRESS_NUMBERS, job, start_wheel
+from tests.machine.harness import DRESS_NUMBERS, job, log_cycles, start_wheel
 
 MICRON = 0.001
 DRESS_SECONDS, STROKE_SECONDS = 30.0, 1.65

@@ -35,6 +35,7 @@ from grind_env.envs.simulation import Episodes, Simulation, Table
 from grind_env.envs.tape import TapeRow
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
+from grind_env.machine.feeding import FULL
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_wheel
 from grind_env.machine.replay import is_whole, tables_of
@@ -43,8 +44,6 @@ from grind_env.machine.strips import Zone
 from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
 from grind_env.process.state import WheelState
 
-FULL = 0.9
-"""Least share of the deepest plunge of a G81 that counts as a full one; the other cycles have their picks."""
 STROKES_AT_MOST = int(POWER_WINDOW)
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
@@ -145,7 +144,8 @@ class JobSimulation(Simulation):
         strokes = 0.0
         for block in self.blocks:
             outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
-            total, strokes = total + outcomes[0, COST], strokes + tallies[0, STROKES]
+            total += float(outcomes[0, COST])
+            strokes += float(tallies[0, STROKES])
         if strokes == 0.0:
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return total / len(self.blocks)

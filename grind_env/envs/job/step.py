@@ -11,7 +11,7 @@ from grind_env.envs.step import NEW_PART, write_factored
 from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.machine.cycle import PartState, dress_lead
+from grind_env.machine.cycle import PartState, dress_lead, measured
 from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.replay import BlockRow, ScriptTables, grind_blocks, grind_zoned_blocks, read_block
@@ -70,10 +70,8 @@ PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
 def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, WheelState]:
     """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
     starts = row.starts_part > 0.0
-    W = 0.0 if starts or stage.gauged > 0.0 else wheel.W
-    wheel = WheelState(
-        ds=wheel.ds, A=wheel.A, lam=wheel.lam, V=wheel.V, Rd=wheel.Rd, Cd=wheel.Cd, alw=wheel.alw, W=W, wd=wheel.wd
-    )
+    if starts or stage.gauged > 0.0:
+        wheel = measured(wheel)
     if starts:
         stage = Stage(power=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
     return stage, wheel

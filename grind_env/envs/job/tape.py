@@ -4,7 +4,6 @@ The spreads are those of the scenarios (section 3), or those that the job's `[lo
 of material differs somewhat from the catalogue, and gauges are noisy.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import CONTEXT_FACTORS, Given, from_ranges
+from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, from_ranges
 from grind_env.envs.tape import FACTORS, TapeRow, log_normal, unless, write_row
-from grind_env.kernel import entry
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_reader
 from grind_env.machine.job import Lots
 from grind_env.machine.part import PartConditions
 
@@ -30,6 +30,8 @@ LOT_FACTORS = ("kA", "pm")
 NOISES = tuple(TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness"))
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
+
+read_fixed = column_reader(Fixed)
 
 LEAST_STOCK = 0.4
 """Of the nominal one; no part has less."""
@@ -98,39 +100,99 @@ class JobGenerator:
             rngs: their generators.
             given: what is given of each.
         """
-        blocks, lots = len(self.part_of_block), self.lots
-        for i, rng, each in zip(index, rngs, given, strict=True):
-            episode = rng.standard_normal(len(WHEEL_SPREAD))
-            drawn = rng.standard_normal((self.parts, len(LOT_FACTORS)))
-            uniforms = rng.random(self.parts)
-            noise = rng.standard_normal((blocks, len(NOISES)))
-            stocks = rng.standard_normal(self.parts) if lots.stock > 0.0 else np.zeros(self.parts)
+        m, blocks, lots = len(rngs), len(self.part_of_block), self.lots
+        episode, drawn = np.empty((m, len(WHEEL_SPREAD))), np.empty((m, self.parts, len(LOT_FACTORS)))
+        uniforms, noise = np.empty((m, self.parts)), np.empty((m, blocks, len(NOISES)))
+        stocks, fixed = np.zeros((m, self.parts)), np.array([each.fixed for each in given])
+        for j, (rng, each) in enumerate(zip(rngs, given, strict=True)):
+            rng.standard_normal(out=episode[j])
+            rng.standard_normal(out=drawn[j])
+            rng.random(out=uniforms[j])
+            rng.standard_normal(out=noise[j])
+            if lots.stock > 0.0:
+                rng.standard_normal(out=stocks[j])
             if each.ranges:
-                episode, drawn = from_ranges(episode, each.ranges), from_ranges(drawn, each.ranges)
-            fixed = each.fixed
-            # a lot that differs from the last one in nothing is no new lot
-            same = self.spread == 0.0 or not any(math.isnan(getattr(fixed, name)) for name in LOT_FACTORS)
-            fill_job(
-                tape[i],
-                self.part_of_block,
-                self._wheel_sigmas,
-                self._lot_sigmas,
-                self.spread * lots.stock,
-                self.spread * (1.0 if math.isnan(fixed.noise) else fixed.noise),
-                0.0 if same else lots.probability,
-                self.stock,
-                episode,
-                drawn,
-                uniforms,
-                noise,
-                stocks,
-                np.array([getattr(fixed, WHEEL_FACTORS[name]) for name in WHEEL_SPREAD]),
-                np.array([fixed.kA, fixed.pm]),
-            )
+                episode[j], drawn[j] = from_ranges(episode[j], each.ranges), from_ranges(drawn[j], each.ranges)
+        fill_jobs(
+            tape,
+            index,
+            self.part_of_block,
+            self._wheel_sigmas,
+            self._lot_sigmas,
+            self.spread * lots.stock,
+            self.spread,
+            lots.probability,
+            self.stock,
+            episode,
+            drawn,
+            uniforms,
+            noise,
+            stocks,
+            fixed,
+        )
         wheels[index] = self.wheel
 
 
 @entry
+def fill_jobs(
+    tape: Any,
+    index: Any,
+    part_of_block: Any,
+    wheel_sigmas: Any,
+    lot_sigmas: Any,
+    stock_sigma: float,
+    spread: float,
+    probability: float,
+    nominal: float,
+    episode: Any,
+    lots: Any,
+    uniforms: Any,
+    noise: Any,
+    stocks: Any,
+    fixed: Any,
+) -> None:
+    """Write the tapes of M episodes.
+
+    Args:
+        tape: shape (N, blocks, fields of `TapeRow`); written in the rows `index`.
+        index: episodes that begin, shape (M,).
+        part_of_block: number of the part of each block, shape (blocks,).
+        wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
+        lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
+        stock_sigma: of the stock, relative.
+        spread: factor on all that is random.
+        probability: that a part after the first begins a new lot.
+        nominal: stock of a part, mm.
+        episode: standard normal numbers of the wheel, shape (M, 5).
+        lots: of each part, should it begin a lot, shape (M, parts, 2).
+        uniforms: of each part, shape (M, parts).
+        noise: of the gauges after each block, shape (M, blocks, 5).
+        stocks: of each part, shape (M, parts).
+        fixed: what a context fixes, shape (M, fields of `Fixed`).
+    """
+    for j in range(index.size):
+        given = read_fixed(fixed, j)
+        # a lot that differs from the last one in nothing is no new lot
+        same = spread == 0.0 or not (np.isnan(given.kA) or np.isnan(given.pm))
+        fill_job(
+            tape[index[j]],
+            part_of_block,
+            wheel_sigmas,
+            lot_sigmas,
+            stock_sigma,
+            spread * unless(given.noise, 1.0),
+            0.0 if same else probability,
+            nominal,
+            episode[j],
+            lots[j],
+            uniforms[j],
+            noise[j],
+            stocks[j],
+            given,
+        )
+
+
+@inlined
 def fill_job(
     tape: Any,
     part_of_block: Any,
@@ -145,8 +207,7 @@ def fill_job(
     uniforms: Any,
     noise: Any,
     stocks: Any,
-    fixed_wheel: Any,
-    fixed_lot: Any,
+    fixed: Fixed,
 ) -> None:
     """Write a tape.
 
@@ -164,12 +225,13 @@ def fill_job(
         uniforms: of each part, shape (parts,).
         noise: of the gauges after each block, shape (blocks, 5).
         stocks: of each part, shape (parts,).
-        fixed_wheel: factors of the wheel that are fixed, NaN for others, shape (5,).
-        fixed_lot: factors of the lot that are fixed, shape (2,).
+        fixed: what a context fixes.
     """
-    wheel = np.empty(episode.size)
-    for k in range(episode.size):
-        wheel[k] = unless(fixed_wheel[k], log_normal(wheel_sigmas[k], episode[k]))
+    wheel_kA = unless(fixed.wheel_kA, log_normal(wheel_sigmas[0], episode[0]))
+    ra_scale = unless(fixed.ra_scale, log_normal(wheel_sigmas[1], episode[1]))
+    fc = unless(fixed.fc, log_normal(wheel_sigmas[2], episode[2]))
+    Gref = unless(fixed.Gref, log_normal(wheel_sigmas[3], episode[3]))
+    hf = unless(fixed.hf, log_normal(wheel_sigmas[4], episode[4]))
     part, kA, pm, stock = -1, 1.0, 1.0, nominal
     for k in range(part_of_block.size):
         begins = False
@@ -177,8 +239,8 @@ def fill_job(
             part += 1
             begins = part == 0 or uniforms[part] < probability
             if begins:
-                kA = unless(fixed_lot[0], log_normal(lot_sigmas[0], lots[part, 0]))
-                pm = unless(fixed_lot[1], log_normal(lot_sigmas[1], lots[part, 1]))
+                kA = unless(fixed.kA, log_normal(lot_sigmas[0], lots[part, 0]))
+                pm = unless(fixed.pm, log_normal(lot_sigmas[1], lots[part, 1]))
             stock = nominal * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
         shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
         row = TapeRow(
@@ -186,20 +248,20 @@ def fill_job(
             stock=stock,
             gauged=stock,
             new_lot=shown,
-            kA=wheel[0] * kA,
+            kA=wheel_kA * kA,
             pm=pm,
-            hf=wheel[4],
-            fc=wheel[2],
-            Gref=wheel[3],
-            ra_scale=wheel[1],
+            hf=hf,
+            fc=fc,
+            Gref=Gref,
+            ra_scale=ra_scale,
             mean_noise=measurement * noise[k, 0],
             first_noise=measurement * noise[k, 1],
             peak_noise=measurement * noise[k, 2],
             size_noise=measurement * noise[k, 3],
             roughness_noise=measurement * noise[k, 4],
             material=0.0,
-            spare_kA=wheel[0] * kA,
-            spare_ra_scale=wheel[1],
+            spare_kA=wheel_kA * kA,
+            spare_ra_scale=ra_scale,
             due=0.0,
             work=0.0,
             is_due=0.0,

@@ -11,7 +11,7 @@ from grind_env.envs.observations import Reading, readings
 from grind_env.envs.program import job_from_surface
 from grind_env.envs.reciprocation.program import TASK, block_text, part_program, request_times
 from grind_env.envs.reciprocation.step import step_feedings
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation, Table
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.feeding import Feeding, Motion
 
@@ -35,12 +35,12 @@ class ReciprocationSimulation(Simulation):
             if entry.name != "pick"
         )
 
-    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        n, most = len(episodes.block), self.task.action.executions
+    def _grind(self, cycles: Table, *arguments: Any) -> None:
+        n, most = len(cycles), self.task.action.executions
         if len(self._feedings) < n:
             self._feedings = np.empty((n, len(Feeding._fields)))
             self._motions = np.empty((n, 2 * (most + 1), len(Motion._fields)))
-        step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], *arguments)
+        step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], cycles, *arguments)
 
 
 G81 = Form("G81", read_task, ReciprocationSimulation, block_text, part_program)

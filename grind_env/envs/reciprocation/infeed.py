@@ -19,9 +19,6 @@ from grind_env.kernel.rows import column_writer
 from grind_env.machine.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
 from grind_env.machine.rules import motion_time
 
-FULL = 0.9
-"""Share of what the infeed covers in a stroke from which a plunge counts as a full one when power is averaged."""
-
 
 class Infeed(NamedTuple):
     """The infeed of a G81 block. Depths are mm from the touched-off surface, where the wheel stands at first."""

@@ -1,15 +1,16 @@
 """The compiled step of `grind/Reciprocation-v0`; `envs.step` says what a block costs and what is remembered of it."""
 
+import math
 from typing import Any
 
-from grind_env.envs.reciprocation.infeed import FULL, Infeed, write_motions
+from grind_env.envs.reciprocation.infeed import Infeed, write_motions
 from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
 from grind_env.envs.step import Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_writer
 from grind_env.machine.batch import FEEDS
-from grind_env.machine.feeding import Feeding
+from grind_env.machine.feeding import FULL, Feeding
 from grind_env.machine.rules import motion_time
 
 PICK = Memory._fields.index("pick")
@@ -60,6 +61,7 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
         away=0.0,
         to_secondary=0.0,
         motion=float(motion),
+        gauged_at=math.inf,
     )
 
 

@@ -72,13 +72,13 @@ class StrokeSimulation(Simulation):
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
 
-    def _grind(self, *arguments: Any) -> None:
-        step_strokes(*arguments)
+    def _grind(self, cycles: Table, parameters: Table, *arguments: Any) -> None:
+        # those of a part stay from stroke to stroke, in the episodes
+        step_strokes(cycles, *arguments)
 
     def _room(self, n: int) -> StrokeEpisodes:
-        room: Any = super()._room(n).arrays()._asdict()
         return StrokeEpisodes(
-            **room,
+            **super()._room(n).arrays(),
             rows=np.empty((n, len(TapeRow._fields))),
             strokes=np.empty((n, len(StrokeMemory._fields))),
             paces=np.empty((n, len(Pace._fields))),

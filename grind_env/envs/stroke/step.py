@@ -7,7 +7,7 @@ import numpy as np
 from grind_env.envs.observations import measured_power
 from grind_env.envs.rows import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.settling import PowerReadings, chance, counted_rise, handover_of, outcome_of, remembered
-from grind_env.envs.step import CYCLE_FIELDS, NEW_PART, WEAR, Tables, plunge_cycle, write_factored
+from grind_env.envs.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
 from grind_env.envs.stroke import rules
 from grind_env.envs.stroke.rules import Pace, Table
 from grind_env.envs.tape import read_row, write_row
@@ -152,6 +152,7 @@ def settle_stroke(
 
 @entry
 def step_strokes(
+    cycles: Any,
     kinds: Any,
     base: Any,
     shops: Any,
@@ -177,7 +178,8 @@ def step_strokes(
     """Make the next stroke of the episodes in `active`.
 
     Args:
-        kinds: as for `envs.step.step_blocks`, but three times: `PART`, `WITHIN` and `LAST`.
+        cycles: room for them, as for `envs.step.step_blocks`.
+        kinds: as for `step_blocks`, but three times: `PART`, `WITHIN` and `LAST`.
         base: as for `step_blocks`, like the next one.
         shops: numbers of the task.
         tape: of `StrokeArrays`, like the next ten.
@@ -201,7 +203,7 @@ def step_strokes(
     """
     tables = Tables(kinds, base, read_shop(shops, 0), materials)
     episodes = StrokeArrays(tape, block, wheels, parts, memory, rows, strokes, paces, plunges, parameters, noise)
-    cycles, z = np.empty((block.size, CYCLE_FIELDS)), np.empty(TOGETHER)
+    z = np.empty(TOGETHER)
     for first in range(0, active.size, TOGETHER):
         some = active[first : first + TOGETHER]
         # in a loop with nothing else in it, since every number lies where the memory has to be waited for

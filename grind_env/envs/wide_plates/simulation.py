@@ -4,7 +4,7 @@ Cost and memory are those of `envs.step.settle`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -80,13 +80,12 @@ class CrossSimulation(Simulation):
         return (*(_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress)), taper_reading(task))
 
     def _room(self, n: int) -> CrossEpisodes:
-        bare = super()._room(n)
-        arrays = {each.name: getattr(bare, each.name) for each in fields(bare)}
-        return CrossEpisodes(**arrays, taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
+        return CrossEpisodes(
+            **super()._room(n).arrays(), taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks))
+        )
 
-    def _grind(self, episodes: Episodes, *arguments: Any) -> None:
-        cross = _cross(episodes)
-        step_traverses(self._zones, *self._crossing, cross.taper, cross.taper_noise, *arguments)
+    def _grind(self, cycles: Table, *arguments: Any) -> None:
+        step_traverses(self._zones, *self._crossing, cycles, *arguments)
 
 
 def part_in_zones(task: Task) -> Table:

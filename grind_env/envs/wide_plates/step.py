@@ -24,8 +24,6 @@ def step_traverses(
     zones: Any,
     crossover: float,
     cross_pick: float,
-    taper: Any,
-    taper_noise: Any,
     cycles: Any,
     parameters: Any,
     kinds: Any,
@@ -36,6 +34,8 @@ def step_traverses(
     wheels: Any,
     parts: Any,
     memory: Any,
+    taper: Any,
+    taper_noise: Any,
     speeds: Any,
     executions: Any,
     pre_dresses: Any,
@@ -50,8 +50,6 @@ def step_traverses(
         zones: of a new part, shape (zones, fields of `Zone`).
         crossover: way across of a traverse, mm.
         cross_pick: K, mm.
-        taper: of the parts as gauged, um, shape (N,); written.
-        taper_noise: of the gauge, um, shape (N, blocks).
         cycles: as for `envs.step.step_blocks`, like all that follow.
         parameters: room for them.
         kinds: of the task.
@@ -62,6 +60,8 @@ def step_traverses(
         wheels: updated.
         parts: updated: the depth S is that where the part is farthest from its size.
         memory: updated.
+        taper: of the parts as gauged, um, shape (N,); written.
+        taper_noise: of the gauge, um, shape (N, blocks).
         speeds: E, mm/min.
         executions: D.
         pre_dresses: 1 for G83.1.

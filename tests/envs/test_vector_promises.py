@@ -1,3 +1,6 @@
+"""What vector environments of other steps than blocks of tasks promise as the others do."""
+
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -6,16 +9,16 @@ import pytest
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
+from grind_env.envs.job.env import EXAMPLE
 from grind_env.errors import GrindError
 from grind_env.machine.part import PartRun, Pass
 from grind_env.machine.run import GrindingError
 from grind_env.process.state import WheelState
 from tests.envs.harness import assert_same, native
 
-SERIAL = pytest.mark.parametrize("env_id", ["grind/Job-v0"])
+both = pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0"])
 
 
-@SERIAL
 @pytest.mark.parametrize(
     ("form", "actions", "part"),
     [
@@ -34,8 +37,8 @@ SERIAL = pytest.mark.parametrize("env_id", ["grind/Job-v0"])
         ("dict", [[0.0, 0.0]] * 2, "keys E, D"),
     ],
 )
-def test_bad_actions_move_no_env(env_id: str, form: str, actions: Any, part: str) -> None:
-    env, twin = native(env_id, 2, action=form), native(env_id, 2, action=form)
+def test_bad_actions_move_no_job(form: str, actions: Any, part: str) -> None:
+    env, twin = native("grind/Job-v0", 2, action=form), native("grind/Job-v0", 2, action=form)
     for each in (env, twin):
         each.reset(seed=1)
     with pytest.raises(ActionError) as caught:
@@ -45,16 +48,23 @@ def test_bad_actions_move_no_env(env_id: str, form: str, actions: Any, part: str
     assert_same(env.step(good), twin.step(good))
 
 
-@SERIAL
-def test_the_action_of_an_env_that_begins_anew_is_ignored(env_id: str) -> None:
-    env = native(env_id, 2)
+def with_one_over(env_id: str, mode: str) -> Any:
+    """Two environments, of which the episode of the second one is over."""
+    env = native(env_id, 2, mode, max_episode_steps=2)
     env.reset(seed=0)
-    env.unwrapped._autoreset_envs[1] = True
-    stepped = env.step(np.array([[0.0, 0.0], [7.0, np.nan]], np.float32))
+    env.step(np.zeros((2, 2), np.float32))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    assert env.step(np.zeros((2, 2), np.float32))[3].tolist() == [False, True]
+    return env
+
+
+@both
+def test_the_action_of_an_env_that_begins_anew_is_ignored(env_id: str) -> None:
+    stepped = with_one_over(env_id, "NextStep").step(np.array([[0.0, 0.0], [7.0, np.nan]], np.float32))
     assert stepped[1][1] == 0.0 and stepped[1][0] < 0.0
 
 
-@SERIAL
+@both
 def test_no_env_moves_before_all_have_begun(env_id: str) -> None:
     env = native(env_id, 2)
     for chosen in ([True, False], [False, True]):
@@ -66,7 +76,7 @@ def test_no_env_moves_before_all_have_begun(env_id: str) -> None:
     assert_same(env.step(np.zeros((2, 2), np.float32)), twin.step(np.zeros((2, 2), np.float32)))
 
 
-@SERIAL
+@both
 @pytest.mark.parametrize("env_seed", [[1], "a", [1.5, 2]])
 def test_bad_seeds_are_refused_as_by_the_native_environments(env_id: str, env_seed: Any) -> None:
     for each in (env_id, "grind/PowerLimited-v0"):
@@ -74,25 +84,23 @@ def test_bad_seeds_are_refused_as_by_the_native_environments(env_id: str, env_se
             native(each, 2).reset(seed=env_seed)
 
 
-@SERIAL
+@both
 def test_seeds_of_numpy_are_those_of_python(env_id: str) -> None:
     first = native(env_id, 2).reset(seed=[4, 5])
     for seed in (4, np.int64(4), np.array([4, 5])):
         assert_same(native(env_id, 2).reset(seed=seed), first)
 
 
-@SERIAL
+@both
 @pytest.mark.parametrize("mask", [[True, False], np.array([1, 0]), np.array([True]), np.array([False, False])])
 def test_bad_masks_are_refused(env_id: str, mask: Any) -> None:
     with pytest.raises(GrindError, match="reset_mask must be"):
         native(env_id, 2).reset(options={"reset_mask": mask})
 
 
-@SERIAL
+@both
 def test_an_episode_that_is_over_asks_for_a_reset(env_id: str) -> None:
-    env = native(env_id, 2, "Disabled")
-    env.reset(seed=0)
-    env.unwrapped._autoreset_envs[1] = True
+    env = with_one_over(env_id, "Disabled")
     with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):
         env.step(np.zeros((2, 2), np.float32))
 
@@ -117,7 +125,7 @@ def test_a_list_that_does_not_fit_moves_no_env(options: dict[str, Any]) -> None:
     assert_same(env.reset(), twin.reset())
 
 
-@SERIAL
+@both
 def test_a_seed_below_0_moves_no_env(env_id: str) -> None:
     env, twin = native(env_id, 2), native(env_id, 2)
     for each in (env, twin):
@@ -127,11 +135,9 @@ def test_a_seed_below_0_moves_no_env(env_id: str) -> None:
     assert_same(env.reset(), twin.reset())
 
 
-@SERIAL
+@both
 def test_an_option_that_is_refused_ends_no_wait_for_a_reset(env_id: str) -> None:
-    env = native(env_id, 2, "Disabled")
-    env.reset(seed=0)
-    env.unwrapped._autoreset_envs[1] = True
+    env = with_one_over(env_id, "Disabled")
     with pytest.raises(ContextError):
         env.reset(options={"weather": "fine"})
     with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):
@@ -142,9 +148,13 @@ FAILS = np.array([-1.0, 1.0], np.float32)
 SPARES = np.array([1.0, -1.0], np.float32)
 
 
+GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
+"""Before the plate: there is no script of such a program, and the control executes it."""
+
+
 @pytest.fixture
-def hard_job(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """The plate, of which no lot but the nominal one can be ground at the lowest E."""
+def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
+    """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
     grind = PartRun.grind
 
     def picky(part: PartRun, wheel: WheelState, Z: float, vw: float, *way: Any) -> tuple[WheelState, Pass]:
@@ -153,7 +163,10 @@ def hard_job(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         return grind(part, wheel, Z, vw, *way)
 
     monkeypatch.setattr(PartRun, "grind", picky)
-    return {"spread": 2.0}
+    program = tmp_path / "grooved.nc"
+    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
+    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
+    return {"spread": 2.0, "program": str(program)}
 
 
 def test_a_step_that_fails_leaves_a_job_where_it_was(hard_job: dict[str, Any]) -> None:
@@ -187,7 +200,8 @@ def test_no_job_moves_if_one_cannot(hard_job: dict[str, Any], mode: str) -> None
     for _ in range(2):
         with pytest.raises(GrindingError, match="no finite numbers"):
             env.step(bad)
-    assert [sub.part_program() for sub in env.unwrapped.envs] == [sub.part_program() for sub in twin.unwrapped.envs]
+    for one, other in zip(env.unwrapped.episodes.programs, twin.unwrapped.episodes.programs, strict=True):
+        assert one.chosen == other.chosen
     if mode == "Disabled":  # what the mask leaves out is observed as it was before
         mask = {"reset_mask": np.array([False, False, True])}
         assert_same(env.reset(options=dict(mask)), twin.reset(options=dict(mask)))
