@@ -1,6 +1,6 @@
 """Cycles of many machines at once.
 
-Machines are dealt to the block kernel longest predicted cycle first, so that its lanes end together.
+Machines are dealt to the lanes longest predicted cycle first, so that these end together; very many as they come.
 """
 
 from concurrent.futures import ThreadPoolExecutor

@@ -1,8 +1,8 @@
 """One stroke and one dress execution: wheel and surface forward by one event.
 
 `grind_stroke` and `dress_wheel` are the whole dynamics; `dressed_wheel` is the state of a wheel at the start.
-`machine.grind` calls them once per event, the block kernel in SIMD lanes; they hold conditional expressions only, so
-that they vectorise.
+The run of a program calls them stroke by stroke, the compiled loops in SIMD lanes; they hold conditional expressions
+only, so that they vectorise.
 """
 
 import math
