@@ -68,7 +68,7 @@ def _execution_error(programs: Programs, control: Control | None, report: Report
             if isinstance(event, Motion):
                 report.motions += 1
                 report.seconds = max(report.seconds, event.finish)
-                if isinstance(event, Stroke) and event.number is None and event.cycle.code != "G81":
+                if isinstance(event, Stroke) and event.number is None and event.cycle.plunges:
                     report.between += 1
             elif isinstance(event, CycleEnd):
                 report.cycles.append(event)

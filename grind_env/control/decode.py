@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from grind_env.control import numbers
+from grind_env.control.cycles import codes_said
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import ACTIONS, LATER, MOTIONS, SWITCHES, Modes
 from grind_env.control.numbers import NumberFormat
@@ -156,7 +157,7 @@ def recognise(block: Block, form: NumberFormat) -> None:
 def _refused(block: Block, word: Word, code: str) -> ControlError:
     hint = "G70 is inch and G71 metric" if code in ("G20", "G21") else ""
     if code.startswith("G8"):
-        hint = "grinding cycles are G81, G82 and G83"
+        hint = f"grinding cycles are {codes_said('and')}"
     if code in LATER:
         message = f"{code} is a code of the control that this simulator does not have; {hint or 'leave it out'}"
         return block.error("not-supported", message, word)

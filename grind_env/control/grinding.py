@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from grind_env.control.cycles import RULES
-from grind_env.control.cycles.traverse import cross_coordinate
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
 from grind_env.control.profile import ramp_time
@@ -34,10 +33,11 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
         if progress.depth > before.depth:
             assert plan.plunge_axis is not None
             picks.append(("plunge", plan.plunge_axis, _depth_coordinate(plan, progress.depth)))
-        if progress.crossed > before.crossed:
+        if rules.cross is not None:
             assert plan.cross_axis is not None
-            target = cross_coordinate(progress.crossed, progress.forward, plan.cross_start, plan.cross_end)
-            picks.append(("cross", plan.cross_axis, target))
+            here, there = (rules.cross(each, plan.cross_start, plan.cross_end) for each in (before, progress))
+            if there != here:
+                picks.append(("cross", plan.cross_axis, there))
         yield picks, int(progress.dresses)
 
 

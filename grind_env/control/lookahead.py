@@ -10,6 +10,7 @@ from enum import Enum
 
 from grind_env.control import numbers
 from grind_env.control.control import Control
+from grind_env.control.cycles import RULES
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
@@ -102,7 +103,7 @@ def upcoming(
         if command.modes.work_system != modes.work_system or _shifts(command):
             yield Barrier.COORDINATES
             return
-        if command.action in CYCLES and not command.action.startswith("G81"):
+        if command.action in CYCLES and RULES[command.action.partition(".")[0]].plunges:
             break
         modes = command.modes
         if moved is not None:

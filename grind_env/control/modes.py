@@ -5,11 +5,13 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
+from grind_env.control.cycles import RULES
+
 PLANES = {"G17": (0, 1), "G18": (2, 0), "G19": (1, 2)}
 """First and second axis of each plane (PD-2); axes are 0 = X, 1 = Y, 2 = Z."""
 
 MOTIONS = ("G00", "G01", "G02", "G03")
-CYCLES = ("G81", "G81.1", "G82", "G82.1", "G83", "G83.1")
+CYCLES = tuple(code + form for code in RULES for form in ("", ".1"))
 
 WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 

@@ -86,6 +86,11 @@ class CyclePlan:
     text: str
 
     @property
+    def plunges(self) -> bool:
+        """Whether it plunges to a depth of its own; if not, its strokes go on beside the program."""
+        return self.plunge_axis is not None
+
+    @property
     def depth(self) -> float:
         """Total plunge depth, mm."""
         return abs(self.depth_target - self.plunge_start)

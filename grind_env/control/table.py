@@ -1,4 +1,4 @@
-"""What sets the table going and stops it: G81 to G83, G80, and the end of the program."""
+"""What sets the table going and stops it: the grinding cycles, G80, and the end of the program."""
 
 import functools
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ class Table:
             self.memory = redirect(command, self.memory, table, origin, self.control.maximum_feed)
 
     def cycle(self, command: Command) -> Iterator[Event]:
-        """Plan a G81, G82 or G83, let it take over the table, and work it off (G81 goes on by itself)."""
+        """Plan a cycle, let it take over the table, and work it off (G81 goes on by itself)."""
         timeline, table = self.timeline, self.timeline.reciprocation
         self.mover.refuse_displaced(command)
         origin = self.mover.work.origin(command.modes.work_system)
@@ -67,7 +67,7 @@ class Table:
         yield CycleStart(timeline.time, plan)
         if plan.pre_dress and plan.program is not None:
             yield from self.interruptions.dress(plan.program, "pre")
-        if plan.code == "G81":
+        if not plan.plunges:
             return
         table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
@@ -89,7 +89,7 @@ class Table:
     def run_on(self) -> Iterator[Event]:
         """The strokes of a G81 that the end of the text leaves running (ruling 11)."""
         table = self.timeline.reciprocation
-        while table is not None and table.plan.code == "G81" and table.count < self.control.strokes:
+        while table is not None and not table.plan.plunges and table.count < self.control.strokes:
             yield from self.interruptions.next_reversal()
 
     def stop(self) -> Iterator[Event]:
@@ -104,7 +104,7 @@ class Table:
 
     def _end_reciprocation_cycle(self) -> Iterator[Event]:
         table = self.timeline.reciprocation
-        if table is not None and table.plan.code == "G81":
+        if table is not None and not table.plan.plunges:
             yield CycleEnd(self.timeline.time, table.plan, table.count, table.dresses)
 
     def _refuse_compensation(self, command: Command, plan: CyclePlan) -> None:

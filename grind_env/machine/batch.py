@@ -7,9 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from grind_env.control.cycles import RULES
 from grind_env.kernel import entry
 from grind_env.kernel.rows import dtype_of
-from grind_env.machine.courses import PLUNGE, TRAVERSE
+from grind_env.machine.courses import COURSES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FEED
 from grind_env.machine.loops import LANES, loops_of, zoned_loops_of
@@ -17,8 +18,12 @@ from grind_env.machine.rows import Table, read_cycle
 from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
-PLUNGES, FEEDS = loops_of(PLUNGE), loops_of(FEED)
-ZONED_PLUNGES, ZONED_FEEDS, TRAVERSES = zoned_loops_of(PLUNGE), zoned_loops_of(FEED), zoned_loops_of(TRAVERSE)
+FEEDS, ZONED_FEEDS = loops_of(FEED), zoned_loops_of(FEED)
+WHOLE = {code: loops_of(course) for code, course in COURSES.items() if RULES[code].cross is None}
+"""The loops of the cycles that do not cross, on parts that the wheel covers."""
+ZONED = {code: zoned_loops_of(course) for code, course in COURSES.items()}
+"""The loops of all cycles, on parts in zones."""
+PLUNGES, TRAVERSES = WHOLE["G82"], ZONED["G83"]
 
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""

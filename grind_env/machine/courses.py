@@ -1,6 +1,6 @@
 """Where the strokes of each cycle lie, for the compiled loops: the rules of `control.cycles`, and depth and place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from grind_env.control.cycles import plunge, traverse
@@ -37,7 +37,7 @@ class Course(NamedTuple):
     """From the progress: whether the operator gauges the part before the coming stroke ends."""
 
 
-cross_coordinate = inlined_rule(traverse.cross_coordinate)
+cross = inlined_rule(traverse.cross)
 
 
 @inlined
@@ -79,7 +79,7 @@ def _fixed_edge(cycle: Cycle, progress: Any) -> float:
 
 @inlined
 def _crossed_edge(cycle: Cycle, progress: TraverseProgress) -> float:
-    return cross_coordinate(progress.crossed, progress.forward, cycle.cross_start, cycle.cross_end)
+    return cross(progress, cycle.cross_start, cycle.cross_end)
 
 
 @inlined
@@ -105,7 +105,6 @@ PLUNGE = Course(
     find=_as_it_is,
     gauged=_never,
 )
-"""G82."""
 
 TRAVERSE = Course(
     cycle=Cycle,
@@ -120,4 +119,6 @@ TRAVERSE = Course(
     find=_as_it_is,
     gauged=_never,
 )
-"""G83."""
+
+COURSES: Mapping[str, Course] = {"G82": PLUNGE, "G83": TRAVERSE}
+"""Of every cycle that plunges, by its code."""

@@ -1,18 +1,19 @@
 """A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Dwell, Line
-from grind_env.control.cycles import traverse
+from grind_env.control.cycles import RULES
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.machine.batch import FEEDS, NO_MOTIONS, PLUNGES, TRAVERSES, ZONED_FEEDS, ZONED_PLUNGES
+from grind_env.machine.batch import FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
+from grind_env.machine.courses import COURSES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.feeding import ENDS, FULL, GOES_ON, Feeding, Motion, deepest_pick
@@ -22,11 +23,12 @@ from grind_env.machine.rows import read_part, read_zone, write_cycle
 from grind_env.machine.rules import motion_time
 from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
 from grind_env.machine.tally import Tally
-from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
+from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.process.cost import Limits
 
-RECIPROCATION, PLUNGE, TRAVERSE = 0.0, 1.0, 2.0
-CODES = {"G81": RECIPROCATION, "G82": PLUNGE, "G83": TRAVERSE}
+NO_COURSE = 0.0
+NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
+"""Of the cycles that plunge."""
 
 NO_BLOCK = -1.0
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
@@ -37,8 +39,8 @@ Table = NDArray[Any]
 class BlockRow(NamedTuple):
     """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part."""
 
-    code: float
-    """`RECIPROCATION`, `PLUNGE` or `TRAVERSE`."""
+    cycle: float
+    """Its number in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
     first_length: float
     """From the start point to the primary point, mm."""
     away: float
@@ -153,6 +155,11 @@ def tables_of(script: Script) -> ScriptTables:
     return ScriptTables(_table(rows, BlockRow), _table(motions, Motion), _zones(script, rows))
 
 
+def is_whole(script: Script, tables: ScriptTables) -> bool:
+    """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
+    return len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
+
+
 def _table(rows: list[Any], kind: type[Any]) -> Table:
     return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
 
@@ -165,7 +172,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     edge = edge_of(block.start, plan)
     crosses = plan.cross_axis is not None
     return BlockRow(
-        code=CODES[plan.code],
+        cycle=NUMBERS[plan.code] if plan.plunges else NO_COURSE,
         first_length=abs(plan.primary - first),
         away=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
@@ -245,7 +252,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         time += motion.seconds
     if rows:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
-    if not (block.to_secondary or block.gauged_on_the_way) and plan.code != "G81":
+    if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
         return []
     depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
     edge = edge_of(block.start, plan)
@@ -261,9 +268,9 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Table:
         if len(places) > 1:
             return strip_zones(centres)
         edges |= {row.cross_start, *places}
-        if row.code == TRAVERSE:
-            cycle = traverse.cycle_of(block.plan, script.job.control.coverage_pass)
-            edges |= set(traverse_edges(cycle, row.cross_start, row.cross_end))
+        if block.plan.cross_axis is not None:
+            code, coverage = block.plan.code, script.job.control.coverage_pass
+            edges |= set(EDGES[code](RULES[code].cycle_of(block.plan, coverage), row.cross_start, row.cross_end))
     return zones_of(centres, edges, wheel.width)
 
 
@@ -303,7 +310,7 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
     speed = E / 60.0
     first = motion_time(row.first_length, speed, row.acceleration)
     travel = motion_time(row.stroke_length, speed, row.acceleration)
-    pre_dress = row.pre_dress if row.code == RECIPROCATION else 0.0  # numba takes no condition among many keywords
+    pre_dress = row.pre_dress if row.cycle == NO_COURSE else 0.0  # numba takes no condition among many keywords
     return Feeding(
         speed=speed,
         first_seconds=first + row.dwell,
@@ -328,16 +335,35 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
     )
 
 
-def blocks_of(plunges: Loops, traverses: Loops, feeds: Loops, deepest: Callable[..., float]) -> Callable[..., None]:
+@inlined
+def _none(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+    pass
+
+
+def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
+    """`run(numbers, cycles, parameters, wheels, surfaces, tallies)`: machines by the numbers of their cycles."""
+    (code, first), *others = loops.items()
+    number, grind_cycles = NUMBERS[code], first.lanes
+    grind_others = _in_turn(dict(others)) if others else _none
+
+    @inlined
+    def run(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+        order = np.flatnonzero(numbers == number)
+        grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
+        grind_others(numbers, cycles, parameters, wheels, surfaces, tallies)
+
+    return run
+
+
+def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., float]) -> Callable[..., None]:
     """The compiled run of a block of each of some machines, made of the loops over surfaces of one kind.
 
     Args:
-        plunges: of G82.
-        traverses: of G83.
+        loops: of the cycles that plunge, by their codes.
         feeds: of the strokes beside motions.
         deepest: `deepest(surfaces, i)`: depth of the deepest stroke on machine i, mm.
     """
-    grind_plunges, grind_traverses, grind_feedings = plunges.lanes, traverses.lanes, feeds.lanes
+    grind_cycles, grind_feedings = _in_turn(loops), feeds.lanes
 
     @entry
     def grind_blocks(
@@ -368,31 +394,24 @@ def blocks_of(plunges: Loops, traverses: Loops, feeds: Loops, deepest: Callable[
         """
         n = block.size
         cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
-        plunging, traversing, feeding = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-        plunges, traverses, feeds = 0, 0, 0
+        numbers, feeding, feeds = np.full(n, NO_COURSE), np.empty(n, np.int64), 0
         for i in active:
             row = read_block(script.blocks, block[i])
             D = executions[i] if row.takes_dresses > 0.0 else 0.0
             picks[i] = max(
                 min(max(row.primary_pick, row.secondary_pick), row.target - row.start), row.start - deepest(surfaces, i)
             )
-            if row.code != RECIPROCATION:
+            numbers[i] = row.cycle
+            if row.cycle != NO_COURSE:
                 write_cycle(cycles, i, cycle_of(row, speeds[i], D))
-                if row.code == PLUNGE:
-                    plunging[plunges] = i
-                    plunges += 1
-                else:
-                    traversing[traverses] = i
-                    traverses += 1
-        grind_plunges(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, plunging[:plunges], 0, 1)
-        grind_traverses(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, traversing[:traverses], 0, 1)
+        grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
             row = read_block(script.blocks, block[i])
             if row.motion >= 0.0:
                 full = max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE
                 made, reached = tallies[i, STROKES], deepest(surfaces, i)
                 most = deepest_pick(feeding_of(row, speeds[i], made, full), reached, script.motions)
-                if row.code == RECIPROCATION:
+                if row.cycle == NO_COURSE:
                     full = FULL * most
                     picks[i] = most
                 write_feeding(feedings, i, feeding_of(row, speeds[i], made, max(full, DEPTH_TOLERANCE)))
@@ -417,7 +436,7 @@ def _deepest_zoned(surfaces: Any, i: int) -> float:
     return reached
 
 
-grind_blocks = blocks_of(PLUNGES, PLUNGES, FEEDS, _deepest_whole)
-"""On parts that the wheel covers, which no G83 is needed for."""
-grind_zoned_blocks = blocks_of(ZONED_PLUNGES, TRAVERSES, ZONED_FEEDS, _deepest_zoned)
+grind_blocks = blocks_of(WHOLE, FEEDS, _deepest_whole)
+"""On parts that the wheel covers, in cycles that do not cross."""
+grind_zoned_blocks = blocks_of(ZONED, ZONED_FEEDS, _deepest_zoned)
 """On parts in zones."""

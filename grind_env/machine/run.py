@@ -29,6 +29,7 @@ from grind_env.control import (
     Rapid,
     Stroke,
 )
+from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
@@ -162,7 +163,7 @@ class GrindingRun:
     def _end(self, event: ProgramEnd) -> None:
         if not self.strokes:
             raise GrindingError(
-                f"{self.programs.name} makes no stroke and no groove; G81, G82 or G83 sets the table going, "
+                f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
                 "G76 or G77 cuts grooves"
             )
         self._unload(event.time)

@@ -101,7 +101,7 @@ class ScriptBlock:
     @property
     def takes_dresses(self) -> bool:
         """Whether it may have a D word."""
-        return self.plan.code != "G81" and self.plan.program is not None
+        return self.plan.plunges and self.plan.program is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,7 +299,7 @@ def _error(programs: Programs, line: int, reason: str) -> ScriptError:
 def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds: Sequence[float]) -> None:
     """Refuse picks that are still under way in the middle of a stroke, or when a dress is due."""
     plan, control = block.plan, job.control
-    if plan.code == "G81":
+    if not plan.plunges:
         return
     length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
     most = max(plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)

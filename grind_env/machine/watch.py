@@ -47,7 +47,7 @@ class _Cycle:
     @property
     def is_idle(self) -> bool:
         """Whether it has only set the table going above what there is to grind, as a G81 may do for a later cycle."""
-        return self.plan.code == "G81" and self.in_air and self.highest == self.deepest
+        return not self.plan.plunges and self.in_air and self.highest == self.deepest
 
     @property
     def in_air(self) -> bool:

@@ -1,13 +1,14 @@
 """The surface of a part in strips across its width, and which of them can be run as one zone."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.cycles import traverse
-from grind_env.control.cycles.traverse import TraverseCycle, cross_coordinate
+from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.machine.rows import Table
 from grind_env.machine.strips import Strips, Zone
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -37,9 +38,13 @@ def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float
     walked = cycle._replace(depth=0.0, at_depth=float(WALKED))
     progress, edges = traverse.begin(walked), set()
     while not traverse.finished(walked, progress):
-        edges.add(cross_coordinate(progress.crossed, progress.forward, start, end))
+        edges.add(traverse.cross(progress, start, end))
         progress = traverse.after_reversal(walked, progress)
     return sorted(edges)
+
+
+EDGES: Mapping[str, Callable[[Any, float, float], Sequence[float]]] = {"G83": traverse_edges}
+"""The same of every cycle that crosses, by its code."""
 
 
 def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Table:

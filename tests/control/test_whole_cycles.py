@@ -28,7 +28,7 @@ from grind_env.control import (
     execute,
     read,
 )
-from grind_env.control.cycles import RULES, Rules
+from grind_env.control.cycles import RULES, Rules, traverse
 from tests.control.harness import COMMON, DRESS, PARKED, run
 from tests.control.test_cycle_rules import Along
 
@@ -185,6 +185,7 @@ def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytes
         begin=lambda cycle: Along(0.0),
         after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.03, crossed=0.05),
         finished=lambda cycle, along: along.made >= 1.0,
+        cross=traverse.cross,
     )
     monkeypatch.setitem(RULES, "G83", both)
     text = f"{COMMON}G83 X230. I-30. Y-.03 J-.01 Z.05 K.05 F6. E12000.\nG04 P1.\nM30"

@@ -161,3 +161,13 @@ def test_a_replay_is_what_the_control_and_the_machine_make_of_the_program(writte
 @given(written=programs(wide=True))
 def test_so_it_is_on_parts_wider_than_the_wheel(written: Written) -> None:
     check(written, width=40.0, tolerance=10.0)
+
+
+@pytest.mark.parametrize("code", ["G83", "G83.1"])
+def test_a_crossover_under_which_the_wheel_always_covers_the_part_keeps_its_cross_picks(code: str) -> None:
+    words = f"{code} X230. I-30. Y-.02 J-.01 Z0 K1. L1 F1500. E12000. P9100 D1"
+    text = f"G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\n{words}\nG80\nG00 Y20.\nM30{DRESS}"
+    simulation = JobSimulation(read(text), shop(width=20.0), 0.0)
+    assert simulation.why is None and len(simulation.tables.zones) == 1
+    record = assert_replayed(simulation, [(9000, 2)])
+    assert len(record.strokes) == 1 + 3 * 4

@@ -40,13 +40,11 @@ class Bouncing(NamedTuple):
     left: float
     dressed: float
     dresses: float
-    crossed: float
-    forward: float
 
 
 def begin(cycle: Bounce) -> Bouncing:
     """Before the first stroke."""
-    return Bouncing(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=0.0, crossed=0.0, forward=1.0)
+    return Bouncing(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=0.0)
 
 
 def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
@@ -63,8 +61,6 @@ def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
         left=progress.left - (1.0 if at_depth else 0.0),
         dressed=due,
         dresses=due - progress.dressed,
-        crossed=0.0,
-        forward=1.0,
     )
 
 

@@ -20,14 +20,6 @@ class Progress(Protocol):
         """Depth reached since the start of the plunge, mm."""
 
     @property
-    def crossed(self) -> float:
-        """Way across since the last end of the crossover, mm."""
-
-    @property
-    def forward(self) -> float:
-        """1 if it leads away from where the crossover began, else 0."""
-
-    @property
     def dresses(self) -> float:
         """Executions to run at this reversal, before the next stroke."""
 
@@ -40,11 +32,24 @@ class Rules(NamedTuple):
     begin: Callable[[Any], Progress]
     after_reversal: Callable[[Any, Any], Progress]
     finished: Callable[[Any, Any], bool]
+    cross: Callable[[Any, float, float], float] | None = None
+    """From its progress and the ends of the crossover, mm: cross coordinate of the next stroke; None if it does not
+    cross."""
+    plunges: bool = True
+    """Whether it plunges to a depth of its own and then is done; if not, its strokes go on beside the program."""
 
 
 RULES: Mapping[str, Rules] = {
-    "G81": Rules(reciprocate.cycle_of, reciprocate.begin, reciprocate.after_reversal, reciprocate.finished),
+    "G81": Rules(
+        reciprocate.cycle_of, reciprocate.begin, reciprocate.after_reversal, reciprocate.finished, plunges=False
+    ),
     "G82": Rules(plunge.cycle_of, plunge.begin, plunge.after_reversal, plunge.finished),
-    "G83": Rules(traverse.cycle_of, traverse.begin, traverse.after_reversal, traverse.finished),
+    "G83": Rules(traverse.cycle_of, traverse.begin, traverse.after_reversal, traverse.finished, traverse.cross),
 }
-"""Of every cycle."""
+"""Of every cycle, by its code without .1."""
+
+
+def codes_said(conjunction: str) -> str:
+    """The codes of all cycles as a message lists them, with "and" or "or" before the last."""
+    *others, last = RULES
+    return f"{', '.join(others)} {conjunction} {last}"

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from grind_env.control import numbers
+from grind_env.control.cycles import RULES, Rules
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import PLANES
@@ -13,6 +14,9 @@ from grind_env.control.reciprocation import Reciprocation
 
 MOST = 999
 """Highest D and L."""
+
+WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
+"""Letters of each cycle besides P and those of its axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +59,7 @@ class Situation:
 
 
 def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[CyclePlan, Memory]:
-    """Fill in the parameters of a G81, G82 or G83 block.
+    """Fill in the parameters of a cycle block.
 
     Returns:
         the plan in coordinates of the program, and the memory for later blocks.
@@ -64,9 +68,10 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
         ControlError: every row of the error table that the block alone decides.
     """
     code, _, pre_dress = command.action.partition(".")
+    rules = RULES[code]
     if command.modes.per_revolution:
         raise command.error("feed-mode", f"{code} is programmed under G95; grinding cycles need G94")
-    axis = _reciprocating_axis(command, memory, code)
+    axis = _reciprocating_axis(command, memory, rules)
     if situation.reciprocating not in (None, axis):
         other = AXES[situation.reciprocating or 0]
         raise command.error(
@@ -74,10 +79,12 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
         )
     plunge, cross = PLANES[command.modes.plane]
     roles = f" in {command.modes.plane}, where {AXES[axis]} reciprocates and {AXES[plunge]} plunges"
-    if code == "G81":
-        command.allow_only(_words(code, axis, plunge, cross), "a G81 block", common="EST")
+    moved = [axis, *([plunge] if rules.plunges else []), *([cross] if rules.cross is not None else [])]
+    legal = WORDS[code] + "P" + "".join(AXES[each] + INTEGRANDS[each] for each in moved)
+    if rules.plunges:
+        command.allow_only(legal, f"a {code} block{roles}")
     else:
-        command.allow_only(_words(code, axis, plunge, cross), f"a {code} block{roles}")
+        command.allow_only(legal, f"a {code} block", common="EST")
 
     memory, secondary = _reversal_points(command, memory, situation, axis)
     memory, feed, program, dresses = _feed_and_dress(command, memory, bool(pre_dress))
@@ -94,9 +101,9 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
         line=command.block.place.line,
         text=command.block.source.text,
     )
-    if code != "G81":
+    if rules.plunges:
         plan, memory = _add_plunge(plan, command, memory, situation, plunge)
-    if code == "G83":
+    if rules.cross is not None:
         plan, memory = _add_crossover(plan, command, memory, situation, cross)
     return plan, memory
 
@@ -138,10 +145,10 @@ def integrand(command: Command, letter: str, start: float) -> float:
     return displaced(start, value.mm) if command.modes.incremental else value.mm
 
 
-def _reciprocating_axis(command: Command, memory: Memory, code: str) -> int:
+def _reciprocating_axis(command: Command, memory: Memory, rules: Rules) -> int:
     """The axis across the plane; for G81 the one named in the block (16-13), else that of the last cycle."""
     first, second = PLANES[command.modes.plane]
-    if code != "G81":
+    if rules.plunges:
         return 3 - first - second
     named = {letters.index(letter) for letters in (AXES, INTEGRANDS) for letter in command.words if letter in letters}
     if len(named) > 1:
@@ -151,14 +158,6 @@ def _reciprocating_axis(command: Command, memory: Memory, code: str) -> int:
     if memory.axis is None:
         raise command.error("missing-parameter", "G81 names no axis; X, Y or Z with its integrand is needed")
     return memory.axis
-
-
-def _words(code: str, axis: int, plunge: int, cross: int) -> str:
-    own = AXES[axis] + INTEGRANDS[axis] + "P"
-    if code == "G81":
-        return own
-    own += AXES[plunge] + INTEGRANDS[plunge] + "QLD"
-    return own if code == "G82" else own + AXES[cross] + INTEGRANDS[cross] + "R"
 
 
 def _reversal_points(command: Command, memory: Memory, situation: Situation, axis: int) -> tuple[Memory, float]:

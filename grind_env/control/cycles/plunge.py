@@ -39,16 +39,6 @@ class PlungeProgress(NamedTuple):
     dresses: float
     """Executions to run at this reversal, before the next stroke."""
 
-    @property
-    def crossed(self) -> float:
-        """Way of the cross picks; there are none."""
-        return 0.0
-
-    @property
-    def forward(self) -> float:
-        """Direction of the cross picks."""
-        return 1.0
-
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:
     """The numbers of a block, with or without a coverage stroke (PD-13)."""

@@ -28,16 +28,6 @@ class ReciprocationProgress(NamedTuple):
         """Depth of the plunge picks; there are none."""
         return 0.0
 
-    @property
-    def crossed(self) -> float:
-        """Way of the cross picks; there are none."""
-        return 0.0
-
-    @property
-    def forward(self) -> float:
-        """Direction of the cross picks."""
-        return 1.0
-
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> ReciprocationCycle:
     """The numbers of a block; there is no depth for a coverage pass."""

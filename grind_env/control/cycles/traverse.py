@@ -106,19 +106,18 @@ def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> Traverse
     )
 
 
-def cross_coordinate(crossed: float, forward: float, start: float, end: float) -> float:
-    """Cross coordinate of a stroke, exactly that of an end where the crossover has come to it.
+def cross(progress: TraverseProgress, start: float, end: float) -> float:
+    """Cross coordinate of the next stroke, exactly that of an end where the crossover has come to it.
 
     Args:
-        crossed: of the progress before the stroke, like the next one.
-        forward: direction.
+        progress: before the stroke.
         start: where the crossover begins, mm.
         end: where it ends, mm.
     """
-    near = start if forward > 0.0 else end
-    far = end if forward > 0.0 else start
-    way = crossed if far > near else -crossed
-    return far if crossed >= abs(far - near) else near + way
+    near = start if progress.forward > 0.0 else end
+    far = end if progress.forward > 0.0 else start
+    way = progress.crossed if far > near else -progress.crossed
+    return far if progress.crossed >= abs(far - near) else near + way
 
 
 def finished(cycle: TraverseCycle, progress: TraverseProgress) -> bool:

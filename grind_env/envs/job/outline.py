@@ -67,7 +67,7 @@ class BlockOutline:
     @property
     def takes_dresses(self) -> bool:
         """Whether it may have a D word."""
-        return self.plan.code != "G81" and self.plan.program is not None
+        return self.plan.plunges and self.plan.program is not None
 
 
 def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutline, ...]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.control.cycles import RULES
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, readings
 from grind_env.envs.tasks import ActionRange, Spread, Task, load_task
@@ -16,8 +17,6 @@ from grind_env.machine.job import Job
 
 ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
-
-CODES = ("G81", "G82", "G83")
 
 SEEN = (
     "mean_power",
@@ -40,7 +39,7 @@ SEEN = (
     "starts_part",
     "new_lot",
     "remaining",
-    *(f"coming_{code}" for code in CODES),
+    *(f"coming_{code}" for code in RULES),
 )
 HIDDEN = (
     "wear_flat",
@@ -82,7 +81,7 @@ def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("starts_part", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming block is the first on its part"),
         Reading("new_lot", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming block begins the first part of a lot"),
         *(Reading(f"coming_{code}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the coming block is a {code}")
-          for code in CODES),
+          for code in RULES),
     ]  # fmt: skip
     known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
     return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN))
@@ -120,7 +119,7 @@ def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArra
             "depth": block.depth,
             "takes_dresses": float(block.takes_dresses),
             "starts_part": float(block.starts_part),
-            **{f"coming_{code}": float(block.plan.code == code) for code in CODES},
+            **{f"coming_{code}": float(block.plan.code == code) for code in RULES},
         }
         for k, entry in enumerate(entries):
             if entry.name in said:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.control import Programs
+from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.contexts import Given
@@ -37,7 +38,7 @@ from grind_env.machine.cycle import PartState
 from grind_env.machine.feeding import FULL
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_wheel
-from grind_env.machine.replay import tables_of
+from grind_env.machine.replay import is_whole, tables_of
 from grind_env.machine.script import Script, ScriptError, script_of
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
@@ -105,9 +106,10 @@ class JobSimulation(Simulation):
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
             raise JobProgramError(
-                f"{programs.name} makes no stroke: it has no cycle block G81, G82 or G83, and no E or D to choose"
+                f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')}, and no E or D to choose"
             )
         self._zones = 1 if self.script is None else len(self.tables.zones)
+        self._whole = self.script is not None and is_whole(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
         self.task, self.entries = replace(task, blocks=len(self.blocks)), job_readings(task, full=full)
@@ -217,7 +219,7 @@ class JobSimulation(Simulation):
         if self.script is None:
             self._execute(episodes, E, D, active, tallies, outcomes)
             return outcomes, tallies
-        step = step_jobs if len(self.tables.zones) == 1 else step_zoned_jobs
+        step = step_jobs if self._whole else step_zoned_jobs
         step(
             *self.tables,
             self.kinds,
@@ -228,7 +230,7 @@ class JobSimulation(Simulation):
             episodes.tape,
             episodes.block,
             episodes.wheels,
-            episodes.parts if len(self.tables.zones) == 1 else episodes.surfaces,
+            episodes.parts if self._whole else episodes.surfaces,
             episodes.parts,
             episodes.memory,
             episodes.stages,
@@ -346,7 +348,7 @@ def tally_of(run: BlockRun, job: Job) -> Tally:
     strokes, plan = run.strokes, run.plan
     table, power = strokes["groove"] == 0, strokes["power"]
     least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
-    if plan.code == "G81":
+    if not plan.plunges:
         least = FULL * run.increments[table].max(initial=0.0)
     full = np.flatnonzero(table & (run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
     since = int(run.dresses["after"][-1]) if run.dresses.size else 0
