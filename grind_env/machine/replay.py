@@ -346,7 +346,7 @@ def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
     number, grind_cycles = NUMBERS[code], first.lanes
     grind_others = _in_turn(dict(others)) if others else _none
 
-    @inlined
+    @entry
     def run(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
         order = np.flatnonzero(numbers == number)
         grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
