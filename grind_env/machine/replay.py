@@ -336,32 +336,21 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
 
 
 @inlined
-def _none(
-    numbers: Any, order: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any
-) -> None:
+def _none(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
     pass
 
 
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
-    """`run(numbers, order, active, ...)`, with the tables of `Loops.lanes`: cycle by cycle, the machines that have it.
-
-    `numbers` are those of their cycles, `order` is room for the machines of one.
-    """
+    """`run(numbers, cycles, parameters, wheels, surfaces, tallies)`: machines by the numbers of their cycles."""
     (code, first), *others = loops.items()
     number, grind_cycles = NUMBERS[code], first.lanes
     grind_others = _in_turn(dict(others)) if others else _none
 
-    @inlined
-    def run(
-        numbers: Any, order: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any
-    ) -> None:
-        machines = 0
-        for i in active:
-            if numbers[i] == number:
-                order[machines] = i
-                machines += 1
-        grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order[:machines], 0, 1)
-        grind_others(numbers, order, active, cycles, parameters, wheels, surfaces, tallies)
+    @entry
+    def run(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+        order = np.flatnonzero(numbers == number)
+        grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
+        grind_others(numbers, cycles, parameters, wheels, surfaces, tallies)
 
     return run
 
@@ -405,7 +394,7 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         """
         n = block.size
         cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
-        numbers, order, feeds = np.empty(n), np.empty(n, np.int64), 0
+        numbers, feeding, feeds = np.full(n, NO_COURSE), np.empty(n, np.int64), 0
         for i in active:
             row = read_block(script.blocks, block[i])
             D = executions[i] if row.takes_dresses > 0.0 else 0.0
@@ -415,7 +404,7 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             numbers[i] = row.cycle
             if row.cycle != NO_COURSE:
                 write_cycle(cycles, i, cycle_of(row, speeds[i], D))
-        grind_cycles(numbers, order, active, cycles, parameters, wheels, surfaces, tallies)
+        grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
             row = read_block(script.blocks, block[i])
             if row.motion >= 0.0:
@@ -426,9 +415,9 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
                     full = FULL * most
                     picks[i] = most
                 write_feeding(feedings, i, feeding_of(row, speeds[i], made, max(full, DEPTH_TOLERANCE)))
-                order[feeds] = i
+                feeding[feeds] = i
                 feeds += 1
-        grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, order[:feeds], 0, 1)
+        grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
 
     return grind_blocks
 

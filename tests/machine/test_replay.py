@@ -135,7 +135,7 @@ def check(written: Written, **changes: Any) -> None:
     except ScriptError as why:
         reasons = (
             "where the table came to rest",
-            "the operator stops",
+            "the operator judges",
             "goes on after a stop",
             "judged more than once",
         )
