@@ -15,7 +15,7 @@ from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
 from grind_env.machine.tally import Tally
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
-"""Those with a compiled step; the others run the control."""
+"""Those of G82 blocks, which are timed beside their kernel."""
 SIZES = (64, 256, 1024, 4096)
 OVER_KERNEL, OVER_EMPTY, OVER_PLAIN = 1.2, 3.0, 100.0
 """Targets: vector step over its kernel, single step over an empty one, native over plain Python."""
