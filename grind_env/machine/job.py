@@ -7,6 +7,7 @@ edge on the minus side across the table.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from inspect import get_annotations
 from typing import Annotated
 
@@ -200,7 +201,7 @@ class Lots:
         _check_numbers(self, "lots")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
 class Job:
     """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ."""
 
@@ -220,7 +221,7 @@ class Job:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
 
-    @property
+    @cached_property
     def parameters(self) -> StrokeParameters:
         """The numbers of the process model."""
         setup = self.setup
@@ -234,12 +235,12 @@ class Job:
             constant_surface_speed=setup.constant_surface_speed,
         )
 
-    @property
+    @cached_property
     def rates(self) -> Rates:
         """Prices of time, wheel and dresser."""
         return rates_of(self.setup.wheel, self.setup.dresser, self.setup.machine)
 
-    @property
+    @cached_property
     def limits(self) -> Limits:
         """What a good part must keep."""
         return self.limits_at(self.part)
@@ -254,7 +255,7 @@ class Job:
             tolerance=asked.tolerance,
         )
 
-    @property
+    @cached_property
     def control(self) -> Control:
         """The control of this machine."""
         machine = self.setup.machine

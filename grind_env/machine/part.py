@@ -182,8 +182,8 @@ class PartRun:
             results_of(rows),
         )
         self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
-        changes = (np.diff(first, prepend=-1) != 0) | (np.diff(last, prepend=-1) != 0)
-        changes[1:2] = True  # the first stroke may have come from elsewhere
+        changes = np.ones(rows.size, np.bool_)  # of the place; the first stroke may have come from elsewhere
+        changes[2:] = (first[2:] != first[1:-1]) | (last[2:] != last[1:-1])
         begins = np.flatnonzero(changes)
         columns = begins, first[begins], last[begins], rows["Lw"][begins], np.maximum.reduceat(rows["Z"], begins)
         deepest: dict[tuple[int, int, Ends], float] = {}

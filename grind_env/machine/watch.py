@@ -150,17 +150,16 @@ class Watch:
         """
         assert self.part is not None and self._cycle is not None
         Z, ae, A, ds = rows["Z"], rows["ae"], rows["A"], rows["ds"]
-        A_before = np.concatenate([[before.A], A[:-1]])
-        at_primary = (first + np.arange(rows.size)) % 2 == 1
-        turns = np.where(at_primary, self._turns_inside(event.plan.primary), self._turns_inside(event.plan.secondary))
-        found = (
-            turns & (Z > 0.0),
-            ae > advice.deepest_within(event.feed),
-            ds < self.job.setup.wheel.minimum_diameter,
-            self._destroyed(A_before, A),
-        )
-        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first one tells
-            self._judge_stroke(event.stroke(first + k), Z[k], ae[k], A_before[k], A[k], ds[k])
+        inside = self._turns_inside(event.plan.secondary), self._turns_inside(event.plan.primary)
+        deepest, least = advice.deepest_within(event.feed), self.job.setup.wheel.minimum_diameter
+        limit = self.part.p.Amax
+        usual = ae.max() <= deepest and ds[-1] >= least and 0.0 < A.min() and A.max() < limit
+        if any(inside) or not usual:
+            A_before = np.concatenate([[before.A], A[:-1]])
+            turns = np.array(inside)[(first + np.arange(rows.size)) % 2]
+            found = turns & (Z > 0.0), ae > deepest, ds < least, self._destroyed(A_before, A)
+            for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
+                self._judge_stroke(event.stroke(first + k), Z[k], ae[k], A_before[k], A[k], ds[k])
         cycle, self._pick, self._stroke = self._cycle, None, event.stroke(first + rows.size - 1)
         cycle.stroke = self._stroke
         cycle.highest, cycle.deepest = min(cycle.highest, Z.min()), max(cycle.deepest, Z.max())

@@ -1,5 +1,6 @@
 """The surface of a part in strips across its width, and which of them can be run as one zone."""
 
+import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -21,10 +22,13 @@ WALKED = 4
 all of these four have come by that ever do."""
 
 
+@functools.lru_cache
 def strip_centres(across: float, width: float) -> Strips:
     """Cross coordinates of the middles of the strips of a part that begins at `across` and is `width` wide, mm."""
     strips = math.ceil(width / STRIP)
-    return np.asarray(across + width * (np.arange(strips) + 0.5) / strips)
+    centres = np.asarray(across + width * (np.arange(strips) + 0.5) / strips)
+    centres.flags.writeable = False
+    return centres
 
 
 def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float]:
