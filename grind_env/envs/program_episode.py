@@ -66,7 +66,7 @@ class ProgramEpisode:
             GrindError: whatever `machine.grind` raises.
         """
         self._arguments = (programs, job, conditions)
-        control = replace(job.control, announce_cycles=True)
+        control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.run = GrindingRun(programs, job, control, conditions)
         self.chosen: list[tuple[Block, Words]] = []
         self.block: Block | None = None

@@ -150,6 +150,16 @@ def check(written: Written, **changes: Any) -> None:
     assert_replayed(simulation, written.choices)
 
 
+def test_a_stop_after_the_unloading_ends_no_stage() -> None:
+    part = "G00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\nG82 X230. I-30. Y-.03 J-.01 F100. E9000.\nG80\nG00 Y20.\n"
+    text = f"G71 G94 G90 G19\n{part}M00\nM01\n{part}M30{DRESS}"
+    stage = Stage(stock=0.03, tolerance=30.0)
+    simulation = JobSimulation(read(text), shop(stages=(stage,), tolerance=60.0), 0.0)
+    assert simulation.why is None
+    record = assert_replayed(simulation, [(9000, 0)] * 2)
+    assert (record.parts["earlier"] == 1.0).all() and (record.parts["survival"] < 0.1).all()
+
+
 @settings(max_examples=20, deadline=None)
 @given(written=programs(wide=False), staged=st.booleans())
 def test_a_replay_is_what_the_control_and_the_machine_make_of_the_program(written: Written, staged: bool) -> None:
