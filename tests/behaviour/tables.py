@@ -45,7 +45,8 @@ def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping):
         items: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list | tuple):
-        items = zip(AXES, value, strict=True) if isinstance(value, tuple) else enumerate(value)
+        position = isinstance(value, tuple) and len(value) == len(AXES)
+        items = zip(AXES, value, strict=True) if position else enumerate(value)
     else:
         yield place, value
         return
