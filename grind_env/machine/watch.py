@@ -153,7 +153,7 @@ class Watch:
         inside = self._turns_inside(event.plan.secondary), self._turns_inside(event.plan.primary)
         deepest, least = advice.deepest_within(event.feed), self.job.setup.wheel.minimum_diameter
         limit = self.part.p.Amax
-        usual = ae.max() <= deepest and ds[-1] >= least and 0.0 < A.min() and A.max() < limit
+        usual = ae.max() <= deepest and ds[-1] >= least and A.min() > 0.0 and A.max() < limit
         if any(inside) or not usual:
             A_before = np.concatenate([[before.A], A[:-1]])
             turns = np.array(inside)[(first + np.arange(rows.size)) % 2]

@@ -101,7 +101,7 @@ def test_the_numbers_of_numpy_are_as_good_as_those_of_python(env_id: str) -> Non
     if accepts(env_id, "predress"):
         vector(predress=np.bool_(False))
     if accepts(env_id, "spread"):
-        assert vector(spread=np.float64(0.5)).envs[0].spread == 0.5
+        assert vector(spread=np.float64(0.5)).simulation.spread == 0.5
 
 
 def test_the_task_of_an_id_can_be_overridden_as_its_class_says() -> None:

@@ -29,7 +29,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from tests.envs.harness import MODES, assert_same, job_drawn
+from tests.envs.harness import MODES, assert_same, job_drawn, row_of
 from tests.machine.harness import DRESS
 
 ID = "grind/Job-v0"
@@ -469,3 +469,114 @@ def test_arguments_out_of_range_are_refused(batch: str) -> None:
     assert "'svg'" in refusal(GrindError, JobEnv, batch, render_mode="svg")
     assert "0" in refusal(GrindError, JobVectorEnv, batch, num_envs=0)
     assert "'Sometimes'" in refusal(GrindError, JobVectorEnv, batch, autoreset_mode="Sometimes")
+
+
+# --- a batch of parts ---------------------------------------------------------------------------------
+
+
+def test_a_program_is_run_for_a_batch_of_parts() -> None:
+    env = JobEnv(parts=3)
+    text = env.part_program()
+    assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["N100 M00", "N100 M00", "N100 M30"]
+    assert text.count("G82") == 6 and text.count("O9100") == 1
+    assert [(block.part, block.starts_part) for block in env.blocks] == [(k // 2, k % 2 == 0) for k in range(6)]
+    infos = play(env, policy_seed=3, seed=4)
+    record = grind(read(env.part_program(), "part.nc"), env.job, conditions=env.tape.conditions)
+    assert_same_record(record, env.record())
+    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    cost = sum(info["block_cost"] for info in infos)
+    assert record.parts.size == 3 and cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    # the wheel carries over: each part finds it as the one before has left it
+    parts, ds = record.strokes["part"], record.strokes["ds"]
+    for number in (2, 3):
+        worn = ds[parts == number - 1][-1] - ds[parts == number][0]
+        assert 0.0 <= worn < 0.2 and ds[parts == number][0] < 300.0
+
+
+def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) -> None:
+    once = f"G71 G94 G90 G19 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
+    for ending in ("\nM30", "\nM2 (END)", ""):
+        env = JobEnv(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
+        assert (len(env.blocks), env.simulation.parts) == (6, 3)
+    lines = [source.text for source in env.programs.main.blocks]
+    assert [line for line in lines if line.startswith("M")] == ["M98 P2", "M00"] * 2 + ["M98 P2"]
+
+
+def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Path) -> None:
+    path = written(tmp_path, f"G71 G94 G90 G19\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
+    assert len(JobEnv(path).blocks) == 2
+    for make in (JobEnv, JobVectorEnv):
+        message = refusal(GrindError, make, path, parts=3)
+        assert "part.nc:11: the program ends in a subprogram" in message and "main program" in message
+
+
+@pytest.mark.parametrize("parts", [0, -1, 1.5, True, "3", 1001])
+def test_a_batch_of_no_whole_number_of_parts_is_refused(parts: Any) -> None:
+    for make in (JobEnv, JobVectorEnv):
+        message = refusal(GrindError, make, parts=parts)
+        assert message == f"parts is {parts!r}, but must be a whole number from 1 to 1000"
+
+
+def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
+    lots = f"{JOB}[lots]\nprobability = 0\nstock = 0.1"
+    path = written(tmp_path, f"G71 G94 G90 G19\nG00 Y20.\n{PLATE}M30\n{DRESS}", lots)
+    env = JobEnv(path, parts=100)
+    stocks = []
+    for seed in range(20):
+        env.reset(seed=seed)
+        assert env.tape is not None
+        assert len({condition.factors["kA"] for condition in env.tape.conditions}) == 1
+        assert env.tape.new_lot[0] and not any(env.tape.new_lot[1:])
+        stocks += [condition.stock for condition in env.tape.conditions]
+    assert np.mean(stocks) == pytest.approx(0.06, rel=0.01)
+    assert np.std(stocks) == pytest.approx(0.1 * 0.06, rel=0.06)
+    exact = JobEnv(path, parts=3, spread=0.0)
+    exact.reset(seed=0)
+    assert exact.tape is not None and [condition.stock for condition in exact.tape.conditions] == [None] * 3
+
+
+# --- replayed or executed -----------------------------------------------------------------------------
+
+
+STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
+
+
+@pytest.mark.parametrize(
+    ("cycle", "job", "line", "why"),
+    [
+        ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nM01\nG04 X1.\n", JOB, 5, "the operator stops the program while"),
+        ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nG80\nG00 Y20.\nG17 G41 G01 X-40. F500.\nX-50.\nG40 X-60.\n", JOB,
+         6, "its motions depend on the radius of the wheel"),
+        ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nX220.\nG01 Y-.04 F.6\n", JOB, 6, "the program redirects the table"),
+        ("G82 X230. I-30. Y-.05 J-.01 F.5 E9000.\n", JOB, 3, "a pick is still under way in the middle of the stroke"),
+        ("G82 X230. I-30. Y-.05 J-.01 F1.5 E9000. P9100\n", JOB, 3, "a dress waits for a pick to end"),
+        ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nM01\n", STAGED, 3, "after this cycle the part is judged"),
+    ],
+)  # fmt: skip
+def test_it_is_said_why_the_control_executes_a_program(
+    tmp_path: Path, cycle: str, job: str, line: int, why: str
+) -> None:
+    head = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
+    path = written(tmp_path, f"{head}{cycle}G80\nG00 Y20.\nM30\n{DRESS}", job)
+    env = JobEnv(path)
+    reason = str(env.why_not_replayed)
+    assert reason.startswith(f"part.nc:{line}: there is no script of this program: {why}") and "\n" not in reason
+    play(env, policy_seed=0)
+    assert env.tape is not None
+    assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+
+
+@pytest.mark.bits
+@pytest.mark.parametrize("program", [BATCH, GROOVED], ids=["replayed", "executed"])
+def test_the_vector_form_has_the_bits_of_single_environments(tmp_path: Path, program: str) -> None:
+    path = written(tmp_path, program)
+    singles = [JobEnv(path, observation="full", show_block=False) for _ in range(3)]
+    vector = JobVectorEnv(path, num_envs=3, observation="full", autoreset_mode="Disabled")
+    assert (singles[0].why_not_replayed is None) == (program == BATCH)
+    observations, _ = vector.reset(seed=[5, 6, 7])
+    for i, env in enumerate(singles):
+        assert_same(env.reset(seed=5 + i)[0], observations[i])
+    for batch in np.random.default_rng(2).uniform(-1.0, 1.0, (len(singles[0].blocks), 3, 2)).astype(np.float32):
+        stepped = vector.step(batch)
+        for i, env in enumerate(singles):
+            assert_same(env.step(batch[i]), row_of(stepped, i))

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, JobError, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job_file import load_job
 from tests.machine.harness import job
 
@@ -63,6 +63,11 @@ def test_every_value_arrives(tmp_path: Path) -> None:
     idle_power = 500
     [setup.material_overrides]
     tempering_rise = 620
+    [lots]
+    probability = 0
+    growth = 0.6
+    pressure = 0.2
+    stock = 0.1
     [times]
     load = 30
     dress_setup = 60
@@ -89,6 +94,7 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         rise_allowance=150.0,
     )
     assert found.wheel == WheelStart(diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05)
+    assert found.lots == Lots(probability=0.0, growth=0.6, pressure=0.2, stock=0.1)
     p = found.parameters
     assert (p.bs, p.ke, p.hf, p.kg, p.kA) == (65.0, 50_000.0, 4e4, 240.0, 3.0e-6)
     assert (p.n, p.vs_set) == (0.0, 35.0)
@@ -155,6 +161,10 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         ),
         ("scrap_cost = 40", 'scrap_cost = 40\n[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
         ("[part]", "times = 3\n[part]", "times", ["3", "table"]),
+        ("[part]", "[lots]\ngroth = 0.4\n[part]", "lots.groth", ["did you mean growth?", "probability"]),
+        ("[part]", "[lots]\nprobability = 1.5\n[part]", "lots.probability", ["1.5", "0 to 1"]),
+        ("[part]", "[lots]\nstock = 0.5\n[part]", "lots.stock", ["0.5", "0 to 0.3"]),
+        ("[part]", "lots = 3\n[part]", "lots", ["3", "table"]),
     ],
 )
 def test_mistakes_name_file_key_value_and_remedy(

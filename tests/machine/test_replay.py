@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grind_env.control import read
+from grind_env.control import execute, read
 from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.program import with_words_chosen
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.rows import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.run import GrindingRun
 from grind_env.machine.script import ScriptError, script_of
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
@@ -92,11 +93,18 @@ def shop(**changes: Any) -> Job:
     return job(wheel_start=start, stock=0.1, **changes)
 
 
-def executed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> ProgramEpisode:
-    episode = ProgramEpisode(simulation.programs, simulation.job)
-    for number, choice in enumerate(choices):
-        episode.step(simulation.words(number, *choice))
-    return episode
+def executed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRun:
+    """The machine after the program with those words, of which the control has announced every stroke."""
+    words = [simulation.words(number, *choice) for number, choice in enumerate(choices)]
+    chosen = zip((block.block for block in simulation.blocks), words, strict=True)
+    programs, control = read(with_words_chosen(simulation.programs, list(chosen))), simulation.job.control
+    assert not control.whole_cycles
+    run, execution = GrindingRun(programs, simulation.job, control, ()), execute(programs, control)
+    execution.set_wheel_radius(0.5 * run.mount.diameter)
+    for event in execution:
+        run.take(event)
+        execution.set_wheel_radius(0.5 * run.mount.diameter)
+    return run
 
 
 def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRecord:
@@ -109,16 +117,16 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
         sums += tallies[0]
         good += outcomes[0, Outcome._fields.index("good")]
     total = Tally(*sums.tolist())
-    episode = executed(simulation, choices)
-    record = episode.run.record()
+    run = executed(simulation, choices)
+    record = run.record()
     assert (total.strokes, total.dresses) == (len(record.strokes), len(record.dresses))
     assert total.seconds == pytest.approx(record.seconds, rel=1e-9)
     assert total.worn == pytest.approx(record.parts["worn"].sum(), rel=1e-9, abs=1e-12)
     assert total.dressed_off == pytest.approx(record.parts["dressed_off"].sum(), rel=1e-9)
     wheel = WheelState(*episodes.wheels[0].tolist())
-    assert episode.run.wheel is not None
+    assert run.wheel is not None
     for name in set(WheelState._fields) - {"W"}:  # the wear is known from the last stop on
-        expected = getattr(episode.run.wheel, name)
+        expected = getattr(run.wheel, name)
         assert getattr(wheel, name) == pytest.approx(expected, rel=1e-9, abs=1e-13), name
     last = record.parts[-1]
     stock = simulation.job.part.stock
@@ -148,6 +156,16 @@ def check(written: Written, **changes: Any) -> None:
         return
     assert simulation.why is None
     assert_replayed(simulation, written.choices)
+
+
+def test_a_stop_after_the_unloading_ends_no_stage() -> None:
+    part = "G00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\nG82 X230. I-30. Y-.03 J-.01 F100. E9000.\nG80\nG00 Y20.\n"
+    text = f"G71 G94 G90 G19\n{part}M00\nM01\n{part}M30{DRESS}"
+    stage = Stage(stock=0.03, tolerance=30.0)
+    simulation = JobSimulation(read(text), shop(stages=(stage,), tolerance=60.0), 0.0)
+    assert simulation.why is None
+    record = assert_replayed(simulation, [(9000, 0)] * 2)
+    assert (record.parts["earlier"] == 1.0).all() and (record.parts["survival"] < 0.1).all()
 
 
 @settings(max_examples=20, deadline=None)

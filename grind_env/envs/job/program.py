@@ -60,9 +60,18 @@ def repeated(programs: Programs, parts: int) -> Programs:
         programs: the program.
         parts: how often it is run.
 
+    Raises:
+        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin.
     """
     if parts == 1:
         return programs
+    for program in [*programs][1:]:
+        for block in program.blocks:
+            if _ends(block.text):
+                raise JobProgramError(
+                    f"{block.file}:{block.line}: the program ends in a subprogram and cannot be run for {parts} parts; "
+                    "put its M30 into the main program"
+                )
     blocks = [source.text for source in programs.main.blocks]
     ends = [number for number, text in enumerate(blocks) if _ends(text)]
     last = ends[0] if ends else len(blocks)

@@ -148,7 +148,7 @@ class JobSimulation(Simulation):
             strokes += float(tallies[0, STROKES])
         if strokes == 0.0:
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
-        return total / len(self.blocks)
+        return float(total / len(self.blocks))
 
     def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
         """New episodes, one from each generator, with what is given of each."""
