@@ -12,8 +12,8 @@ from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.errors import GrindError
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.replay import BlockRow, ScriptTables
 from grind_env.machine.script import Script
+from grind_env.machine.script_tables import BlockRow, ScriptTables
 
 INCH = 25.4
 """mm."""

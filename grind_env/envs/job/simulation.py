@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.contexts import Given
+from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
-    BlockOutline,
     Choice,
     JobProgramError,
     outline_of_runs,
@@ -30,21 +29,19 @@ from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jo
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.rows import KindRow, Memory, Outcome, Shop
+from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation, Table
 from grind_env.envs.tape import TapeRow
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
-from grind_env.machine.feeding import FULL
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_wheel
-from grind_env.machine.replay import is_whole, tables_of
 from grind_env.machine.script import Script, ScriptError, script_of
+from grind_env.machine.script_tables import is_whole, tables_of
 from grind_env.machine.strips import Zone
-from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
+from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 
-STROKES_AT_MOST = int(POWER_WINDOW)
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
@@ -296,80 +293,3 @@ class JobSimulation(Simulation):
         dress = program.run.dressing.plans[run.plan.program]
         wheel, p = program.run.wheel, program.run.part.p
         return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
-
-
-def kind_of(block: BlockOutline, job: Job) -> KindRow:
-    """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
-    part, limits = job.part, job.limits
-    return KindRow(
-        stock=part.stock,
-        pick=block.plan.primary_pick,
-        sparkout=float(block.plan.spark_out),
-        width=part.width,
-        # the volume since a dress is that per width of the wheel in use
-        length=part.length * part.width / min(part.width, job.setup.wheel.width),
-        stroke=abs(block.plan.primary - block.plan.secondary),
-        scrap=part.scrap_cost,
-        starts_part=float(block.starts_part),
-        ends_part=float(block.finished),
-        counts_all=float(part.rise_allowance > 0.0),
-        load=0.0,
-        rise=limits.rise,
-        power=limits.power,
-        roughness=limits.roughness,
-        size=limits.size,
-    )
-
-
-def shop_of(job: Job, reference_cost: float) -> Shop:
-    """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
-    rates, change = job.rates, job.times.wheel_change
-    return Shop(
-        acceleration=job.control.acceleration,
-        dwell=job.control.reversal_dwell,
-        dress_passes=0.0,
-        dress_feed=0.0,
-        dress_depth=0.0,
-        dress_seconds=0.0,
-        hourly=rates.hourly,
-        wheel_price=rates.wheel,
-        dress_price=rates.dress,
-        reference_cost=reference_cost,
-        late_price=0.0,
-        least_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
-        new_diameter=job.setup.wheel.diameter,
-        change_price=0.0,
-        change_seconds=change or 0.0,
-    )
-
-
-def tally_of(run: BlockRun, job: Job) -> Tally:
-    """What a block has come to that the control has executed, up to the next one."""
-    strokes, plan = run.strokes, run.plan
-    table, power = strokes["groove"] == 0, strokes["power"]
-    least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
-    if not plan.plunges:
-        least = FULL * run.increments[table].max(initial=0.0)
-    full = np.flatnonzero(table & (run.increments > DEPTH_TOLERANCE) & (run.increments >= least))
-    since = int(run.dresses["after"][-1]) if run.dresses.size else 0
-    first, last = full[:STROKES_AT_MOST], full[-STROKES_AT_MOST:]
-    last = last[last >= since]
-    ground = table | job.setup.grooving_wheel
-    plunges = strokes["T"][run.increments > 0.0]
-    rise = float(run.finished["rise"][-1] if run.finished.size else plunges.max(initial=0.0))
-    return NOTHING._replace(
-        seconds=run.seconds,
-        strokes=float(len(strokes)),
-        dresses=float(run.dresses.size),
-        first_power=float(power[first].sum()),
-        first_count=float(first.size),
-        power_1=float(power[last].sum()),
-        last_count=float(last.size),
-        deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
-        peak_power=float(power.max(initial=0.0)),
-        plunge_rise=rise,
-        finish_rise=rise,
-        burn_ratio=float(strokes["Br"].max(initial=0.0)),
-        worn=float(strokes["worn"].sum()),
-        dressed_off=float(run.dresses["removed"].sum()),
-    )

@@ -14,7 +14,7 @@ from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.cycle import PartState, dress_lead, measured
 from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.replay import BlockRow, ScriptTables, grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.replay import grind_blocks, grind_zoned_blocks, read_block
 from grind_env.machine.rows import (
     read_parameters,
     read_part,
@@ -25,6 +25,7 @@ from grind_env.machine.rows import (
     write_wheel,
     write_zone,
 )
+from grind_env.machine.script_tables import BlockRow, ScriptTables
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import Limits, Rates, handover_cost, survival
 from grind_env.process.state import StrokeParameters, WheelState

@@ -1,0 +1,260 @@
+"""A script in numbers, as compiled code replays it: a row for every cycle block and every motion beside the table."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Dwell, Line
+from grind_env.control.cycles import RULES
+from grind_env.control.rules import INSTANT
+from grind_env.machine.courses import COURSES
+from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.feeding import ENDS, GOES_ON, Motion
+from grind_env.machine.job import Job
+from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
+from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
+from grind_env.process.cost import Limits
+
+NO_COURSE = 0.0
+NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
+"""Of the cycles that plunge."""
+
+NO_BLOCK = -1.0
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+
+Table = NDArray[Any]
+
+
+class BlockRow(NamedTuple):
+    """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part."""
+
+    cycle: float
+    """Its number in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
+    first_length: float
+    """From the start point to the primary point, mm."""
+    away: float
+    """1 if the table sets out from elsewhere than its secondary point, else 0."""
+    stroke_length: float
+    """Between the reversal points, mm."""
+    dwell: float
+    """At a reversal point, s."""
+    acceleration: float
+    """mm/s2."""
+    start: float
+    target: float
+    primary_pick: float
+    secondary_pick: float
+    at_depth: float
+    pre_dress: float
+    """1 for the .1 forms, else 0."""
+    takes_dresses: float
+    """1 if it may have a D word, else 0."""
+    finish: float
+    """Depth of the deepest block of its stage of the part."""
+    reached: float
+    """Depth to which the program has led on the part when the block is over."""
+    width: float
+    """Of the part, mm."""
+    length: float
+    """Of the part, mm."""
+    dress_passes: float
+    dress_feed: float
+    """mm/s."""
+    dress_depth: float
+    dress_seconds: float
+    cross_start: float
+    cross_end: float
+    primary_cross_pick: float
+    secondary_cross_pick: float
+    motion: float
+    """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    gauged_at: float
+    """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
+    to_secondary: float
+    """1 if the next cycle takes over the table, else 0."""
+    before_from_secondary: float
+    """Time on the way to the next block until the part is taken off, s, if the table rests at its secondary point."""
+    before_from_primary: float
+    after_from_secondary: float
+    """Time from then on, s."""
+    after_from_primary: float
+    starts_part: float
+    """1 if it is the first on its part, else 0."""
+    ends_part: float
+    """1 if the part is taken off after it, else 0."""
+    gauged: float
+    """1 if the operator gauges or takes off the part after it, so that the wear of the wheel is known; else 0."""
+    judged: float
+    """1 if a stage of the part ends after it, else 0."""
+    counts_all: float
+    """1 if the heat of every plunge of the stage counts, else 0."""
+    rise: float
+    """Limit of the stage, as of `process.cost.Limits`, like the next three."""
+    power: float
+    roughness: float
+    size: float
+    stock: float
+    """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
+
+
+class ScriptTables(NamedTuple):
+    """A script in numbers."""
+
+    blocks: Table
+    """Shape (blocks, fields of `BlockRow`)."""
+    motions: Table
+    """Beside the tables of all blocks, shape (motions, fields of `Motion`)."""
+    zones: Table
+    """A new part, shape (zones, fields of `Zone`); one zone if the wheel covers it in every stroke."""
+
+
+def tables_of(script: Script) -> ScriptTables:
+    """A script in numbers."""
+    motions: list[Motion] = []
+    rows: list[BlockRow] = []
+    starts, reached, first_of_stage, stage = True, 0.0, 0, 0
+    job, stages = script.job, script.job.part.stages
+    for number, block in enumerate(script.blocks):
+        if starts:
+            reached, first_of_stage, stage = 0.0, number, 0
+        beside = _motions_of(block, job)
+        reached = max(reached, _deepest(block, job))
+        ends_stage = block.stops > 0 and stage < len(stages)
+        judged = block.ends_part or ends_stage
+        asked = stages[stage] if ends_stage else job.part
+        limits = job.limits_at(asked)
+        rows.append(
+            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
+                judged=float(judged),
+                counts_all=float(asked.rise_allowance > 0.0),
+                stock=asked.stock if ends_stage else 0.0,
+            )
+        )
+        motions += beside
+        if judged:
+            rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
+            first_of_stage, stage = number + 1, stage + 1
+        starts = block.ends_part
+    return ScriptTables(_table(rows, BlockRow), _table(motions, Motion), _zones(script, rows))
+
+
+def is_whole(script: Script, tables: ScriptTables) -> bool:
+    """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
+    return len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
+
+
+def _table(rows: list[Any], kind: type[Any]) -> Table:
+    return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
+
+
+def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
+    plan, dress, part = block.plan, block.dress or NO_DRESS, job.part
+    from_secondary, from_primary = block.ways
+    first = block.start[plan.axis]
+    start = depth_of(block.start, plan, job)
+    edge = edge_of(block.start, plan)
+    crosses = plan.cross_axis is not None
+    return BlockRow(
+        cycle=NUMBERS[plan.code] if plan.plunges else NO_COURSE,
+        first_length=abs(plan.primary - first),
+        away=float(first != plan.secondary and not block.taken_over),
+        stroke_length=abs(plan.primary - plan.secondary),
+        dwell=job.control.reversal_dwell,
+        acceleration=job.control.acceleration,
+        start=start,
+        target=start if plan.plunge_axis is None else job.part.surface - plan.depth_target,
+        primary_pick=plan.primary_pick,
+        secondary_pick=plan.secondary_pick,
+        at_depth=float(job.control.coverage_pass + plan.spark_out),
+        pre_dress=float(plan.pre_dress and block.dress is not None),
+        takes_dresses=float(block.takes_dresses),
+        finish=reached,
+        reached=reached,
+        width=part.width,
+        length=part.length,
+        dress_passes=float(dress.passes),
+        dress_feed=dress.feed,
+        dress_depth=dress.depth,
+        dress_seconds=dress.seconds,
+        cross_start=plan.cross_start if crosses else edge,
+        cross_end=plan.cross_end if crosses else edge,
+        primary_cross_pick=plan.primary_cross_pick,
+        secondary_cross_pick=plan.secondary_cross_pick,
+        motion=motion,
+        gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
+        to_secondary=float(block.to_secondary),
+        before_from_secondary=from_secondary.before,
+        before_from_primary=from_primary.before,
+        after_from_secondary=from_secondary.after,
+        after_from_primary=from_primary.after,
+        starts_part=float(starts),
+        ends_part=float(block.ends_part),
+        gauged=float(block.gauged),
+        judged=0.0,
+        counts_all=0.0,
+        rise=limits.rise,
+        power=limits.power,
+        roughness=limits.roughness,
+        size=limits.size,
+        stock=0.0,
+    )
+
+
+def _deepest(block: ScriptBlock, job: Job) -> float:
+    """Depth to which the program leads in a block, mm."""
+    plan = block.plan
+    depths = [depth_of(position, plan, job) for motion in block.beside for position in (motion.start, motion.end)]
+    if plan.plunge_axis is not None:
+        depths.append(job.part.surface - plan.depth_target)
+    return max([depth_of(block.start, plan, job), *depths])
+
+
+def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
+    """The motions beside the table; one of no time if its strokes go on without."""
+    control, plan, time, rows = job.control, block.plan, 0.0, []
+    total = sum(motion.seconds for motion in block.beside)
+    for motion in block.beside:
+        depth, edge = depth_of(motion.start, plan, job), edge_of(motion.start, plan)
+        way, across = depth_of(motion.end, plan, job) - depth, edge_of(motion.end, plan) - edge
+        feed = motion.feed if isinstance(motion, Line) else control.rapid_feed
+        rows.append(
+            Motion(
+                begin=time,
+                end=time + motion.seconds,
+                depth=depth,
+                way=way,
+                cross=edge,
+                cross_way=across,
+                path=0.0 if isinstance(motion, Dwell) else float(np.hypot(way, across)),
+                rate=feed / 60.0,
+                last_begin=total - INSTANT,
+                leg_seconds=total,
+                after=GOES_ON,
+            )
+        )
+        time += motion.seconds
+    if rows:
+        return [*rows[:-1], rows[-1]._replace(after=ENDS)]
+    if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
+        return []
+    depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
+    edge = edge_of(block.start, plan)
+    return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
+
+
+def _zones(script: Script, rows: Sequence[BlockRow]) -> Table:
+    """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
+    part, wheel = script.job.part, script.job.setup.wheel
+    centres, edges = strip_centres(part.across, part.width), set()
+    for block, row in zip(script.blocks, rows, strict=True):
+        places = {edge_of(position, block.plan) for motion in block.beside for position in (motion.start, motion.end)}
+        if len(places) > 1:
+            return strip_zones(centres)
+        edges |= {row.cross_start, *places}
+        if block.plan.cross_axis is not None:
+            code, coverage = block.plan.code, script.job.control.coverage_pass
+            edges |= set(EDGES[code](RULES[code].cycle_of(block.plan, coverage), row.cross_start, row.cross_end))
+    return zones_of(centres, edges, wheel.width)
