@@ -248,7 +248,7 @@ def assert_same_times(case: Case, record: GrindingRecord) -> None:
 
 def assert_close(found: Any, expected: Any, name: str) -> None:
     # the floor is for cuts of some pm, which show how the coordinates were rounded
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13, err_msg=name)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
 
 
 MANY = [
