@@ -544,7 +544,7 @@ STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
 @pytest.mark.parametrize(
     ("cycle", "job", "line", "why"),
     [
-        ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nM01\nG04 X1.\n", JOB, 6, "the table goes on after a stop of the operator"),
+        ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nM01\nG04 X1.\n", JOB, 6, "the table goes on after a stop"),
         ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nG80\nG00 Y20.\nG17 G41 G01 X-40. F500.\nX-50.\nG40 X-60.\n", JOB,
          6, "its motions depend on the radius of the wheel"),
         ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nX220.\nG01 Y-.04 F.6\n", JOB, 6, "the program redirects the table"),
