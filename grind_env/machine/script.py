@@ -17,6 +17,7 @@ from grind_env.control import (
     CycleAhead,
     CyclePlan,
     CycleStart,
+    DressEnd,
     DressStart,
     Dwell,
     Event,
@@ -175,6 +176,7 @@ class _Writer:
         self.plans: dict[int, DressPlan] = {}
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
+        self.in_dress = False
         self.approach = 0.0
         self.at_secondary: dict[int, bool] = {}
 
@@ -193,7 +195,7 @@ class _Writer:
                 self._begin(event.plan)
             case TableStop():
                 self._stand(event.plan)
-            case ProgramStop():
+            case ProgramStop() if not self.in_dress:
                 self._stop(event)
             case ProgramEnd():
                 self._unload()
@@ -202,8 +204,12 @@ class _Writer:
                 raise self._error("a wheel or a tool cuts a groove", event.line)
             case InterruptStart() | Hold():
                 raise self._error("the operator comes in between")
-            case DressStart() if event.cause == "operator":
-                raise self._error("the operator asks for a dress")
+            case DressStart():
+                self.in_dress = True  # a stop in it lets the operator look after the dresser
+                if event.cause == "operator":
+                    raise self._error("the operator asks for a dress")
+            case DressEnd():
+                self.in_dress = False
             case Rapid() | Line() | Arc() | Dwell() if event.source in PROGRAMMED:
                 self._move(event)
             case _:
@@ -236,7 +242,7 @@ class _Writer:
     def _move(self, event: Motion) -> None:
         """The program moves the axes, or waits."""
         table, modes = self.execution.table, self.execution.modes
-        if modes.compensation != "G40":
+        if modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution):
             raise self._error("its motions depend on the radius of the wheel", event.line)
         if table is None:
             self.way[self.unloaded] += event.seconds

@@ -547,6 +547,8 @@ STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
         ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nM01\nG04 X1.\n", JOB, 6, "the table goes on after a stop"),
         ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nG80\nG00 Y20.\nG17 G41 G01 X-40. F500.\nX-50.\nG40 X-60.\n", JOB,
          6, "its motions depend on the radius of the wheel"),
+        ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nG80\nG96 S1800\nG95 G01 Y2. F.05\nG94 F60.\n", JOB, 6,
+         "its motions depend on the radius of the wheel"),
         ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nX220.\nG01 Y-.04 F.6\n", JOB, 6, "the program redirects the table"),
         ("G82 X230. I-30. Y-.05 J-.01 F.5 E9000.\n", JOB, 3, "a pick is still under way in the middle of the stroke"),
         ("G82 X230. I-30. Y-.05 J-.01 F1.5 E9000. P9100\n", JOB, 3, "a dress waits for a pick to end"),
@@ -564,6 +566,15 @@ def test_it_is_said_why_the_control_executes_a_program(
     play(env, policy_seed=0)
     assert env.tape is not None
     assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+
+
+def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
+    env = JobEnv(written(tmp_path, BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")))
+    assert env.why_not_replayed is None
+    infos = play(env, policy_seed=3)
+    record = env.record()
+    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
+    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-9)
 
 
 @pytest.mark.bits
