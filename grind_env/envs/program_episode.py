@@ -133,12 +133,12 @@ class ProgramEpisode:
         """Take the events up to the next cycle block, or to the end, and hand each on once it has happened."""
         self.block = None
         for event in self._execution:
-            if isinstance(event, CycleAhead | ProgramEnd):
-                self.time = self.run.clock(event.time)
             if isinstance(event, CycleAhead):
-                self.block = event.block
+                self.time, self.block = self.run.clock(event.time), event.block
                 return
             self.run.take(event)
+            if isinstance(event, ProgramEnd):  # at which a worn wheel may have been changed
+                self.time = self.run.clock(event.time)
             self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
             yield event
 

@@ -99,7 +99,8 @@ def advance(
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
     deeper = Z - part.Z
     finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    tally = count_stroke(tally, stroke, seconds, deeper, reached < Z, cycle.full_plunge <= deeper, finishing)
+    plunge, full = reached + DEPTH_TOLERANCE < Z, cycle.full_plunge <= deeper
+    tally = count_stroke(tally, stroke, seconds, deeper, plunge, full, finishing)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 

@@ -294,7 +294,7 @@ class PartRun:
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
         job, tally, found, rise = self.job, self.tally, self._surface(self.stock), self.rise
-        unground = self._coverage.unground if self.strokes else 0.0
+        unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         verdict = judge(
             seconds,
             tally.worn + tally.dressed_off,

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from grind_env.control import (
     Arc,
     CycleAhead,
+    CycleEnd,
     CyclePlan,
     CycleStart,
     DressEnd,
@@ -74,6 +75,7 @@ class ScriptBlock:
         inch: whether it is read in inches.
         plan: of its cycle.
         start: where the axes stand when it begins, mm.
+        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
         taken_over: whether it takes over a table that reciprocates.
         dress: one execution of its dress program; None if it knows none.
         beside: motions of the program beside the table, dwells among them, in their order.
@@ -89,6 +91,7 @@ class ScriptBlock:
     inch: bool
     plan: CyclePlan
     start: Position
+    end: Position
     taken_over: bool
     dress: DressPlan | None
     beside: list[Motion] = field(default_factory=list)
@@ -193,6 +196,8 @@ class _Writer:
                     self.execution.choose(D="1")
             case CycleStart():
                 self._begin(event.plan)
+            case CycleEnd() if event.plan.plunges:
+                self.blocks[-1].end = self.execution.position
             case TableStop():
                 self._stand(event.plan)
             case ProgramStop() if not self.in_dress:
@@ -236,7 +241,8 @@ class _Writer:
                 )
             dress = self.plans[plan.program]
         inch = execution.modes.inch
-        self.blocks.append(ScriptBlock(self.ahead, inch, plan, execution.position, taken_over, dress))
+        here = execution.position
+        self.blocks.append(ScriptBlock(self.ahead, inch, plan, here, here, taken_over, dress))
         self.stopped = False
 
     def _move(self, event: Motion) -> None:
@@ -259,6 +265,8 @@ class _Writer:
     def _stand(self, plan: CyclePlan) -> None:
         """The table has come to rest."""
         here = self.execution.position[plan.axis]
+        if here not in (plan.primary, plan.secondary):
+            raise self._error("the table comes to rest where the cycle before has left it", plan.line)
         self.at_secondary[id(self.blocks[-1])] = here == plan.secondary
         if self.elsewhere:
             there = plan.primary if here == plan.secondary else plan.secondary

@@ -143,7 +143,14 @@ def tables_of(script: Script) -> ScriptTables:
 
 def is_whole(script: Script, tables: ScriptTables) -> bool:
     """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
-    return len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
+    part, wheel = script.job.part, script.job.setup.wheel
+    centres = strip_centres(part.across, part.width)
+    # one zone may also be one that is never under the wheel
+    over = all(
+        edge_of(block.start, block.plan) <= centres[0] < edge_of(block.start, block.plan) + wheel.width
+        for block in script.blocks
+    )
+    return over and len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
 
 
 def _table(rows: list[Any], kind: type[Any]) -> Table:
@@ -240,8 +247,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
     if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
         return []
-    depth = depth_of(block.start, plan, job) if plan.plunge_axis is None else job.part.surface - plan.depth_target
-    edge = edge_of(block.start, plan)
+    depth, edge = depth_of(block.end, plan, job), edge_of(block.end, plan)
     return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
@@ -192,4 +193,4 @@ def grind_strips(
         zone = _strip(S, Rs, reached, i)
         zone = ground(zone, True, in_cut(contact, zone, True), Z, stroke.ae, stroke.Rg)
         S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
-    return after, stroke, b, contact.reached < Z
+    return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z

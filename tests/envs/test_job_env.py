@@ -477,7 +477,7 @@ def test_arguments_out_of_range_are_refused(batch: str) -> None:
 def test_a_program_is_run_for_a_batch_of_parts() -> None:
     env = JobEnv(parts=3)
     text = env.part_program()
-    assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["N100 M00", "N100 M00", "N100 M30"]
+    assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["M00", "M00", "N100 M30"]
     assert text.count("G82") == 6 and text.count("O9100") == 1
     assert [(block.part, block.starts_part) for block in env.blocks] == [(k // 2, k % 2 == 0) for k in range(6)]
     infos = play(env, policy_seed=3, seed=4)
@@ -566,6 +566,25 @@ def test_it_is_said_why_the_control_executes_a_program(
     play(env, policy_seed=0)
     assert env.tape is not None
     assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+
+
+def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:
+    plate = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100\nG80\nG00 Y20.\nM30\n"
+    worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
+    env = JobEnv(written(tmp_path, plate + DRESS, worn), spread=0.0)
+    assert env.why_not_replayed is not None
+    env.reset(seed=0)
+    info = env.step(env.codec.encode(9000.0, 1)[0])[4]
+    assert info["seconds"] == pytest.approx(env.record().seconds, rel=1e-12) and info["seconds"] > 300.0
+
+
+def test_a_batch_stops_the_table_and_cancels_a_preset_between_its_parts(tmp_path: Path) -> None:
+    plate = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG92 X-10. Y1.\n"
+    plate += "G82 X250. I-10. Y.97 J-.01 L1 F100. E12000. P9100\nM30\n"
+    env = JobEnv(written(tmp_path, plate + DRESS), spread=0.0, parts=3)
+    assert env.why_not_replayed is None
+    play(env, policy_seed=1)
+    assert np.ptp(env.record().parts["S"]) < 2e-3
 
 
 def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:

@@ -189,3 +189,38 @@ def test_a_crossover_under_which_the_wheel_always_covers_the_part_keeps_its_cros
     assert simulation.why is None and len(simulation.tables.zones) == 1
     record = assert_replayed(simulation, [(9000, 2)])
     assert len(record.strokes) == 1 + 3 * 4
+
+
+def written_by_hand(*lines: str, z: str = "-2.5") -> str:
+    return "\n".join(["G71 G94 G90 G19", "G00 Y20.", f"G00 X-30. Z{z}", "G01 Y0 F500.", *lines, DRESS])
+
+
+PLUNGE = "G82 X230. I-30. Y-.03 J-.01 L1 F100. E12000. P9100"
+TRAVERSE = "G83 X230. I-30. Y-.02 J-.02 L0 F1500. E12000. P9100 Z15. K15. R15."
+RETURN = ("G01 Y-.016 Z-18. F300.", "G00 Y.984", "G04 X.5", "G01 Y-.016 F3.")
+END = ("G80", "G00 Y20.", "M30")
+UNTOUCHED = ("G80", "G00 Y20.", "M00", "G00 X-30.", "G01 Y0 F500.", "G81 X230. I-30. E12000.")
+ODD: dict[str, tuple[str, dict[str, float]]] = {
+    "a wheel beside the part grinds nothing": (written_by_hand(PLUNGE, *END, z="-30."), {}),
+    "a traverse that is taken over ends where its last stroke was": (
+        written_by_hand(TRAVERSE, PLUNGE.replace(" P9100", ""), *END, z="0"),
+        {"width": 40.0},
+    ),
+    "a stroke back at the old depth is no plunge": (
+        written_by_hand("G82 X230. I-30. Y-.016 J-.004 L2 F100. E30000. P9100", *RETURN, *END),
+        {"rise_allowance": 0.1},
+    ),
+    "a part that no stroke reaches is scrap": (written_by_hand(PLUNGE, *UNTOUCHED, *END), {}),
+}
+
+
+@pytest.mark.parametrize(("text", "changes"), ODD.values(), ids=list(ODD))
+def test_odd_programs_are_replayed_as_they_are_executed(text: str, changes: dict[str, float]) -> None:
+    simulation = JobSimulation(read(text), job(stock=0.03, **changes), 0.0)
+    assert simulation.why is None
+    assert_replayed(simulation, [(9000, 0)] * len(simulation.blocks))
+
+
+def test_a_table_that_rests_at_an_end_of_the_cycle_before_is_left_to_the_control() -> None:
+    text = written_by_hand(PLUNGE, "G81 X230. I-5. E12000.", "G80", "G00 X-30.", "G00 Y20.", "M30")
+    assert "where the cycle before has left it" in str(JobSimulation(read(text), job(stock=0.03), 0.0).why)

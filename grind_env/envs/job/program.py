@@ -9,8 +9,8 @@ from grind_env.control.words import Block
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.program_episode import Words
 
-POWER_UP = "G00 G18 G07 G71 G90 G94 G97 G40 G54"
-"""The modes in which a program begins (10-23)."""
+LOAD = ("G80", "M00", "G92.1", "G00 G18 G07 G71 G90 G94 G97 G40 G54")
+"""What stands between two parts: the next one is loaded, and the modes are those in which a program begins (10-23)."""
 
 MOST_PARTS = 1000
 """Parts for which a program can be run."""
@@ -56,6 +56,8 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
 def repeated(programs: Programs, parts: int) -> Programs:
     """A program that is run for many parts, as one program: an M00, at which the operator loads, in place of its end.
 
+    The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written.
+
     Args:
         programs: the program.
         parts: how often it is run.
@@ -75,8 +77,9 @@ def repeated(programs: Programs, parts: int) -> Programs:
     blocks = [source.text for source in programs.main.blocks]
     ends = [number for number, text in enumerate(blocks) if _ends(text)]
     last = ends[0] if ends else len(blocks)
-    loaded = [*blocks[:last], "M00" if not ends else _END.sub(lambda match: match[1] or "M00", blocks[last])]
-    lines = [line for _ in range(parts - 1) for line in (*loaded, POWER_UP)] + blocks
+    last_block = [_END.sub(lambda match: match[1] or "", blocks[last])] if ends else []
+    again = [*blocks[:last], *last_block, *LOAD]
+    lines = again * (parts - 1) + blocks
     return read("\n".join([*lines, *_others(programs)]), programs.name, programs.folder)
 
 
