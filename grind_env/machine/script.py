@@ -80,7 +80,8 @@ class ScriptBlock:
         dress: one execution of its dress program; None if it knows none.
         beside: motions of the program beside the table, dwells among them, in their order.
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
-        ways: on to the next block, from the secondary and from the primary point.
+        at_secondary: whether the table came to rest there before the way to the next block.
+        ways: that way, from the secondary and from the primary point.
         gauged: whether the operator gauges or takes off the part before the next block.
         gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
         stops: M01 met on the way with the part on the machine.
@@ -96,6 +97,7 @@ class ScriptBlock:
     dress: DressPlan | None
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
+    at_secondary: bool = True
     ways: tuple[Way, Way] = (Way(), Way())
     gauged: bool = False
     gauged_on_the_way: bool = False
@@ -150,7 +152,7 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
         if other.start != block.start:
             raise _error(programs, block.plan.line, "its first stroke depends on where the table came to rest before")
         ends = block.ways[0], other.ways[0]
-        block.ways = ends if as_it_is.at_secondary[id(block)] else ends[::-1]
+        block.ways = ends if block.at_secondary else ends[::-1]
         _refuse_slow_picks(programs, job, block, speeds)
         _refuse_turns_inside(programs, job, block)
     _refuse_judged_twice(programs, job, blocks)
@@ -181,7 +183,6 @@ class _Writer:
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
         self.approach = 0.0
-        self.at_secondary: dict[int, bool] = {}
 
     def run(self) -> list[ScriptBlock]:
         for event in self.execution:
@@ -267,7 +268,7 @@ class _Writer:
         here = self.execution.position[plan.axis]
         if here not in (plan.primary, plan.secondary):
             raise self._error("the table comes to rest where the cycle before has left it", plan.line)
-        self.at_secondary[id(self.blocks[-1])] = here == plan.secondary
+        self.blocks[-1].at_secondary = here == plan.secondary
         if self.elsewhere:
             there = plan.primary if here == plan.secondary else plan.secondary
             self.execution.move_table(plan.axis, there)
@@ -298,7 +299,6 @@ class _Writer:
         """The way from the last block to the next one has been gone."""
         if self.blocks:
             self.blocks[-1].ways = (Way(*self.way), Way())
-            self.at_secondary.setdefault(id(self.blocks[-1]), True)
         self.way, self.unloaded = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:

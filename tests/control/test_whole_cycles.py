@@ -176,7 +176,8 @@ def test_a_cycle_ends_once_its_last_pick_has() -> None:
     control: dict[str, Any] = {"start": PARKED, "coverage_pass": False}
     found = run(text, whole_cycles=True, **control)
     require_alike(found, run(text, **control), dwell=0.0)
-    assert found[2].time > found[1].time  # type: ignore[union-attr]
+    assert isinstance(found[1], CycleStrokes) and isinstance(found[2], CycleEnd)
+    assert found[2].time > found[1].time
 
 
 def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -268,14 +269,15 @@ def test_a_dress_program_is_executed_until_it_leaves_the_tables_as_they_were(wri
     text = f"{COMMON}{CYCLE} D3\nG82 Y-.06 D1\nG80\nG00 X0 Y0 Z3.\nM30{dress}"
     found, stepped = run(text, start=PARKED, whole_cycles=True), run(text, start=PARKED)
     assert sum(isinstance(event, CycleStrokes) for event in found) == whole
-    assert isinstance(found[-2], Rapid)
-    assert found[-2].end == stepped[-2].end  # type: ignore[union-attr]
+    last, expected = found[-2], stepped[-2]
+    assert isinstance(last, Rapid) and isinstance(expected, Rapid)
+    assert last.end == expected.end
 
 
 def test_a_whole_cycle_is_one_event() -> None:
     found = run(f"{COMMON}{CYCLE}\nM30{DRESS}", start=PARKED, whole_cycles=True)
     assert [type(event) for event in found[:3]] == [CycleStart, CycleStrokes, CycleEnd]
-    assert len(found[1].begins) == 3 + 1 + 1  # type: ignore[union-attr]
+    assert isinstance(found[1], CycleStrokes) and len(found[1].begins) == 3 + 1 + 1
 
 
 def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:

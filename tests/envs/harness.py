@@ -57,7 +57,10 @@ def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
     return [space.sample() for _ in range(steps)]
 
 
-def job_drawn(rng: np.random.Generator, parts: int, spread: float, given: Given = Given()) -> JobTape:  # noqa: B008
+NOTHING_GIVEN = Given()
+
+
+def job_drawn(rng: np.random.Generator, parts: int, spread: float, given: Given = NOTHING_GIVEN) -> JobTape:
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
     tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))

@@ -36,7 +36,7 @@ from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
 
-MICRON = 0.001
+MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
 
 
 @dataclasses.dataclass(frozen=True)
@@ -152,21 +152,21 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
-        picks = [pick * MICRON for pick in (case.J, case.J if case.Q is None else case.Q)]
+        picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
         cycles.append(
             Cycle(
                 speed=v,
                 first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
                 stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
-                start=-case.above * MICRON,
-                target=case.depth * MICRON,
+                start=-case.above / MICRONS,
+                target=case.depth / MICRONS,
                 primary_pick=picks[0],
                 secondary_pick=picks[1],
                 at_depth=float(case.coverage + case.L),
                 executions=float(case.D),
                 pre_dress=float(case.pre_dress),
                 full_plunge=max(picks) - DEPTH_TOLERANCE,
-                finish=case.depth * MICRON,
+                finish=case.depth / MICRONS,
                 width=case.width,
                 length=case.length,
                 dress_seconds=dress_seconds,
@@ -248,7 +248,7 @@ def assert_same_times(case: Case, record: GrindingRecord) -> None:
 
 def assert_close(found: Any, expected: Any, name: str) -> None:
     # the floor is for cuts of some pm, which show how the coordinates were rounded
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13, err_msg=name)
 
 
 MANY = [

@@ -142,6 +142,7 @@ def check(written: Written, **changes: Any) -> None:
         script_of(programs, shop_job, SPEEDS)
     except ScriptError as why:
         reasons = (
+            "where the cycle before has left it",
             "where the table came to rest",
             "the operator judges",
             "goes on after a stop",

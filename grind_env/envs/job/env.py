@@ -25,13 +25,14 @@ from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.program import MOST_PARTS, repeated, with_words_chosen
-from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.tape import JobTape, barred_factors
 from grind_env.envs.job.view import RunBlock, job_view, text_of
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
+from grind_env.envs.simulation import Episodes
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
@@ -128,7 +129,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
         self.given = Given()
-        self.episodes: JobEpisodes | None = None
+        self.episodes: Episodes | None = None
         self.ground: list[RunBlock] = []
         self.outcomes: list[Outcome] = []
 

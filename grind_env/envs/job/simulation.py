@@ -6,7 +6,7 @@ Both are judged and remembered by the same compiled functions.
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +29,8 @@ from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jo
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.rows import Memory, Outcome
+from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation, Table
-from grind_env.envs.tape import TapeRow
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job
@@ -40,7 +39,6 @@ from grind_env.machine.script import Script, ScriptError, script_of
 from grind_env.machine.script_tables import is_whole, tables_of
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
-from grind_env.process.state import WheelState
 
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
@@ -61,7 +59,7 @@ class JobEpisodes(Episodes):
     def pick(self, index: ArrayLike) -> "JobEpisodes":
         """Copies of the episodes at `index` (which may repeat); a program under execution is run anew."""
         chosen = np.asarray(index)
-        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name != "programs"}
+        arrays = {name: array[chosen] for name, array in self.arrays().items() if name != "programs"}
         programs = [copy.deepcopy(self.programs[i]) for i in chosen.tolist()] if self.programs else []
         return JobEpisodes(programs=programs, **arrays)
 
@@ -147,21 +145,11 @@ class JobSimulation(Simulation):
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 
-    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
-        """New episodes, one from each generator, with what is given of each."""
-        n = len(rngs)
-        episodes = JobEpisodes(
-            np.empty((n, self.task.blocks, len(TapeRow._fields))),
-            np.zeros(n, np.int64),
-            np.empty((n, len(WheelState._fields))),
-            np.empty((n, len(PartState._fields))),
-            np.empty((n, len(Memory._fields))),
-            np.zeros((n, STAGE_FIELDS)),
-            np.empty((n, self._zones, len(Zone._fields))),
-            [],
+    def _room(self, n: int) -> JobEpisodes:
+        surfaces = np.empty((n, self._zones, len(Zone._fields)))
+        return JobEpisodes(
+            **super()._room(n).arrays(), stages=np.zeros((n, STAGE_FIELDS)), surfaces=surfaces, programs=[]
         )
-        self.restart_all(episodes, range(n), rngs, [Given()] * n if given is None else given)
-        return episodes
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]

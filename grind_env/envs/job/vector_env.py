@@ -9,7 +9,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.env import load_simulation, read_given
-from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.view import RunBlock, job_view, text_of
 from grind_env.envs.rows import Outcome
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -71,5 +71,4 @@ class JobVectorEnv(GrindVectorEnv):
         return text_of(self.simulation, block)
 
     def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
-        assert isinstance(self.episodes, JobEpisodes)
         return job_view(self.simulation, self.episodes, i, blocks, outcomes, (self.codec.low, self.codec.high))

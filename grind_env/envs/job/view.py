@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.view import STOCK_ROOM
 from grind_env.machine.cycle import PartState
@@ -28,7 +29,7 @@ class RunBlock(NamedTuple):
 
 def job_view(
     simulation: JobSimulation,
-    episodes: JobEpisodes,
+    episodes: Episodes,
     i: int,
     blocks: Sequence[RunBlock],
     outcomes: Sequence[Outcome],
