@@ -126,11 +126,6 @@ class Script:
     blocks: tuple[ScriptBlock, ...]
     approach: float
 
-    @property
-    def parts(self) -> int:
-        """How many parts it grinds."""
-        return sum(block.ends_part for block in self.blocks)
-
 
 def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Script:
     """The script of a part program.
