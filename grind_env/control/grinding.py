@@ -10,7 +10,7 @@ from grind_env.control.cycles import RULES
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
 from grind_env.control.profile import ramp_time
-from grind_env.control.rules import motion_time, picks_to
+from grind_env.control.rules import motion_time, pick_begin, picks_to
 from grind_env.control.timeline import Timeline
 
 Target = tuple[str, int, float]
@@ -52,7 +52,7 @@ def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
         yield from interruptions.serve(due)
 
 
-class Course(NamedTuple):
+class Turns(NamedTuple):
     """The strokes of a cycle without their times."""
 
     plunge: tuple[float, ...]
@@ -68,9 +68,9 @@ class Course(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def course_of(
+def all_turns(
     plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
-) -> Course:
+) -> Turns:
     """The strokes of a cycle, which a program may repeat for every part.
 
     Args:
@@ -94,7 +94,7 @@ def course_of(
         seconds.append(tuple(motion_time(way, pick_speed, acceleration) for way in ways))
         dresses.append(due)
     end = position[0], position[1], position[2]
-    return Course(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
+    return Turns(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
 
 
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
@@ -110,7 +110,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     assert table is not None  # called by cycles only
     acceleration, dwell, feed = control.acceleration, control.reversal_dwell, timeline.rate(table.feed)
     pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # one too many is refused
-    course = course_of(plan, start, control.coverage_pass, pick_speed, acceleration, most)
+    cycle = all_turns(plan, start, control.coverage_pass, pick_speed, acceleration, most)
 
     def timed(length: float) -> tuple[float, float]:
         """Seconds of a stroke, and of the deceleration at its end."""
@@ -122,12 +122,12 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     dresses: list[tuple[int, float]] = []
     free = end = table.free_at
     travel, picked = first, -math.inf
-    for picks, due in zip(course.picks, course.dresses, strict=True):
+    for picks, due in zip(cycle.picks, cycle.dresses, strict=True):
         if picked > free + 0.5 * travel:
             return None
         begins.append(free)
         for seconds in picks:
-            picked = max(free + travel - ramp, picked) + seconds
+            picked = pick_begin(free, travel, ramp, picked) + seconds
         free = end = free + travel + dwell
         if due:
             free = max(free, picked)
@@ -137,7 +137,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         return None
     timeline.budget.spend(table.place, len(begins))
     table.make(len(begins), len(dresses), max(free, picked))
-    position = list(course.end)
+    position = list(cycle.end)
     position[table.axis] = table.coordinate
     timeline.time, timeline.position = table.free_at, (position[0], position[1], position[2])
     return CycleStrokes(
@@ -147,8 +147,8 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         feed=feed,
         begins=tuple(begins),
         seconds=(first + dwell, *itertools.repeat(later[0] + dwell, len(begins) - 1)),
-        plunge=course.plunge,
-        cross=course.cross,
+        plunge=cycle.plunge,
+        cross=cycle.cross,
         end=timeline.position,
         dresses=tuple(dresses),
         inch=timeline.inch,

@@ -29,6 +29,29 @@ def motion_time(length: float, speed: float, acceleration: float) -> float:
     )
 
 
+def pick_begin(stroke: float, travel: float, ramp: float, picked: float) -> float:
+    """When the pick at the end of a stroke begins, s: as the table decelerates (PD-22), but after the pick before.
+
+    Args:
+        stroke: when the stroke begins, s.
+        travel: its time, s.
+        ramp: the time of the deceleration at its end, s.
+        picked: when the pick before is finished, s; -inf if there is none.
+    """
+    return max(stroke + travel - ramp, picked)
+
+
+def pick_window(ramp: float, dwell: float, travel: float) -> float:
+    """Time from the begin of a pick to the middle of the stroke after it, s, in which it has to be finished.
+
+    Args:
+        ramp: the deceleration at the end of the stroke before, s.
+        dwell: at the reversal, s.
+        travel: of the stroke after it, s.
+    """
+    return ramp + dwell + 0.5 * travel
+
+
 def picks_to(depth: float, pick: float) -> int:
     """Picks that go `depth` deep, the last one perhaps a shorter one; both mm."""
     return math.ceil(depth / pick - PICK_TOLERANCE)

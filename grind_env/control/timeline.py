@@ -5,6 +5,7 @@ each other on their own. Positions are computed at the moments that events show,
 """
 
 import itertools
+import math
 from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ from grind_env.control.motions import (
 )
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
-from grind_env.control.rules import INSTANT, motion_time
+from grind_env.control.rules import INSTANT, motion_time, pick_begin
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,9 +200,8 @@ class Timeline:
         acceleration = self.control.acceleration
         rate = self.rate(feed)
         ramp = ramp_time(stroke.length, stroke.feed / 60.0, acceleration)
-        begin = stroke.begin + stroke.travel - ramp
-        if self._picks:
-            begin = max(begin, self._picks[-1].finish)
+        picked = self._picks[-1].finish if self._picks else -math.inf
+        begin = pick_begin(stroke.begin, stroke.travel, ramp, picked)
         while self._picks and self._picks[0].finish <= stroke.begin:
             self._picks.popleft()
         path = Straight(self.position, _with(self.position, axis, target))

@@ -4,6 +4,7 @@ import math
 
 from grind_env.control import Control, Pick, Stroke
 from grind_env.control.profile import ramp_time
+from grind_env.control.rules import pick_window
 from grind_env.process import state
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
@@ -35,7 +36,7 @@ def slow_pick(pick: Pick, stroke: Stroke, control: Control) -> str:
     dwell = control.reversal_dwell
     length = abs(stroke.end[stroke.axis] - stroke.start[stroke.axis])
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
-    window = ramp + dwell + 0.5 * (stroke.seconds - dwell)
+    window = pick_window(ramp, dwell, stroke.seconds - dwell)
     feed = feed_for(math.dist(pick.start, pick.end), window, control.acceleration)
     found = (
         f"its picks at F{pick.feed:g} mm/min take {pick.seconds:.2f} s and are not finished in the middle of "

@@ -14,7 +14,7 @@ from grind_env.machine.coverage import Coverage
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
-from grind_env.machine.passes import Course, grind_passes
+from grind_env.machine.passes import TableStrokes, grind_passes
 from grind_env.machine.record import Table, results_of
 from grind_env.machine.strips import IDLE, Strips, grind_strips
 from grind_env.machine.tally import NOTHING
@@ -172,7 +172,7 @@ class PartRun:
             self._S,
             self._Rs,
             self._reached,
-            Course(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
+            TableStrokes(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
             rows["E"][0] / 60.0,
             self.job.part.width,
             self.p,

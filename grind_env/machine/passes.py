@@ -13,7 +13,7 @@ from grind_env.machine.tally import Tally, count_stroke
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
 
 
-class Course(NamedTuple):
+class TableStrokes(NamedTuple):
     """Strokes at one table speed, an array with one value a stroke each."""
 
     Z: NDArray[np.float64]
@@ -48,7 +48,7 @@ def grind_passes(
     S: Strips,
     Rs: Strips,
     reached: Strips,
-    course: Course,
+    strokes: TableStrokes,
     vw: float,
     width: float,
     p: StrokeParameters,
@@ -64,7 +64,7 @@ def grind_passes(
         S: as for `grind_strips`, like the next two; updated.
         Rs: updated.
         reached: updated.
-        course: where the strokes lie.
+        strokes: where the strokes lie.
         vw: table speed, mm/s.
         width: of the part, mm.
         p: parameters.
@@ -78,12 +78,12 @@ def grind_passes(
     """
     for k in range(b.size):
         stroke, b[k], plunged[k] = IDLE, 0.0, False
-        first, last = course.first[k], course.last[k]
-        if course.Lw[k] > 0.0 and first < last:
+        first, last = strokes.first[k], strokes.last[k]
+        if strokes.Lw[k] > 0.0 and first < last:
             wheel, stroke, b[k], plunged[k] = grind_strips(
-                wheel, S, Rs, reached, first, last, course.Z[k], vw, width, course.Lw[k], p
+                wheel, S, Rs, reached, first, last, strokes.Z[k], vw, width, strokes.Lw[k], p
             )
-        tally = count_stroke(tally, stroke, course.seconds[k], 0.0, plunged[k], False, False)
+        tally = count_stroke(tally, stroke, strokes.seconds[k], 0.0, plunged[k], False, False)
         write_stroke(results, k, stroke)
         seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
         write_wheel_seen(results, k, seen)

@@ -39,7 +39,7 @@ from grind_env.control import (
 )
 from grind_env.control.profile import ramp_time
 from grind_env.control.reciprocation import Reversal
-from grind_env.control.rules import motion_time
+from grind_env.control.rules import motion_time, pick_window
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
@@ -319,10 +319,10 @@ def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds:
         for speed in _speeds_between(
             plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
         ):
-            window = ramp_time(stroke, speed, control.acceleration) + control.reversal_dwell
-            if seconds > window + 0.5 * motion_time(length, speed, control.acceleration):
+            ramp, dwell = ramp_time(stroke, speed, control.acceleration), control.reversal_dwell
+            if seconds > pick_window(ramp, dwell, motion_time(length, speed, control.acceleration)):
                 raise _error(programs, plan.line, "a pick is still under way in the middle of the stroke after it")
-            if block.takes_dresses and dressing > window:
+            if block.takes_dresses and dressing > ramp + dwell:
                 raise _error(programs, plan.line, "a dress waits for a pick to end")
 
 
