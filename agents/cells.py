@@ -16,14 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.evaluate import Evaluation, episode_seeds, evaluate, split_of, start_episodes
-from agents.policy import Policy
 from agents.provenance import ROOT
-from agents.scripted.rules import Random
 from grind_env.envs.contexts import SPLITS
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
+from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, split_of, start_episodes
+from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.rules import Random
 
 RUNS = ROOT / "runs"
 """Folder of what is kept."""
@@ -33,6 +33,8 @@ CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
+DECIDING = ("agents.", "grind_env.policies.")
+"""Where policies lie, and what trains them."""
 UNPROBED = tuple(
     f"grind_env.{name}"
     for name in ("envs.belief", "envs.belief_kernel", "envs.belief_rows", "envs.memory", "kernel.layers")
@@ -123,7 +125,7 @@ def sources(module: str) -> str:
 
 
 def imported(module: str) -> set[str]:
-    """Names of the modules that a module stands on, its own among them: those of `agents`, and `UNPROBED`.
+    """Names of the modules that a module stands on, its own among them: those of `DECIDING`, and `UNPROBED`.
 
     What else of `grind_env` decides, `behaviour` sees.
     """
@@ -131,7 +133,7 @@ def imported(module: str) -> set[str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or not (name.startswith("agents.") or name in UNPROBED):
+        if name in found or name not in sys.modules or not (name.startswith(DECIDING) or name in UNPROBED):
             continue
         found.add(name)
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))

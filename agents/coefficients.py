@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.tuned import Parameters
 from grind_env.envs.tasks import Task
+from grind_env.policies.tuned import Parameters
 
 DIGITS = 5
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from agents.cells import RUNS
 from agents.dataset_writer import PLACE, Content, Recorded, write_apart
-from agents.evaluate import start_episodes
-from agents.policy import Policy, reveal
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.observations import readings
 from grind_env.envs.rows import Outcome
@@ -21,6 +19,8 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.files import FileError
+from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.policy import Policy, reveal
 
 DATASETS = RUNS / "datasets"
 """Where Minari keeps datasets if `PLACE` is not set."""

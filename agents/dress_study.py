@@ -17,17 +17,18 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.bounds.hindsight import plan_cost
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
-from agents.evaluate import Evaluation, episode_seeds, evaluate, start_episodes
-from agents.policy import Array, Policy, speed_bounds, speed_grid
 from agents.provenance import provenance
-from agents.scripted.rules import Fixed
 from agents.search import Found, refine
-from agents.tuned import write_whole
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, speed_bounds, speed_grid
+from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
+from grind_env.policies.planners.hindsight import plan_cost
+from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.tuned import write_whole
 from grind_env.process.equations import dress_width, overlap_ratio
 
 TRAINING = 256

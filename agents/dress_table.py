@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from agents.benchmark.readme import README, between, table
 from agents.benchmark.summary import NONE
 from agents.dress_study import Finding, about
-from agents.tuned import ConfigError, write_whole
 from grind_env.errors import reason
 from grind_env.files import read_text
+from grind_env.policies.tuned import ConfigError, write_whole
 
 BEGIN, END = "<!-- dress study: written by `python -m agents dress-study` -->", "<!-- end of dress study -->"
 THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")

@@ -12,16 +12,16 @@ from optuna.trial import TrialState
 
 from agents.budgets import TRIAL_STEPS, TRIALS
 from agents.cells import RUNS
-from agents.evaluate import episode_seeds, evaluate
 from agents.learning.checkpoint import CheckpointError
-from agents.learning.saved import load_policy
 from agents.learning.settings import CONFIGS, DEFAULTS, Number, Settings
 from agents.learning.train import fingerprint, train
 from agents.studies import open_study, sqlite_url
-from agents.tuned import ConfigError, write_whole
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.files import ReadError
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.toml import TomlError, read_toml
 
 EPISODES = 64

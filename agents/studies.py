@@ -12,8 +12,8 @@ from optuna.distributions import BaseDistribution, FloatDistribution
 from optuna.trial import TrialState, create_trial
 from sqlalchemy.exc import SQLAlchemyError
 
-from agents.tuned import ConfigError
 from grind_env.errors import reason
+from grind_env.policies.tuned import ConfigError
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 

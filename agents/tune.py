@@ -13,16 +13,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
 from agents.coefficients import RULES, entry_names, from_vector, rounded
-from agents.evaluate import episode_seeds, roll_out, start_episodes
-from agents.policy import Policy, speed_bounds, speed_grid
-from agents.registry import TUNED, policy_names
-from agents.scripted.rules import Fixed
 from agents.search import Found, evolve, grid_search, refine
 from agents.studies import KeptCosts, open_study, sqlite_url
-from agents.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.errors import quoted
+from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
+from grind_env.policies.policy import Policy
+from grind_env.policies.registry import TUNED, policy_names
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12

@@ -1,6 +1,5 @@
 """Two policies grinding the same episode, side by side, as an animated picture."""
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,12 +9,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from agents.budgets import PICTURES
-from agents.evaluate import start_episodes
-from agents.learning.saved import SUFFIX, load_policy
-from agents.policy import Policy, reveal, speed_bounds
-from agents.registry import make_policy
-from agents.scripted.rules import Fixed
-from agents.tuned import CONFIGS
 from grind_env.control.rules import dresses_due
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.program import CycleBlock, block_text, coming_block
@@ -25,6 +18,8 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.view import coming_part, view_of
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
+from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.policy import Policy, reveal
 from grind_env.render.frames import TALL, render
 from grind_env.render.view import Motion, View
 
@@ -35,8 +30,6 @@ SAMPLES = 12
 
 FASTEST = 50.0
 """Pictures a second; browsers show a GIF that asks for more at a tenth of that."""
-
-FIXED = re.compile(r"E(\d+(?:\.\d+)?)D(\d+)")
 
 TURNS = 0.29
 """Turns of the wheel from one picture to the next, as drawn."""
@@ -63,23 +56,6 @@ class Film:
                 f"an animation cannot have {self.frames} pictures a block at {self.fps:g} a second:"
                 f" give at least 1 a block, and 1 to {FASTEST:g} a second"
             )
-
-
-def policy_of(text: str, task: Task, configs: Path = CONFIGS) -> Policy:
-    """The policy that a text names: one of the registry, a trained agent (.safetensors), or a constant such as `E12D0`.
-
-    Raises:
-        GrindError: if there is none, it has no parameters for the task, or the task does not have such an E.
-    """
-    if text.endswith(SUFFIX):
-        return load_policy(Path(text), task=task, name="trained agent")
-    if constant := FIXED.fullmatch(text):
-        speed, dresses = float(constant[1]), int(constant[2])
-        low, high = (0.001 * bound for bound in speed_bounds(task))
-        if not low <= speed <= high:
-            raise GrindError(f"{text}: E is {speed:g} m/min, but {task.name} has {low:g} to {high:g}")
-        return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
-    return make_policy(text, task, configs)
 
 
 def watch(policy: Policy, task: Task, seed: int, frames: int) -> Iterator[View]:

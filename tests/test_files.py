@@ -12,15 +12,15 @@ from agents.benchmark.results import PARQUET, read_results
 from agents.benchmark.trained import from_file
 from agents.dress_table import read_study
 from agents.learning.curve import read_curve
-from agents.learning.saved import load_policy
 from agents.learning.settings import settings_for
-from agents.tuned import read_tuned
 from grind_env import files
 from grind_env.control import read_file
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.files import ReadError, open_file, read_bytes, read_text
 from grind_env.machine.job_file import load_job
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.tuned import read_tuned
 from grind_env.process.catalogue import load_catalogue
 from grind_env.scores import read_references
 from grind_env.toml import TomlError, read_toml

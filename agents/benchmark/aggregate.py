@@ -1,4 +1,4 @@
-"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021); see `agents.statistics`."""
+"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021)."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -8,7 +8,7 @@ import numpy as np
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
-from agents.statistics import (
+from grind_env.policies.statistics import (
     Array,
     Interval,
     improvement,

@@ -13,9 +13,9 @@ from agents.benchmark.aggregate import MEASURES, Runs, aggregates, all_runs, imp
 from agents.benchmark.judge import CLIP
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, Summary, summaries, tasks_of
-from agents.registry import FIXED_PLANS, REFERENCE
-from agents.statistics import Interval
 from grind_env.files import write_atomically
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE
+from grind_env.policies.statistics import Interval
 
 WIDTH = 9.0
 """Inches; at `DPI` a little wider than a page of a repository shows."""

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from agents.benchmark.plan import Cell, Request
 from agents.benchmark.trained import from_file
 from agents.cells import Advance, kept_evaluation
-from agents.evaluate import Evaluation, episode_seeds
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
-from agents.policy import Policy, Sees
-from agents.registry import make_policy
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.registry import make_policy
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 from agents.cells import RUNS
 from agents.learning.settings import LAST_SEED, settings_for
-from agents.registry import FIXED_PLANS, REFERENCE, policy_names
-from agents.tuned import CONFIGS, ConfigError
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.errors import quoted
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
+from grind_env.policies.tuned import CONFIGS, ConfigError
 
 CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job_shop")
 """The core set of scenarios, section 8, and JobShop; the one-step problem of Wen has reference scores of its own."""

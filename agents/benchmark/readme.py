@@ -11,8 +11,8 @@ from agents.benchmark.plan import FLAGSHIP
 from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, KNOWLEDGE, NONE, Summary, brief, shown, summaries, tasks_of
 from agents.provenance import ROOT
-from agents.tuned import ConfigError, write_whole
 from grind_env.files import read_text
+from grind_env.policies.tuned import ConfigError, write_whole
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from agents.benchmark.measure import Measured
-from agents.evaluate import Evaluation, episode_seeds
 from agents.provenance import provenance
-from agents.statistics import Array
-from agents.tuned import ConfigError, write_whole
 from grind_env.errors import reason
 from grind_env.files import read_bytes, write_atomically
+from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.statistics import Array
+from grind_env.policies.tuned import ConfigError, write_whole
 
 Episodes = NDArray[np.float32]
 

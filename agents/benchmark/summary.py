@@ -9,7 +9,7 @@ from rich.table import Table
 from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled_test
 from agents.benchmark.plan import CORE
 from agents.benchmark.results import Result
-from agents.statistics import Interval
+from grind_env.policies.statistics import Interval
 
 KNOWLEDGE = ("measurements", "state", "future")
 """From least to most, the order of the table."""

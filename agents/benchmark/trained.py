@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.learning.saved import load_policy
-from agents.policy import Decision, Policy, Sees
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
 from grind_env.files import read_bytes
+from grind_env.policies.choices import Decision
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.policy import Policy, Sees
 
 
 @dataclass

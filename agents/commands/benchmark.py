@@ -9,7 +9,7 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_tasks, planned
 from agents.cells import RESULTS, RUNS
-from agents.tuned import CONFIGS, ConfigError
+from grind_env.policies.tuned import CONFIGS, ConfigError
 
 INTERRUPTED = 130
 

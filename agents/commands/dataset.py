@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from agents.evaluate import SPLITS, episode_seeds
-from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import SPLITS, episode_seeds
+from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -32,10 +32,15 @@ def dataset(
     """
     from agents.dataset_writer import PLACE
     from agents.datasets import dataset_id, datasets_folder, make_dataset
-    from agents.play import chosen_policy
+    from grind_env.policies.naming import Unzip, chosen_policy
 
     job = load_task(task)
-    acts = chosen_policy(policy, job, trust=trust, configs=configs)
+    unzip: Unzip | None = None
+    if trust:
+        from grind_env.sb3 import load_zip
+
+        unzip = load_zip
+    acts = chosen_policy(policy, job, configs, unzip)
     path = make_dataset(acts, job, episode_seeds(split, episodes), fresh=fresh)
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
     print(f"{dataset_id(job, acts)}: {episodes * job.blocks} steps, {size / 1e6:.1f} MB, in {path}")

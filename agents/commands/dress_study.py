@@ -9,13 +9,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.evaluate import episode_seeds
-from agents.policy import Policy
-from agents.registry import make_policy, policy_names
-from agents.tuned import write_whole
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.files import write_atomically
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.policy import Policy
+from grind_env.policies.registry import make_policy, policy_names
+from grind_env.policies.tuned import write_whole
 
 FOLDER = RESULTS / "dress_study"
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")
@@ -63,8 +63,8 @@ def write_picture(path: Path, picture: bytes) -> None:
 def deciding(task: Task) -> list[Policy]:
     """The policies of a task that decide when to dress: scripted ones, planners, and the learned one shipped."""
     from agents.benchmark.trained import from_file
-    from agents.learning.saved import SUFFIX
-    from agents.play import SHIPPED
+    from grind_env.policies.learned.saved import SUFFIX
+    from grind_env.policies.naming import SHIPPED
 
     scripted = [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]
     shipped = SHIPPED / f"{task.name}{SUFFIX}"

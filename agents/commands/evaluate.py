@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from agents.evaluate import SPLITS, episode_seeds
-from agents.evaluate import evaluate as run_policy
-from agents.registry import make_policy
-from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import SPLITS, episode_seeds
+from grind_env.policies.evaluation import evaluate as run_policy
+from grind_env.policies.registry import make_policy
+from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -27,7 +27,7 @@ def evaluate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Run one policy and print what a good part costs."""
-    from agents.learning.saved import SUFFIX, load_policy
+    from grind_env.policies.learned.saved import SUFFIX, load_policy
 
     job = load_task(task)
     decides = load_policy(Path(policy)) if policy.endswith(SUFFIX) else make_policy(policy, job, configs)

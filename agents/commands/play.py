@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from agents.evaluate import SPLITS
-from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
 from grind_env.files import write_atomically
+from grind_env.policies.evaluation import SPLITS
+from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -36,12 +36,17 @@ def play(
     configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
 ) -> None:
     """Show an episode, what it cost, and the part program that the policy wrote."""
-    from agents.play import chosen_policy
-    from agents.play import play as play_episode
     from agents.video import record
+    from grind_env.policies.naming import Unzip, chosen_policy
+    from grind_env.policies.play import play as play_episode
 
     job = load_task(task)
-    plays = chosen_policy(policy, job, trust=trust, configs=configs)
+    unzip: Unzip | None = None
+    if trust:
+        from grind_env.sb3 import load_zip
+
+        unzip = load_zip
+    plays = chosen_policy(policy, job, configs, unzip)
     if output is not None:
         record([plays], job, seed, output)
         print(f"{output}: {output.stat().st_size / 1e6:.1f} MB")

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.tuned import CONFIGS
+from grind_env.policies.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
 
 OTHERS = {

@@ -8,9 +8,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
+from agents.learning.settings import CONFIGS as LEARNING
 from agents.learning.settings import LAST_SEED
-from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
+from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -35,8 +36,8 @@ def tuning(
         str | None, typer.Option(help="URL of the database of the trials; by default runs/<task>/tune.db.")
     ] = None,
     configs: Annotated[
-        Path, typer.Option(help="Folder of the tuned parameters; in its `learning` those of agents.")
-    ] = CONFIGS,
+        Path | None, typer.Option(help="Folder of the tuned parameters; in its `learning` those of agents.")
+    ] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents.")] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
 ) -> None:
@@ -55,7 +56,7 @@ def tuning(
             starts=starts,
             episodes=episodes,
             storage=storage,
-            folder=configs,
+            folder=configs or CONFIGS,
             runs=runs,
             fresh=fresh,
         )
@@ -70,7 +71,7 @@ def tuning(
         steps=steps,
         seed=seed,
         storage=storage,
-        configs=configs / "learning",
+        configs=LEARNING if configs is None else configs / "learning",
         runs=runs,
         fresh=fresh,
     )

@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
-from agents.evaluate import SPLITS
-from agents.tuned import CONFIGS
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import SPLITS
+from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -26,9 +26,10 @@ def video(
     configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
 ) -> None:
     """Film two policies, side by side, on the same episode."""
-    from agents.video import Film, policy_of, record
+    from agents.video import Film, record
+    from grind_env.policies.naming import named_policy
 
     job = load_task(task)
-    policies = [policy_of(name, job, configs) for name in (left, right)]
+    policies = [named_policy(name, job, configs) for name in (left, right)]
     size = record(policies, job, seed, output, Film(frames=pictures))
     print(f"{output}: {size / 1e6:.1f} MB")

@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.learning.imitation import ClonedPPO
 from agents.learning.settings import Settings
-from agents.tuned import ConfigError
+from grind_env.policies.tuned import ConfigError
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "ppo": PPO,

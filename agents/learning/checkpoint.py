@@ -2,7 +2,7 @@
 
 A checkpoint holds the agent whole: networks and optimiser, buffers, the environments with their generators and the
 memory of the features, and the state of the global generators. It is a pickle, for the program that wrote it and
-never for a stranger; policies that are handed on are saved otherwise (`agents.learning.saved`).
+never for a stranger; policies that are handed on are saved otherwise (`grind_env.policies.learned.saved`).
 """
 
 import hashlib
@@ -19,7 +19,6 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 
 import agents.learning
-import agents.scripted
 import grind_env
 from agents.learning.curve import Point
 from grind_env.errors import GrindError, reason
@@ -46,7 +45,7 @@ def checkpoint_path(stem: Path) -> Path:
     Other code may not be able to go on with these objects, even where it would end in the same agent.
     """
     digest = hashlib.sha256()
-    for package in (grind_env, agents.learning, agents.scripted):
+    for package in (grind_env, agents.learning):
         for path in sorted(Path(str(package.__file__)).parent.rglob("*.py")):
             digest.update(path.read_bytes())
     return stem.with_name(f"{stem.name}-{digest.hexdigest()[:8]}.checkpoint")

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
-from agents.tuned import ConfigError, write_whole
 from grind_env.errors import reason
 from grind_env.files import read_text
+from grind_env.policies.tuned import ConfigError, write_whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,12 +28,13 @@ from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.bounds.planners import FullStateRule, ModelPredictive, all_choices
 from agents.learning.training_env import LearnerVecEnv
-from agents.policy import Array, Decision, reveal
-from agents.tuned import ConfigError, tuned_arguments
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, Decision, all_choices
+from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
+from grind_env.policies.policy import reveal
+from grind_env.policies.tuned import ConfigError, tuned_arguments
 
 Table = NDArray[np.float32]
 Loss = Callable[[torch.Tensor, torch.Tensor, float], torch.Tensor]

@@ -5,14 +5,13 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from agents.learning.view import Actions, Memory
-from agents.tuned import CONFIGS as SCRIPTED
-from agents.tuned import ConfigError
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
+from grind_env.policies.learned.view import Actions, Memory
+from grind_env.policies.tuned import ConfigError
 from grind_env.toml import read_toml
 
-CONFIGS = SCRIPTED / "learning"
+CONFIGS = Path(__file__).parents[1] / "configs" / "learning"
 
 TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
 """First env seed (of the training split) and the distance between those of two training seeds."""

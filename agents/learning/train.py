@@ -18,15 +18,16 @@ from agents.learning import algorithms, imitation, training_env
 from agents.learning.algorithms import attach_log, build
 from agents.learning.checkpoint import Training, checkpoint_path, read_checkpoint, remove_checkpoints, write_checkpoint
 from agents.learning.curve import curve_path, write_curve
-from agents.learning.saved import SUFFIX, save_policy
+from agents.learning.saving import save_policy
 from agents.learning.settings import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, Settings, settings_for
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent, Validation
 from agents.learning.watch import Watch
 from agents.provenance import installed
-from agents.tuned import tuned_arguments
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
+from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.tuned import tuned_arguments
 
 POINTS = 24
 """Points of the learning curve, and checkpoints, of a training."""

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from agents.learning.sb3_adapter import SB3VecEnv
-from agents.learning.view import FORMS, Actions, LearnerView, Memory
 from grind_env.envs.rows import Outcome, reward_terms
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.policies.learned.view import FORMS, Actions, LearnerView, Memory
+from grind_env.sb3.adapter import SB3VecEnv
 
 Table = NDArray[np.float64]
 

@@ -4,14 +4,15 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.evaluate import episode_seeds, evaluate
-from agents.learning.view import Actions, LearnerView, Memory
-from agents.policy import Decision, Policy, Sees
-from agents.registry import FIXED_PLANS, make_policy
 from grind_env.envs.names import environment_id
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
+from grind_env.policies.choices import Decision
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.learned.view import Actions, LearnerView, Memory
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.registry import FIXED_PLANS, make_policy
 from grind_env.scores import reference
 
 EPISODES = 64

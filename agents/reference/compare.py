@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from rich.table import Table
 
-from agents.statistics import COVERAGE
-from agents.tuned import ConfigError
 from grind_env.errors import reason
 from grind_env.files import read_text
+from grind_env.policies.statistics import COVERAGE
+from grind_env.policies.tuned import ConfigError
 from grind_env.toml import tomllib
 
 PUBLISHED = Path(__file__).with_name("published.toml")

@@ -8,18 +8,19 @@ from typing import Any
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.bounds.hindsight import Hindsight
 from agents.coefficients import RULES, from_vector, rounded
-from agents.evaluate import Evaluation, episode_seeds, roll_out, start_episodes
-from agents.policy import Policy, speed_bounds, speed_grid
 from agents.reference.scores import reference_of
-from agents.scripted.rules import Fixed, PowerThreshold, Random, handbook
 from agents.search import evolve, grid_search, refine
-from agents.tuned import arguments, write_whole
 from grind_env.envs.names import environment_id
 from grind_env.envs.reciprocation.env import ReciprocationSimulation
 from grind_env.envs.reciprocation.program import TASK
 from grind_env.envs.tasks import Task, read_task
+from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.evaluation import Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.planners.hindsight import Hindsight
+from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.rules import Fixed, PowerThreshold, Random, handbook
+from grind_env.policies.tuned import arguments, write_whole
 from grind_env.scores import FILE, Reference, read_references, write_text
 
 EPISODES = 64

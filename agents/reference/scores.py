@@ -11,16 +11,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS, kept_evaluation
-from agents.evaluate import Evaluation, episode_seeds
-from agents.policy import Policy
 from agents.provenance import provenance
 from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
-from agents.registry import REFERENCE, make_policy, policy_names
 from agents.tune import tune
-from agents.tuned import CONFIGS, write_whole
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.tasks import Task, load_task
+from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.policy import Policy
+from grind_env.policies.registry import REFERENCE, make_policy, policy_names
+from grind_env.policies.tuned import CONFIGS, write_whole
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
 EVALUATIONS = 300

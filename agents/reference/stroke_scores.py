@@ -14,15 +14,15 @@ from typing import Protocol
 import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.evaluate import episode_seeds
-from agents.policy import speed_bounds, speed_grid
-from agents.scripted.rules import HANDBOOK_SPEED, REFERENCE_AREA
 from agents.search import evolve
-from agents.statistics import Array
-from agents.tuned import write_whole
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import physical
 from grind_env.envs.stroke.env import StrokeEnv
+from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.scripted.rules import HANDBOOK_SPEED, REFERENCE_AREA
+from grind_env.policies.statistics import Array
+from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
 TASK = "stroke"

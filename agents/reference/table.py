@@ -5,10 +5,10 @@ from dataclasses import astuple, dataclass
 
 from rich.table import Table
 
-from agents.evaluate import Evaluation
-from agents.policy import Policy, Sees
-from agents.registry import FIXED_PLANS, REFERENCE
-from agents.statistics import Interval
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE
+from grind_env.policies.statistics import Interval
 
 HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
 WIDTH = 110

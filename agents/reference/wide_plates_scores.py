@@ -7,18 +7,19 @@ from pathlib import Path
 import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.evaluate import Evaluation, episode_seeds, roll_out, start_episodes
-from agents.policy import Array, Policy, nearest_speed, speed_bounds, speed_grid
 from agents.reference.scores import mean_return
-from agents.scripted.rules import Fixed, PowerThreshold, Random, handbook
-from agents.scripted.size_threshold import SizeThreshold
 from agents.search import grid_search
-from agents.tuned import write_whole
 from grind_env.envs.names import environment_id
 from grind_env.envs.rows import Outcome
 from grind_env.envs.tasks import Task, read_task
 from grind_env.envs.wide_plates.env import TASK
 from grind_env.envs.wide_plates.simulation import CrossSimulation
+from grind_env.policies.choices import Array, nearest_speed, speed_bounds, speed_grid
+from grind_env.policies.evaluation import Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.rules import Fixed, PowerThreshold, Random, handbook
+from grind_env.policies.scripted.size_threshold import SizeThreshold
+from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, Reference, read_references, write_text
 
 EPISODES = 24

@@ -4,9 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.evaluate import episode_seeds, evaluate
 from agents.learning.algorithms import build
-from agents.learning.saved import load_policy, save_policy
+from agents.learning.saving import save_policy
 from agents.learning.settings import (
     DEFAULTS,
     LAST_SEED,
@@ -18,8 +17,10 @@ from agents.learning.settings import (
 from agents.learning.train import new_model
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent
-from agents.tuned import ConfigError
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.tuned import ConfigError
 
 TASK = load_task("oracle6")
 

@@ -19,13 +19,13 @@ from agents.benchmark.plan import CORE, Cell, Request, chosen_tasks, planned
 from agents.benchmark.pool import KILLED, measure_all
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
-from agents.evaluate import Evaluation, episode_seeds, evaluate
 from agents.learning.curve import Point
-from agents.registry import make_policy
-from agents.tuned import ConfigError
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
+from grind_env.policies.registry import make_policy
+from grind_env.policies.tuned import ConfigError
 
 ORACLE = load_task("oracle6")
 TINY = Request(episodes=3, test_episodes=2)

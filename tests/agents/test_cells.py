@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from agents import cells
-from agents.bounds import hindsight
 from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation
-from agents.evaluate import Evaluation, evaluate
-from agents.scripted.rules import Fixed
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import Evaluation, evaluate
+from grind_env.policies.planners import known_state
+from grind_env.policies.scripted.rules import Fixed
 
 ORACLE = load_task("oracle6")
 PLAN = Fixed(9.0, 1, 2, "interval")
@@ -80,6 +80,6 @@ def test_comments_docstrings_and_imports_decide_nothing():
 
 
 def test_a_planner_stands_on_its_rule_and_not_on_the_learners():
-    found = imported(hindsight.__name__)
-    assert {"agents.bounds.dynamic_programming", "agents.scripted.rules", "agents.policy"} <= found
+    found = imported(known_state.__name__)
+    assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= found
     assert not any(name.startswith("agents.learning") for name in found)

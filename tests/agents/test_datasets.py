@@ -19,11 +19,11 @@ from agents import datasets
 from agents.commands import dataset as command
 from agents.dataset_writer import PLACE, Content, Recorded, write, write_apart
 from agents.datasets import alone, holds, make_dataset, recorded
-from agents.evaluate import episode_seeds, evaluate
-from agents.registry import make_policy
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.files import FileError
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.registry import make_policy
 from grind_env.scores import normalise
 
 NAME = "grind/oracle6/adaptive-rule-v0"
@@ -226,7 +226,7 @@ def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
 ):
     script = (
         "import sys; from functools import partial; from pathlib import Path\n"
-        "from agents import datasets; from agents.registry import make_policy\n"
+        "from agents import datasets; from grind_env.policies.registry import make_policy\n"
         "from tests.agents.killing import kill_until_done\n"
         "from tests.agents.test_datasets import SEEDS, TASK, made, watch\n"
         "folder = Path(sys.argv[1])\n"

@@ -6,10 +6,10 @@ import pytest
 from agents import dress_study as studies
 from agents.dress_figure import dress_figure
 from agents.dress_study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
-from agents.evaluate import episode_seeds, evaluate
-from agents.policy import speed_bounds
-from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.tasks import load_task
+from grind_env.policies.choices import speed_bounds
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.scripted.rules import Fixed, handbook
 
 ORACLE = load_task("oracle6")
 

@@ -16,7 +16,7 @@ from agents.benchmark.figures import (
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
 from agents.benchmark.results import result_of
-from agents.evaluate import Evaluation
+from grind_env.policies.evaluation import Evaluation
 
 COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.0}
 

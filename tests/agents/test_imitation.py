@@ -4,21 +4,23 @@ import numpy as np
 import pytest
 import torch
 
-from agents.bounds.dynamic_programming import exact_optimum
-from agents.bounds.planners import ModelPredictive, all_choices
-from agents.evaluate import episode_seeds, evaluate, start_episodes
 from agents.learning import imitation
 from agents.learning.checkpoint import Training, read_checkpoint, write_checkpoint
 from agents.learning.imitation import WORST, ClonedPPO, CostPlanner, Teacher, cheapest
-from agents.learning.saved import load_policy, save_policy
+from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
-from agents.policy import Decision, reveal
-from agents.registry import make_policy
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.choices import Decision, all_choices
+from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.planners.dynamic_programming import exact_optimum
+from grind_env.policies.planners.known_state import ModelPredictive
+from grind_env.policies.policy import reveal
+from grind_env.policies.registry import make_policy
 
 ORACLE, TASK = load_task("oracle6"), load_task("power_limited")
 COST = Outcome._fields.index("cost")

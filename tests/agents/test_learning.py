@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from agents.learning.training_env import LearnerVecEnv
-from agents.learning.view import LearnerView, Memory
 from grind_env.envs.rows import Outcome, reward_terms
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.policies.learned.view import LearnerView, Memory
 
 TASK = load_task("power_limited")
 

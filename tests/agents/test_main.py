@@ -9,7 +9,7 @@ from PIL import Image
 
 from agents import __main__, dress_study
 from agents.application import app
-from agents.tuned import read_tuned
+from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = ("evaluate", "benchmark", "scores")

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.evaluate import episode_seeds, roll_out, start_episodes
 from agents.reference import reciprocation_scores
 from agents.reference.reciprocation_scores import FeedHindsight, FeedThreshold, FeedTuner, score_reciprocation
-from agents.scripted.rules import Fixed, handbook
 from grind_env.envs.observations import physical
 from grind_env.envs.reciprocation.env import ReciprocationEnv, ReciprocationSimulation
 from grind_env.envs.tasks import read_task
+from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
+from grind_env.policies.scripted.rules import Fixed, handbook
 from grind_env.scores import Mean, Reference, read_references, write_text
 
 TASK = read_task("reciprocation")

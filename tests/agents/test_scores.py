@@ -8,15 +8,15 @@ from rich.console import Console
 
 from agents import __main__, cells
 from agents.cells import RESULTS, behaviour
-from agents.evaluate import Evaluation
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
 from agents.reference.wen_scores import losses, optimum
-from agents.registry import make_policy, policy_names
-from agents.tuned import ConfigError
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.registry import make_policy, policy_names
+from grind_env.policies.tuned import ConfigError
 from grind_env.process.wen import CASES
 from grind_env.scores import read_references, reference
 

@@ -15,12 +15,12 @@ from agents.benchmark.readme import BEGIN, END, PAGE, README, page, replaced
 from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, rich_table, summaries
 from agents.cells import RESULTS
-from agents.evaluate import Evaluation
 from agents.provenance import ROOT
 from agents.reference.table import table_rows
-from agents.scripted.rules import Fixed
-from agents.statistics import bootstrap, cost_per_good_part, normalised_score
-from agents.tuned import ConfigError
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
+from grind_env.policies.tuned import ConfigError
 
 RNG = np.random.default_rng(1)
 N = 40

@@ -12,18 +12,18 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from agents.budgets import TUNING_EPISODES as TUNED_ON
 from agents.commands.train import register
-from agents.evaluate import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
 from agents.learning import batches
 from agents.learning import train as training
 from agents.learning.curve import SPENT, Point, curve_path, read_curve, seconds_to, write_curve
-from agents.learning.saved import load_policy
 from agents.learning.settings import DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
-from agents.registry import FIXED_PLANS, make_policy
-from agents.tuned import ConfigError
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.evaluation import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.registry import FIXED_PLANS, make_policy
+from grind_env.policies.tuned import ConfigError
 from grind_env.scores import reference
 
 TASK = load_task("oracle6")

@@ -13,9 +13,9 @@ from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
 from agents.search import evolve, grid_search
 from agents.studies import KeptCosts, open_study, sqlite_url
-from agents.tuned import ConfigError, read_tuned
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.tuned import ConfigError, read_tuned
 
 PLATES, ORACLE = load_task("power_limited"), load_task("oracle6")
 

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from agents.evaluate import evaluate
-from agents.registry import make_policy
-from agents.scripted.rules import Fixed
-from agents.video import Film, policy_of, record, watch
+from agents.video import Film, record, watch
 from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.evaluation import evaluate
+from grind_env.policies.naming import named_policy
+from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.frames import TALL, render
 
 TASK = load_task("oracle6")
@@ -50,7 +51,7 @@ def test_both_see_the_same_stock() -> None:
 
 def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
     path = tmp_path / "two.gif"
-    left, right = policy_of("constant", TASK), policy_of("E21D0", TASK)
+    left, right = named_policy("constant", TASK), named_policy("E21D0", TASK)
     size = record([left, right], TASK, 0, path, Film(frames=2, fps=20.0, hold=2.0))
     assert size == path.stat().st_size
     with Image.open(path) as film:
@@ -68,7 +69,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
-    policy = policy_of("E6D0", TASK)
+    policy = named_policy("E6D0", TASK)
     with pytest.raises(GrindError, match=r"film\.mp4: an animation is written as \.gif; name such a file"):
         record([policy], TASK, 0, tmp_path / "film.mp4")
     with pytest.raises(GrindError, match=r"would have 0\.\d\d MB, more than 0\.01: ask for fewer pictures a block"):
@@ -81,13 +82,13 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
 
 
 def test_policies_are_named_as_everywhere_or_as_a_constant() -> None:
-    fixed = policy_of("E9.5D1", load_task("power_limited"))
+    fixed = named_policy("E9.5D1", load_task("power_limited"))
     assert isinstance(fixed, Fixed) and (fixed.E, fixed.D, fixed.every) == (9.5, 1, 1)
     assert fixed.name == "constant E 9.5 m/min, D 1"
-    assert policy_of("handbook", TASK).name == "handbook"
+    assert named_policy("handbook", TASK).name == "handbook"
     with pytest.raises(GrindError, match="E40D0: E is 40 m/min, but power_limited has 3 to 30"):
-        policy_of("E40D0", load_task("power_limited"))
+        named_policy("E40D0", load_task("power_limited"))
     with pytest.raises(GrindError, match="there is no policy 'E9'"):
-        policy_of("E9", TASK)
+        named_policy("E9", TASK)
     with pytest.raises(GrindError, match=r"there is no trained agent at nowhere\.safetensors"):
-        policy_of("nowhere.safetensors", TASK)
+        named_policy("nowhere.safetensors", TASK)

@@ -13,8 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from agents.policy import nearest_speed
-from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.belief import WheelBelief
 from grind_env.envs.memory import StackMemory
@@ -22,6 +20,8 @@ from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
+from grind_env.policies.choices import nearest_speed
+from grind_env.policies.scripted.estimator import SharpnessEstimator
 from tests.envs.harness import Array, start
 
 EPISODES = 256

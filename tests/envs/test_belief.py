@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.scripted.estimator import SharpnessEstimator
 from grind_env.envs.belief import Belief, BeliefError, WheelBelief, belief_entries, hypercube
 from grind_env.envs.belief_kernel import adjust, learn
 from grind_env.envs.belief_rows import Hidden, Signals
@@ -21,6 +20,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
 from grind_env.machine.tally import Tally
+from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start

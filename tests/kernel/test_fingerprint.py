@@ -19,8 +19,8 @@ import numba
 import numpy as np
 import pytest
 
-import agents.scripted
 import grind_env
+import grind_env.policies.scripted
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
 from grind_env.machine.loops import Loops
@@ -281,7 +281,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
 def test_every_entry_has_a_fingerprint_of_its_own() -> None:
     modules = [
         importlib.import_module(found.name)
-        for package in (grind_env, agents.scripted)
+        for package in (grind_env, grind_env.policies.scripted)
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     ]
     named = itertools.chain.from_iterable(vars(module).values() for module in modules)

@@ -5,10 +5,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from agents.scripted.rules import Fixed
 from agents.video import watch
 from grind_env.envs.names import task_names
 from grind_env.envs.tasks import load_task
+from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.frames import TALL, WIDE
 from grind_env.render.layout import draw_tall, draw_wide

@@ -1,0 +1,60 @@
+"""Writes what acting needs of a trained model of Stable-Baselines3; `grind_env.policies.learned.saved` reads it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from safetensors.numpy import save
+
+from agents.learning.settings import Settings
+from agents.provenance import commit, installed
+from grind_env.envs.tasks import Task
+from grind_env.files import write_atomically
+from grind_env.policies.learned.network import acting_part
+from grind_env.policies.learned.saved import ENTRY, FORMAT, check_finite, check_sums, spaces_digest
+from grind_env.policies.learned.view import LearnerView
+
+PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
+
+
+def save_policy(path: Path, model: Any, task: Task, kind: str, settings: Settings) -> None:
+    """Write what acting needs of a trained model, whole or not at all; its folder is made.
+
+    Args:
+        path: a .safetensors file.
+        model: an algorithm of Stable-Baselines3 or sb3-contrib.
+        task: what it was trained on.
+        kind: name of the kind of agent.
+        settings: that it was trained with.
+
+    Raises:
+        PolicyFileError: if its policy is of no known family, or its weights are not finite or too large.
+    """
+    policy = model.policy
+    state = {name: values.detach().cpu().numpy() for name, values in policy.state_dict().items()}
+    actor = acting_part(type(policy).__name__, state, policy.activation_fn.__name__.lower())
+    check_finite(path, actor.tensors)
+    network = actor.network
+    check_sums(path, network, actor.tensors)
+    document = {
+        "format": FORMAT,
+        "task": task.name,
+        "kind": kind,
+        "memory": settings.memory,
+        "actions": settings.actions,
+        "network": {each.name: getattr(network, each.name) for each in fields(network)},
+        "spaces": spaces_digest(LearnerView(task, settings.memory, settings.actions)),
+        "settings": {each.name: _plain(getattr(settings, each.name)) for each in fields(settings)},
+        "versions": {package: installed(package) for package in PACKAGES},
+        "commit": commit(),
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = save(actor.tensors, {ENTRY: json.dumps(document)})
+    write_atomically(path, lambda partial: partial.write_bytes(data))
+
+
+def _plain(value: Any) -> Any:
+    """A setting as JSON has it."""
+    return dict(value) if isinstance(value, Mapping) else value

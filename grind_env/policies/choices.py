@@ -1,0 +1,47 @@
+"""What can be decided before a block: E and D, and all of them that a task has."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.tasks import Task
+
+Array = NDArray[np.float64]
+
+
+class Decision(NamedTuple):
+    """E in mm/min and D, float64: of the coming block, each shape (N,), or as a plan, each shape (N, blocks)."""
+
+    speeds: Array
+    executions: Array
+
+
+def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
+    """The E that the task allows nearest to `speeds`, mm/min: whole numbers in its range, or one of its levels."""
+    wanted = np.asarray(speeds, np.float64)
+    if task.action.speed_levels is not None:
+        levels = 1000.0 * np.array(task.action.speed_levels)
+        return np.asarray(levels[np.abs(np.log(wanted[..., None] / levels)).argmin(axis=-1)])
+    low, high = speed_bounds(task)
+    return np.floor(np.clip(wanted, low, high) + 0.5)
+
+
+def speed_bounds(task: Task) -> tuple[float, float]:
+    """Lowest and highest E of the task, mm/min."""
+    speeds = task.action.speed_levels or task.action.speed_range or ()
+    return 1000.0 * min(speeds), 1000.0 * max(speeds)
+
+
+def speed_grid(task: Task, count: int) -> Array:
+    """E to try, mm/min: the levels of the task, or `count` values that divide its range geometrically."""
+    if task.action.speed_levels is not None:
+        return 1000.0 * np.array(task.action.speed_levels)
+    return nearest_speed(task, np.geomspace(*speed_bounds(task), count))
+
+
+def all_choices(task: Task, speeds: int) -> Decision:
+    """Every pair of E and D: the levels of the task, or `speeds` values of E over its range."""
+    E = speed_grid(task, speeds)
+    D = np.arange(task.action.executions + 1.0)
+    return Decision(np.repeat(E, len(D)), np.tile(D, len(E)))

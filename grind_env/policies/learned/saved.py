@@ -1,0 +1,246 @@
+"""Learned agents on disk: tensors and a description, in one `.safetensors` file that runs no code when it is read.
+
+Stable-Baselines3 saves pickles, and a pickle does whatever its author wrote into it. A stranger's file is read here as
+numbers and JSON only: the description names one of a few known networks, every tensor must have the shape that follows
+from it, and whatever does not fit is refused with one sentence.
+"""
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from safetensors import SafetensorError, safe_open
+
+from grind_env.envs.observations import readings
+from grind_env.envs.tasks import Task, load_task
+from grind_env.errors import GrindError, quoted, reason
+from grind_env.files import MOST_BYTES
+from grind_env.policies.learned.network import (
+    ACTIVATIONS,
+    FAMILIES,
+    LSTM,
+    Actor,
+    LearnedPolicy,
+    Network,
+    Tensor,
+    outputs_of,
+)
+from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, Memory
+
+Sizes = NDArray[np.float64]
+
+SUFFIX = ".safetensors"
+ENTRY = "grind_policy"
+"""Entry of the file's metadata that holds the description."""
+
+MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
+"""What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
+
+FORMAT = 1
+MOST_UNITS, MOST_LAYERS = 65_536, 16
+
+NO_AGENT = "holds no agent that `python -m agents train` saved"
+
+
+class PolicyFileError(GrindError):
+    """A file that is not there, holds no agent, or holds one that does not fit."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Description:
+    """What is written beside the tensors."""
+
+    task: str
+    kind: str
+    memory: Memory
+    actions: Actions
+    network: Network
+    spaces: str
+    """`spaces_digest` of the view that it was trained with."""
+
+
+def load_policy(path: Path, *, task: Task | None = None, name: str | None = None) -> LearnedPolicy:
+    """The agent in a file.
+
+    Args:
+        path: file that `python -m agents train` wrote.
+        task: what it must have been trained for; by default whatever the file says.
+        name: name in tables; by default the kind of agent.
+
+    Raises:
+        PolicyFileError: if there is no such file, or it holds no agent, or not one for the task.
+    """
+    if not path.is_file():
+        raise PolicyFileError(f"there is no trained agent at {path}: run `python -m agents train` first")
+    if path.stat().st_size > MOST_BYTES:
+        raise PolicyFileError(f"{path} has more than {MOST_BYTES / 1e6:g} MB: it {NO_AGENT}")
+    with path.open("rb") as opened:
+        begins = opened.read(2)
+    # a safetensors file may end like a zip file, but does not begin like one
+    if begins == b"PK" and zipfile.is_zipfile(path):
+        raise PolicyFileError(
+            f"{path} is a .zip, and loading a model of Stable-Baselines3 can run code of its author:"
+            " give a .safetensors file, or --trust if you know who made it"
+        )
+    try:
+        with safe_open(path, "numpy") as file:
+            described = read_description(path, (file.metadata() or {}).get(ENTRY))
+            found = {key: _stored(file.get_slice(key)) for key in sorted(file.keys())}
+            wanted = {key: ("F32", shape) for key, shape in described.network.shapes().items()}
+            if found != wanted:
+                raise PolicyFileError(f"{path}: its tensors are not those of the network that it describes")
+            tensors = {key: file.get_tensor(key) for key in wanted}
+    except (SafetensorError, OSError) as error:
+        raise PolicyFileError(f"{path} {NO_AGENT} ({reason(error)}): train one anew") from None
+    check_finite(path, tensors)
+    trained_for = load_task(described.task)
+    if task is not None and task.name != trained_for.name:
+        raise PolicyFileError(f"{path} was trained for {trained_for.name}, not for {task.name}")
+    view = LearnerView(trained_for, described.memory, described.actions)
+    if described.spaces != spaces_digest(view) or not fits(described.network, view):
+        raise PolicyFileError(
+            f"{path} was trained for another version of {trained_for.name}, with other observations or actions:"
+            " train one anew"
+        )
+    check_sums(path, described.network, tensors)
+    return LearnedPolicy(
+        Actor(described.network, tensors),
+        trained_for.name,
+        described.memory,
+        described.actions,
+        name or described.kind,
+    )
+
+
+def spaces_digest(view: LearnerView) -> str:
+    """Hash of what a learner sees of a task and how it acts; equal digests mean the same numbers mean the same."""
+    entries = [[*entry] for entry in readings(view.task, full=False)]
+    seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
+    bounds = [view.codec.low, view.codec.high, view.codec.executions]
+    return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()
+
+
+def fits(network: Network, view: LearnerView) -> bool:
+    """Whether a network reads the features of a view and says its actions."""
+    squashed, valued = FAMILIES[network.family].squashed, network.family == "q_network"
+    acts = not squashed or isinstance(view.action_space, spaces.Box)
+    chooses = not valued or isinstance(view.action_space, spaces.Discrete)
+    sizes = (network.entries, network.outputs) == (view.observation_space.shape[0], outputs_of(view.action_space))
+    return acts and chooses and sizes
+
+
+def _stored(stored: Any) -> tuple[str, tuple[int, ...]]:
+    """Type and shape of a stored tensor."""
+    return stored.get_dtype(), tuple(stored.get_shape())
+
+
+def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
+    """Check the weights.
+
+    Raises:
+        PolicyFileError: if one is NaN or infinite.
+    """
+    for name, values in tensors.items():
+        if not np.isfinite(values).all():
+            raise PolicyFileError(f"{path}: {name} has a weight that is no finite number")
+
+
+def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> None:
+    """Check that no features make a unit overflow: of outputs that are NaN the first would be chosen without a word.
+
+    Raises:
+        PolicyFileError: if a unit may add up to more than `MOST_SUM`, or a weight is NaN or infinite.
+    """
+
+    def sums(layer: str, largest: Sizes, suffix: str = "") -> Sizes:
+        """The largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
+        weight, bias = (np.abs(tensors[f"{layer}.{part}{suffix}"].astype(np.float64)) for part in ("weight", "bias"))
+        found: Sizes = weight @ largest + bias
+        return found
+
+    def check(layer: str, largest: Sizes) -> None:
+        # NaN is not below anything either
+        if not (largest <= MOST_SUM).all():
+            raise PolicyFileError(f"{path}: the weights of {layer} are so large that it may overflow: train one anew")
+
+    largest = np.full(network.entries, FEATURE_BOUND)
+    if network.lstm:
+        # what it shows lies between -1 and 1
+        shown = np.ones(network.lstm)
+        check(LSTM, sums(LSTM, largest, "_ih_l0") + sums(LSTM, shown, "_hh_l0"))
+        largest = shown
+    for layer in network.linear():
+        largest = sums(layer, largest)
+        check(layer, largest)
+        if network.activation == "tanh":
+            largest = np.minimum(largest, 1.0)
+
+
+def read_description(path: Path, text: str | None) -> Description:
+    """The description in the metadata of a file.
+
+    Args:
+        path: the file, for messages.
+        text: JSON; None for a file without.
+
+    Raises:
+        PolicyFileError: if it is none.
+    """
+    if text is None:
+        raise PolicyFileError(f"{path} {NO_AGENT}: it has no description")
+    try:
+        document = json.loads(text)
+        if type(document["format"]) is not int or document["format"] != FORMAT:
+            raise PolicyFileError(f"{path} has format {quoted(document['format'])}, but this version reads {FORMAT}")
+        network = document["network"]
+        return Description(
+            task=_word(document["task"]),
+            kind=_word(document["kind"]),
+            memory=_one_of(get_args(Memory), document["memory"]),
+            actions=_one_of(get_args(Actions), document["actions"]),
+            network=Network(
+                family=_one_of(tuple(FAMILIES), network["family"]),
+                entries=_units(network["entries"]),
+                lstm=_units(network["lstm"], least=0),
+                hidden=tuple(_units(each) for each in _listed(network["hidden"])),
+                outputs=_units(network["outputs"]),
+                activation=_one_of(tuple(ACTIVATIONS), network["activation"]),
+            ),
+            spaces=_word(document["spaces"]),
+        )
+    except PolicyFileError:
+        raise
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise PolicyFileError(f"{path} {NO_AGENT}: its description is damaged ({error!r:.80})") from None
+
+
+def _word(value: Any) -> str:
+    """A name without spaces or control characters, which a terminal would obey."""
+    if not isinstance(value, str) or not (value.isascii() and value.replace("_", "a").isalnum()):
+        raise TypeError(f"{value!r:.20} is no name")
+    return value
+
+
+def _one_of(legal: tuple[Any, ...], value: Any) -> Any:
+    if not isinstance(value, str) or value not in legal:
+        raise ValueError(f"{value!r:.20} is none of {', '.join(legal)}")
+    return value
+
+
+def _units(value: Any, least: int = 1) -> int:
+    if type(value) is not int or not least <= value <= MOST_UNITS:
+        raise ValueError(f"{value!r:.20} is no number of units")
+    return value
+
+
+def _listed(value: Any) -> list[Any]:
+    if not isinstance(value, list) or len(value) > MOST_LAYERS:
+        raise TypeError(f"{value!r:.20} is no list of layers")
+    return value

@@ -1,0 +1,135 @@
+"""How a learning agent sees a task and how it acts.
+
+It sees the measured observation and a memory of the episode, for a single observation says little of the lot and of
+the wheel:
+
+* `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`envs.belief`);
+* `means`: these, and running means of all that was measured;
+* `stack`: the last observations as they are;
+* `estimates`: the estimates alone.
+
+It acts on the action space of the environment in one of three forms; a policy over whole numbers of dresses should
+not be a Gaussian, but some algorithms know nothing else.
+"""
+
+from typing import Literal
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.belief import belief_entries
+from grind_env.envs.memory import BeliefMemory, StackMemory
+from grind_env.envs.observations import bounds, readings
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Decision
+from grind_env.policies.learned.means import RunningMeans
+from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
+from grind_env.policies.scripted.rules import REFERENCE_AREA
+
+Memory = Literal["belief", "means", "stack", "estimates"]
+"""What a learner remembers."""
+Actions = Literal["grid", "index", "box"]
+"""How it acts: E and D as two whole numbers, both as one, or two numbers between -1 and 1."""
+
+FORMS: dict[Actions, str] = {"grid": "multidiscrete", "index": "discrete", "box": "box"}
+"""The forms of the action of `grind_env.envs.actions`."""
+
+ESTIMATES = 4
+"""Features that the estimator adds to the observation."""
+MEMBERS = 16
+"""Of the belief's ensemble."""
+STACKED = 8
+"""Observations in a stack."""
+FEATURE_BOUND = 30.0
+LEAST_AREA = 1e-4
+"""Wear-flat area below which the belief in it is not told apart."""
+
+BLOCKS_KNOWN = LotMemory._fields.index("blocks")
+NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
+"""In place of the actions of a stack: the observation shows the E and D of the last block."""
+
+Flags = NDArray[np.bool_]
+Features = NDArray[np.float32]
+
+
+class LearnerView:
+    """Features and actions of N episodes of a task.
+
+    Args:
+        task: the task.
+        memory: what the features remember.
+        actions: form of the actions.
+    """
+
+    def __init__(self, task: Task, memory: Memory = "belief", actions: Actions = "grid") -> None:
+        entries = readings(task, full=False)
+        self.task = task
+        self.codec = ActionCodec(task, FORMS[actions])
+        self.action_space = self.codec.space
+        self.estimator = SharpnessEstimator(task) if memory != "stack" else None
+        self.belief = BeliefMemory(task, entries, MEMBERS) if memory in ("belief", "means") else None
+        self.means = RunningMeans(len(entries)) if memory == "means" else None
+        measured = spaces.Box(*bounds(entries), dtype=np.float32)
+        self.stack = StackMemory(measured, NO_ACTION, STACKED) if memory == "stack" else None
+        self.wear_flat_scale = belief_entries()[0].scale
+        self.begin(1)
+        width = self.features(np.zeros((1, len(entries)), np.float32)).shape[1]
+        self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (width,), np.float32)
+
+    def begin(self, n: int) -> None:
+        """N episodes begin."""
+        for memory in (self.estimator, self.belief, self.means, self.stack):
+            if memory is not None:
+                memory.begin(n)
+
+    def restart(self, mask: Flags) -> None:
+        """The episodes in `mask`, shape (N,), begin anew with their next observation."""
+        for memory in (self.estimator, self.belief, self.means, self.stack):
+            if memory is not None:
+                memory.restart(mask)
+
+    def features(self, observation: NDArray[np.float32], mask: Flags | None = None) -> Features:
+        """Take in the measured observation before a block.
+
+        Args:
+            observation: shape (N, entries).
+            mask: the episodes to which this is new, shape (N,); all by default. The others stay as they are, and
+                their features mean nothing.
+
+        Returns:
+            Shape (N, features), a new array.
+        """
+        chosen = np.ones(len(observation), bool) if mask is None else mask
+        if self.stack is not None:
+            stacked: Features = self.stack.take(observation, None, chosen)
+            return stacked
+        parts = [observation, self._estimates(observation, chosen)]
+        if self.belief is not None:
+            # it shows the observation and behind it the belief
+            belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
+            area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
+            parts += [belief, np.log(area / REFERENCE_AREA)]
+        if self.means is not None:
+            parts.append(self.means.take(observation, chosen))
+        return np.concatenate(parts, axis=1, dtype=np.float32)
+
+    def _estimates(self, observation: NDArray[np.float32], chosen: Flags) -> Features:
+        assert self.estimator is not None
+        memory, kind = self.estimator.memory.copy(), self.estimator.kind
+        estimate: Estimate = self.estimator.update(observation)
+        if not chosen.all():
+            self.estimator.memory[~chosen] = memory[~chosen]
+            self.estimator.kind[~chosen] = kind[~chosen]
+        columns = (
+            np.log(estimate.wear_flat / REFERENCE_AREA),
+            estimate.severity,
+            np.minimum(self.estimator.memory[:, BLOCKS_KNOWN], MEMORY) / MEMORY,
+            np.log1p(estimate.volume / 50.0),
+        )
+        return np.stack(columns, axis=1).astype(np.float32)
+
+    def decide(self, actions: NDArray[np.int64] | NDArray[np.float32]) -> Decision:
+        """E in mm/min and D of a batch of actions, shape (N,) or (N, 2)."""
+        return Decision(*self.codec.decode(actions))

@@ -1,0 +1,157 @@
+"""Plans for a known tape: exact for a small task, by forward dynamic programming over state classes for a large one."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.rows import Memory, Outcome
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
+from grind_env.machine.tally import Tally
+from grind_env.policies.choices import Array, Decision, all_choices
+from grind_env.policies.columns import AREA, COST, KIND, VOLUME
+
+AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
+"""Edges of the classes of wear-flat area."""
+VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
+"""Edges of the classes of specific volume since the dress, mm3/mm."""
+SURVIVAL = Memory._fields.index("survival")
+SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
+SPEEDS = 20
+MOST_EXECUTIONS = 2
+"""More in one block were never worth their price (scenarios, section 1)."""
+MARGIN = 10.0
+"""$ above the cheapest state, and what two executions are charged, beyond which a state is given up: dressing the
+cheapest one is cheaper. With or without it the plans of eight episodes were the same, in half the time."""
+EPISODES_AT_ONCE = 16
+"""Bounds the memory: some thousand branches an episode."""
+
+Index = NDArray[np.int64]
+
+
+class Surcharge(NamedTuple):
+    """What the search charges above the true cost, for what its classes of states do not tell apart."""
+
+    second: float = 0.0
+    """$/s: time lost is missing at a later due date."""
+    execution: float = 0.0
+    """$: a dress execution is missing before a wheel change."""
+
+
+NO_SURCHARGE = Surcharge()
+
+
+def surcharges(task: Task) -> list[Surcharge]:
+    """The surcharges that are worth trying in a task."""
+    seconds = (0.04, 0.08, 0.15) if task.due is not None else (0.0,)
+    executions = (6.0, 12.0) if task.wheel_change is not None else (0.0,)
+    return [Surcharge(second, execution) for second in seconds for execution in executions]
+
+
+def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
+    """A cheap plan for each of N episodes whose tape is known; E and D of shape (N, blocks).
+
+    From every state kept, every E of a grid with every D up to 2 is tried; of the states reached, the cheapest of
+    each class of wear-flat area and volume since the dress is kept, with its full state, if it is not much dearer
+    than the cheapest of all.
+    """
+    every = all_choices(simulation.task, SPEEDS)
+    choices = Decision(*(values[every.executions <= MOST_EXECUTIONS] for values in every))
+    n = np.arange(len(start.block))
+    parts = [
+        _forward(simulation, start.pick(chunk), choices, surcharge)
+        for chunk in np.array_split(n, -(-len(n) // EPISODES_AT_ONCE))
+    ]
+    chosen = np.concatenate(parts)
+    return Decision(choices.speeds[chosen], choices.executions[chosen])
+
+
+def _forward(simulation: Simulation, start: Episodes, choices: Decision, surcharge: Surcharge) -> Index:
+    """Numbers of the choices of the plans, shape (N, blocks)."""
+    count = len(choices.speeds)
+    owner, cost, state = np.arange(len(start.block)), np.zeros(len(start.block)), start
+    unfinished = np.array([0.0 if kind.ends_part else kind.scrap for kind in simulation.task.kinds])
+    margin = MARGIN + 2.0 * surcharge.execution
+    parents, taken = [], []
+    for k in range(simulation.task.blocks):
+        # two rows of tape, so that only the last block is charged for the wheel it leaves behind
+        here = replace(state, tape=start.tape[owner, k : k + 2], block=np.zeros(len(owner), np.int64))
+        branches = here.pick(np.repeat(np.arange(len(owner)), count))
+        decision = np.tile(choices.speeds, len(owner)), np.tile(choices.executions, len(owner))
+        outcomes, results = simulation.step(branches, *decision)
+        cost = np.repeat(cost, count) + outcomes[:, COST]
+        cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
+        # what a part in work has lost of its chances is charged with its last block, but decides now
+        number = start.tape[owner, k, KIND].astype(np.int64)
+        rank = cost + np.repeat(unfinished[number], count) * (1.0 - branches.memory[:, SURVIVAL])
+        whose = np.repeat(owner, count)
+        kept = cheapest_of_each(rank, wheel_class(branches), whose)
+        kept = kept[rank[kept] <= rank[cheapest_of_each(rank, whose)][whose[kept]] + margin]
+        parents.append(kept // count)
+        taken.append(kept % count)
+        owner, cost, state = owner[kept // count], cost[kept], branches.pick(kept)
+    plan, at = np.empty((len(start.block), len(taken)), np.int64), cheapest_of_each(cost, owner)
+    for k in reversed(range(len(taken))):
+        plan[:, k], at = taken[k][at], parents[k][at]
+    return plan
+
+
+def wheel_class(episodes: Episodes) -> Index:
+    """Class of the wheel of each episode, shape (N,)."""
+    area = np.digitize(episodes.wheels[:, AREA], AREA_CLASSES)
+    return area * (len(VOLUME_CLASSES) + 1) + np.digitize(episodes.wheels[:, VOLUME], VOLUME_CLASSES)
+
+
+def cheapest_of_each(cost: Array, *groups: Index) -> Index:
+    """Index of the cheapest member of each group, in the order of the groups (the last key leads)."""
+    order = np.lexsort((cost, *groups))
+    keys = np.stack(groups)[:, order]
+    first = np.ones(len(order), bool)
+    first[1:] = (keys[:, 1:] != keys[:, :-1]).any(axis=0)
+    return order[first]
+
+
+@dataclass(frozen=True, slots=True)
+class Optimum:
+    """The cheapest plan of a deterministic task."""
+
+    cost: float
+    """$, handover included."""
+    speeds: Array
+    """E, mm/min, shape (blocks,)."""
+    executions: Array
+    """D, shape (blocks,)."""
+    runner_up: float
+    """Cost of the second-best plan, $."""
+
+
+def exact_optimum(task: Task) -> Optimum:
+    """The exact optimum of a task without chance and with levels of E, by trying every plan.
+
+    Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
+
+    Raises:
+        GrindError: if the task draws anything at random or has a range of E.
+    """
+    if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
+        raise GrindError(f"{task.name} has no exact optimum: that needs levels of E and no spread")
+    simulation = Simulation(task)
+    choices = all_choices(task, SPEEDS)
+    count = len(choices.speeds)
+    start = simulation.start([np.random.default_rng(0)])
+    costs = []
+    for k in range(count):  # one first choice at a time keeps the last level small
+        state = start.pick([0])
+        cost = simulation.step(state, choices.speeds[[k]], choices.executions[[k]])[0][:, COST]
+        for _ in range(1, task.blocks):
+            state = state.pick(np.repeat(np.arange(len(cost)), count))
+            decision = np.tile(choices.speeds, len(cost)), np.tile(choices.executions, len(cost))
+            cost = np.repeat(cost, count) + simulation.step(state, *decision)[0][:, COST]
+        costs.append(cost)
+    every = np.concatenate(costs)
+    best, second = np.argsort(every, kind="stable")[:2]
+    plan = np.array(np.unravel_index(best, (count,) * task.blocks))
+    return Optimum(float(every[best]), choices.speeds[plan], choices.executions[plan], float(every[second]))

@@ -1,0 +1,146 @@
+"""The hindsight planner, which knows the whole tape of an episode."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
+from grind_env.policies.columns import COST
+from grind_env.policies.planners.dynamic_programming import forward_plans, surcharges
+from grind_env.policies.policy import Sees
+
+SWEEPS = 3
+STRETCH = 6
+"""Blocks whose E is scaled together."""
+
+
+@dataclass
+class Hindsight:
+    """Plans the whole episode on its true tape: forward dynamic programming, then coordinate search.
+
+    A strong reference, not a proven bound (scenarios, section 7, 6).
+
+    Args:
+        sweeps: passes over the blocks.
+        seed: of the random moves.
+    """
+
+    sweeps: int = SWEEPS
+    seed: int = 0
+    name: ClassVar[str] = "hindsight"
+    sees: ClassVar[Sees] = "future"
+    simulation: Simulation = field(init=False, repr=False)
+    plan: Decision | None = field(init=False, repr=False, default=None)
+    block: int = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Throw the plan away."""
+        self.simulation, self.plan, self.block = Simulation(task), None, 0
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Plan before the first block, then follow the plan."""
+        if self.plan is None:
+            assert episodes is not None
+            self.plan = cheapest_plans(self.simulation, episodes)
+            rng = np.random.default_rng(self.seed)
+            for _ in range(self.sweeps):
+                self.plan = sweep(self.simulation, episodes, self.plan, rng)
+        self.block += 1
+        return Decision(self.plan.speeds[:, self.block - 1], self.plan.executions[:, self.block - 1])
+
+
+def cheapest_plans(simulation: Simulation, start: Episodes) -> Decision:
+    """For each of N episodes, the cheapest of the plans that forward dynamic programming makes with each surcharge."""
+    plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
+    speeds, executions = np.stack([plan.speeds for plan in plans]), np.stack([plan.executions for plan in plans])
+    best = plan_cost(simulation, start, speeds, executions).argmin(axis=0)
+    n = np.arange(len(best))
+    return Decision(speeds[best, n], executions[best, n])
+
+
+def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.random.Generator) -> Decision:
+    """One pass over the blocks: at each, the cheapest of the moves of every episode's plan is kept.
+
+    Args:
+        simulation: of the task.
+        start: N episodes at their first block; left as they are.
+        plan: E and D, each shape (N, blocks).
+        rng: draws random E.
+
+    Returns:
+        The plan, no dearer for any episode.
+    """
+    task, n = simulation.task, len(start.block)
+    plan = Decision(plan.speeds.copy(), plan.executions.copy())
+    state = start.pick(np.arange(n))
+    for k in range(task.blocks):
+        speeds, executions = moves(task, Decision(plan.speeds[:, k:], plan.executions[:, k:]), rng)
+        cost = plan_cost(simulation, state, speeds, executions)
+        best = cost.argmin(axis=0)
+        plan.speeds[:, k:] = speeds[best, np.arange(n)]
+        plan.executions[:, k:] = executions[best, np.arange(n)]
+        simulation.step(state, plan.speeds[:, k].copy(), plan.executions[:, k].copy())
+    return plan
+
+
+def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions: Array) -> Array:
+    """Cost of the rest of N episodes under C plans each, shape (C, N); plans have shape (C, N, blocks left)."""
+    plans, n, blocks = speeds.shape
+    branches = state.pick(np.tile(np.arange(n), plans))
+    E = np.ascontiguousarray(speeds.reshape(-1, blocks).T)
+    D = np.ascontiguousarray(executions.reshape(-1, blocks).T)
+    cost = np.zeros(plans * n)
+    for k in range(blocks):
+        cost += simulation.step(branches, E[k], D[k])[0][:, COST]
+    return cost.reshape(plans, n)
+
+
+def moves(task: Task, plan: Decision, rng: np.random.Generator) -> Decision:
+    """The plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
+    n, blocks = plan.speeds.shape
+    low, high = speed_bounds(task)
+    E, D = [plan.speeds], [plan.executions]
+
+    def add(speeds: Array, executions: Array) -> None:
+        E.append(speeds)
+        D.append(executions)
+
+    def scaled(factor: float | Array, stretch: int = 1) -> Array:
+        speeds = plan.speeds.copy()
+        speeds[:, :stretch] = moved(task, speeds[:, :stretch], np.broadcast_to(factor, (n,))[:, None])
+        return speeds
+
+    def dressed(*changes: float) -> Array:
+        executions = plan.executions.copy()
+        changed = executions[:, : len(changes)] + np.array(changes)[:blocks]
+        fits = ((changed >= 0) & (changed <= task.action.executions)).all(axis=1)
+        executions[:, : len(changes)] = np.where(fits[:, None], changed, executions[:, : len(changes)])
+        return executions
+
+    anywhere = plan.speeds.copy()
+    anywhere[:, 0] = nearest_speed(task, np.exp(rng.uniform(np.log(low), np.log(high), n)))
+    nearby = scaled(np.exp(rng.normal(0.0, 0.15, n)))
+    for speeds in (scaled(1.05), scaled(1 / 1.05), scaled(1.01), scaled(1 / 1.01), nearby, anywhere):
+        add(speeds, plan.executions)
+    for factor in (1.05, 1 / 1.05):
+        add(scaled(factor, STRETCH), plan.executions)
+    for executions in (dressed(1), dressed(-1), dressed(1, -1), dressed(-1, 1)):
+        add(plan.speeds, executions)
+        add(nearby, executions)
+    for factor in (1.3, 1 / 1.3):
+        for executions in (dressed(1), dressed(-1)):
+            add(scaled(factor), executions)
+    return Decision(np.array(E), np.array(D))
+
+
+def moved(task: Task, speeds: Array, factor: Array) -> Array:
+    """E scaled by `factor`; of a task with levels of E, the next level that way."""
+    if task.action.speed_levels is None:
+        return nearest_speed(task, speeds * factor)
+    levels = 1000.0 * np.array(task.action.speed_levels)
+    index = np.searchsorted(levels, speeds) + np.sign(factor - 1.0).astype(np.int64)
+    return levels[np.clip(index, 0, len(levels) - 1)]

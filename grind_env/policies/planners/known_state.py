@@ -1,0 +1,151 @@
+"""Planners: policies that know the true state, which a machine cannot measure.
+
+They do not bound what an agent can reach: one is a tuned rule, the other looks some blocks ahead and leaves the rest to
+that rule. `bc`, which sees measurements only, costs less than `mpc` in Rush, and `look_ahead` less than both in CBN.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.observations import LEAST_SLACK
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.columns import (
+    AREA,
+    CHANGES,
+    CLOCK,
+    COST,
+    DIAMETER,
+    DUE,
+    GAUGED,
+    KIND,
+    LOADING,
+    OF_WHEEL,
+    PRESSURE,
+    VOLUME,
+    WORK,
+)
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.estimator import Estimate, thrift
+from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
+
+
+@dataclass(kw_only=True)
+class FullStateRule(SharpnessRule):
+    """The rule on the true sharpness, (A + 0.02 lam) pm, and the true factors of lot and wheel.
+
+    ln E has the further terms gK ln kA + gR ln(Ra factor), the dress criterion wK ln kA.
+    """
+
+    gK: float
+    gR: float
+    wK: float
+    name: ClassVar[str] = "full_state_rule"
+    sees: ClassVar[Sees] = "state"
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Learn the task."""
+        self.task = task
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Read the state, then decide."""
+        assert episodes is not None
+        return self.read(episodes, self.task.blocks - episodes.block)
+
+    def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
+        """The decision for episodes whose state is known, with that many blocks still to grind."""
+        coming = episodes.tape[np.arange(len(episodes.block)), episodes.block]
+        wheels, task = episodes.wheels, self.task
+        nominal = np.array([kind.stock for kind in task.kinds])[coming[:, KIND].astype(np.int64)]
+        changed = episodes.memory[:, CHANGES] > 0.0
+        ln_kA, ln_roughness = (np.log(np.where(changed, coming[:, new], coming[:, old])) for old, new in OF_WHEEL)
+        nothing = np.zeros(len(coming))
+        pressed, left = nothing, nothing
+        if task.due is not None:
+            time = (coming[:, DUE] - episodes.memory[:, CLOCK]) / coming[:, WORK]
+            pressed = -np.log(np.maximum(time, LEAST_SLACK))
+        if task.wheel_change is not None:
+            executions = (wheels[:, DIAMETER] - task.wheel.minimum_diameter) / task.execution_depth
+            left = thrift(executions, blocks_left)
+        seen = Estimate(
+            wear_flat=(wheels[:, AREA] + LOADED_AREA * wheels[:, LOADING]) * coming[:, PRESSURE],
+            volume=wheels[:, VOLUME],
+            severity=nothing,
+            stock=coming[:, GAUGED] / nominal,
+            kind=coming[:, KIND],
+            pressed=pressed,
+            thrift=left,
+        )
+        return self.decide(seen, self.gK * ln_kA + self.gR * ln_roughness, self.wK * ln_kA)
+
+
+@dataclass
+class ModelPredictive:
+    """Tries every E and D for the coming block and goes on with a rule over a horizon (scenarios, section 7, 6a).
+
+    Args:
+        rule: continues after the coming block.
+        horizon: blocks after the coming one, and as many more as the part in work or the next due date needs: lateness
+            is handed on from date to date, so that a horizon that ends with the very next one (scenarios) cost 4 %
+            more in Rush. The wheel left behind is charged like that of an episode's end.
+        speeds: number of E tried, geometrically spaced, where the task has a range of them; as many again are
+            then tried between the neighbours of the best.
+    """
+
+    rule: FullStateRule
+    horizon: int = 10
+    speeds: int = 14
+    name: ClassVar[str] = "mpc"
+    sees: ClassVar[Sees] = "state"
+    simulation: Simulation = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Back to the first block."""
+        self.rule.begin(task, episodes)
+        self.simulation, self.block = Simulation(task), 0
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Simulate every choice and take the cheapest."""
+        assert episodes is not None
+        task, n = self.simulation.task, len(episodes.block)
+        choices = all_choices(task, self.speeds)
+        best = self._cheapest(episodes, Decision(*(np.tile(values, (n, 1)) for values in choices)))
+        if task.action.speed_levels is None:
+            low, high = speed_bounds(task)
+            ratio = (high / low) ** (1.0 / (self.speeds - 1))
+            between = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)
+            same = np.repeat(best.executions[:, None], self.speeds + 1, axis=1)
+            best = self._cheapest(episodes, Decision(nearest_speed(task, between), same))
+        self.block += 1
+        return best
+
+    def _cheapest(self, episodes: Episodes, choices: Decision) -> Decision:
+        """The cheapest of each episode's choices, given as shape (N, choices)."""
+        task, (n, count) = self.simulation.task, choices.speeds.shape
+        last = self._last_block()
+        # the tape of the branches ends with the horizon, and so the simulation charges the wheel left behind
+        here = replace(episodes, tape=episodes.tape[:, self.block : last + 1], block=np.zeros(n, np.int64))
+        branches = here.pick(np.repeat(np.arange(n), count))
+        cost = self._step(branches, Decision(choices.speeds.ravel(), choices.executions.ravel()))
+        for block in range(self.block + 1, last + 1):
+            cost += self._step(branches, self.rule.read(branches, task.blocks - block))
+        best = cost.reshape(n, count).argmin(axis=1)
+        return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
+
+    def _step(self, branches: Episodes, decision: Decision) -> Array:
+        return np.asarray(self.simulation.step(branches, *decision)[0][:, COST])
+
+    def _last_block(self) -> int:
+        task = self.simulation.task
+        last = self.block + self.horizon
+        if task.due is not None:
+            last += task.due.blocks - 1 - last % task.due.blocks
+        last = min(last, task.blocks - 1)
+        while last < task.blocks - 1 and not task.kinds[task.kind_of_block(last)].ends_part:
+            last += 1
+        return last

@@ -1,0 +1,88 @@
+"""What a policy is, and how much of the truth it may see.
+
+A policy decides E and D of the coming block for N episodes side by side. It says in `sees` what it needs, and
+`reveal` hands it no more than that, so that no score rests on knowledge that the policy did not declare.
+"""
+
+from dataclasses import replace
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Due, Task
+from grind_env.policies.choices import Array, Decision
+from grind_env.policies.columns import CHANGES, DUE, GAUGED, KIND, LISTED, NEW_LOT, NOISE, OF_WHEEL, STOCK, WORK
+
+Sees = Literal["measurements", "state", "future"]
+"""`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
+and stock; `future`: every later lot and stock too."""
+
+
+class Policy(Protocol):
+    """Decides E and D of every block of N episodes that run side by side."""
+
+    @property
+    def name(self) -> str:
+        """Name in tables and on the command line."""
+
+    @property
+    def sees(self) -> Sees:
+        """How much of the truth `act` is shown."""
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Forget everything; that many episodes of the task begin."""
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Decide the coming block.
+
+        Args:
+            observation: measured, shape (N, entries); see `grind_env.envs.observations.physical`.
+            episodes: None for a policy that sees measurements, else what `reveal` shows; it may be changed.
+        """
+
+
+def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
+    """What a policy may see of the true episodes, as copies.
+
+    Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
+    expect: the lot at hand lasts, the stock is nominal, due dates after the next one lie at their mean distance, and
+    a wheel yet to be mounted is like the one at hand.
+    """
+    if sees == "measurements":
+        return None
+    shown = episodes.pick(np.arange(len(episodes.block)))
+    shown.tape[..., NOISE] = 0.0
+    if sees == "state":
+        blocks = shown.tape.shape[1]
+        later = np.arange(blocks) > shown.block[:, None]
+        coming = shown.tape[np.arange(len(shown.block)), np.minimum(shown.block, blocks - 1)]
+        nominal = np.array([kind.stock for kind in task.kinds])[shown.tape[..., KIND].astype(np.int64)]
+        expected = np.repeat(coming[:, None], blocks, axis=1)
+        expected[..., LISTED] = shown.tape[..., LISTED]
+        expected[..., STOCK] = expected[..., GAUGED] = nominal
+        expected[..., NEW_LOT] = 0.0
+        shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
+        first_wheel = shown.memory[:, CHANGES] == 0.0
+        for old, new in OF_WHEEL:
+            shown.tape[first_wheel, :, new] = shown.tape[first_wheel, :, old]
+        if task.due is not None:
+            shown.tape[..., DUE] = expected_dates(task.due, shown.tape, coming[:, DUE], shown.block)
+    return shown
+
+
+def expected_dates(dates: Due, tape: Array, due: Array, block: NDArray[np.int64]) -> Array:
+    """Due date of every block, shape (N, blocks): those after the next one, `due`, at the mean of the slack.
+
+    Args:
+        dates: of the task.
+        tape: shape (N, blocks, fields of `TapeRow`).
+        due: next date, s, shape (N,).
+        block: coming block, shape (N,).
+    """
+    period = np.arange(tape.shape[1]) // dates.blocks
+    # the first block of a period holds the work of the whole of it
+    work = np.cumsum(tape[:, :: dates.blocks, WORK], axis=1)[:, period]
+    done = work[np.arange(len(due)), np.minimum(block, tape.shape[1] - 1)][:, None]
+    return np.asarray(due[:, None] + sum(dates.slack) / 2.0 * np.maximum(work - done, 0.0))

@@ -1,0 +1,112 @@
+"""The policies by name."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+from typing import Any, get_origin
+
+from grind_env.envs.tasks import Task
+from grind_env.errors import quoted
+from grind_env.policies.planners.hindsight import Hindsight
+from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
+from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.belief_rule import BeliefRule
+from grind_env.policies.scripted.burn_line import BurnLine
+from grind_env.policies.scripted.look_ahead import LookAhead
+from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
+from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from grind_env.policies.scripted.size_threshold import SizeThreshold
+from grind_env.policies.tuned import CONFIGS, ConfigError, tuned_arguments
+
+FIXED_PLANS = ("constant", "interval")
+"""The plans that a shop can write into a program without sensors; the better one scores 0."""
+REFERENCE = "hindsight"
+"""Scores 100."""
+
+UNTUNED: dict[str, Callable[[Task], Policy]] = {
+    "random": lambda task: Random(),
+    "handbook": handbook,
+    REFERENCE: lambda task: Hindsight(),
+}
+TUNED: dict[str, Callable[..., Policy]] = {
+    "constant": partial(Fixed, name="constant"),
+    "interval": partial(Fixed, name="interval"),
+    "constant_per_kind": ConstantPerKind,
+    "roughness_gauge": RoughnessGauge,
+    "size_threshold": SizeThreshold,
+    "power_threshold": PowerThreshold,
+    "burn_line": BurnLine,
+    "adaptive_rule": AdaptiveRule,
+    "belief_rule": BeliefRule,
+    "look_ahead": LookAhead,
+    "full_state_rule": FullStateRule,
+}
+
+
+def policy_names(task: Task) -> list[str]:
+    """Names of the policies of a task, from those that know least to those that know most."""
+    names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "roughness_gauge", "size_threshold"]
+    names += ["power_threshold", "burn_line", "adaptive_rule", "belief_rule", "look_ahead"]
+    names += ["full_state_rule", "mpc", REFERENCE]
+    return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
+
+
+def check_names(task: Task, names: Sequence[str] | None) -> Sequence[str]:
+    """The names, or those of all policies of the task for None.
+
+    Raises:
+        ConfigError: if one is no policy of the task.
+    """
+    known = policy_names(task)
+    if unknown := set(names or ()) - set(known):
+        raise ConfigError(f"there is no policy {quoted(min(unknown))} for {task.name}: choose from {', '.join(known)}")
+    return known if names is None else names
+
+
+def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
+    """The policy of that name, with the parameters tuned for the task.
+
+    Raises:
+        ConfigError: if there is no such policy, if it has not been tuned for the task yet, or if its parameters in the
+            file are not those that it takes.
+    """
+    check_names(task, [name])
+    if name in UNTUNED:
+        return UNTUNED[name](task)
+    if name == "mpc":
+        return ModelPredictive(_tuned_policy("full_state_rule", task, folder))
+    policy: Policy = _tuned_policy(name, task, folder)
+    return policy
+
+
+def _tuned_policy(name: str, task: Task, folder: Path) -> Any:
+    """The policy with what its file says."""
+    place = f"{folder / task.name}.toml: [{name}.parameters]"
+    try:
+        policy: Any = TUNED[name](**tuned_arguments(name, task, folder))
+    except (TypeError, AttributeError) as error:
+        raise ConfigError(f"{place} does not fit ({error}): tune again with --fresh") from None
+    # somebody may have edited the file, and a wrong form would show only in the middle of an episode
+    for each in fields(policy):
+        if each.init and get_origin(each.type) is tuple:
+            _check(
+                place, each.name, getattr(policy, each.name), f"a list of {len(task.kinds)} numbers", len(task.kinds)
+            )
+        elif each.init and each.type in (float, int):
+            _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
+    if isinstance(policy, Fixed) and not (isinstance(policy.every, int) and policy.every >= 1):
+        raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
+    return policy
+
+
+def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
+    """Check one parameter.
+
+    Raises:
+        ConfigError: unless it is that many finite numbers.
+    """
+    numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
+    if not numbers or len(values) != count:
+        raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

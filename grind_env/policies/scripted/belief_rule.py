@@ -1,0 +1,47 @@
+"""The rule on what can be believed of the hidden state."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.belief import WheelBelief
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Decision
+from grind_env.policies.columns import AREA, LOADING
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.estimator import SharpnessEstimator
+from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
+
+
+@dataclass(kw_only=True)
+class BeliefRule(SharpnessRule):
+    """`FullStateRule` with the mean belief of an ensemble filter in place of the truth, for what a machine measures.
+
+    A process engineer with the model of the process and the spreads of wheels and lots at hand can follow the wheel
+    from power readings (`grind_env.envs.belief`). Sharpness is the believed (A + 0.02 lam) pm; ln E has the
+    further term gK ln kA, the dress criterion wK ln kA, of the believed factor on wear-flat growth.
+    """
+
+    gK: float
+    wK: float
+    name: ClassVar[str] = "belief_rule"
+    sees: ClassVar[Sees] = "measurements"
+    belief: WheelBelief = field(init=False, repr=False)
+    estimator: SharpnessEstimator = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Back to what is believed of any wheel and lot."""
+        self.task, self.belief, self.estimator = task, WheelBelief(task), SharpnessEstimator(task)
+        self.belief.begin(episodes)
+        self.estimator.begin(episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Believe, then decide."""
+        belief = self.belief.update(observation)
+        wheels = self.belief.wheels
+        dullness = (wheels[:, :, AREA] + LOADED_AREA * wheels[:, :, LOADING]).mean(axis=1) * np.exp(belief.pressure)
+        seen = self.estimator.update(observation)._replace(wear_flat=dullness)
+        return self.decide(seen, self.gK * belief.growth, self.wK * belief.growth)

@@ -1,0 +1,38 @@
+"""What the rules on gauges and power monitors read of an observation."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.observations import physical, readings
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array
+
+
+class Instruments:
+    """The measured readings of N episodes, with the kinds of the coming and of the last block.
+
+    Args:
+        task: the task.
+        episodes: number of episodes, all before their first block.
+    """
+
+    def __init__(self, task: Task, episodes: int) -> None:
+        self.entries = readings(task, full=False)
+        self.names = [kind.name for kind in task.kinds]
+        self.kind = np.zeros(episodes, np.int64)
+        self.last_kind = np.zeros(episodes, np.int64)
+
+    def read(self, observation: NDArray[np.float32]) -> dict[str, Array]:
+        """Readings in physical units by name, each shape (N,); the kinds move on by one block."""
+        seen = physical(observation, self.entries)
+        self.last_kind = self.kind
+        self.kind = np.zeros(len(observation), np.int64)
+        if len(self.names) > 1:
+            self.kind = np.argmax([seen[f"coming_{name}"] for name in self.names], axis=0)
+        return seen
+
+    def of_kind(self, values: tuple[Any, ...]) -> Array:
+        """The entry of each episode's coming kind, from one entry a kind; shape (N,)."""
+        return np.array(values, np.float64)[self.kind]

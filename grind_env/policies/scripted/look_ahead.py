@@ -1,0 +1,226 @@
+"""The look-ahead on what can be believed of the hidden state: one block far, the wheel left behind priced."""
+
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.belief import WheelBelief
+from grind_env.envs.belief_rows import factors, read_hidden
+from grind_env.envs.observations import physical
+from grind_env.envs.rows import Memory, Outcome
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tape import FACTORS, TapeRow
+from grind_env.envs.tasks import Task
+from grind_env.kernel import entry
+from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.columns import AREA, COST, KIND, LOADING, PRESSURE, STOCK
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.estimator import thrift
+from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA, handbook
+from grind_env.process.cost import running_cost
+from grind_env.process.equations import dressed_volume
+
+MEMBERS = 8
+"""Wheels that a choice is tried on: as many as the kernel runs at a time."""
+HASTE_WIDTH = 0.1
+"""Change of the log of work over time left within which a due date turns from safe to lost."""
+
+SECONDS = Outcome._fields.index("seconds")
+SURVIVAL, DRESSES = (Memory._fields.index(name) for name in ("survival", "dresses"))
+MATERIAL, ROUGHNESS = (TapeRow._fields.index(name) for name in ("material", "ra_scale"))
+DRAWN = [TapeRow._fields.index(name) for name in FACTORS]
+
+
+class Prices(NamedTuple):
+    """What counts beside the cost of the coming block; each shape (N,)."""
+
+    wheel: Array
+    """Of a wheel of reference dullness left behind, $."""
+    growth: Array
+    """Exponent of that price."""
+    second: Array
+    """Of time that due dates lack, $/s."""
+    execution: Array
+    """Of what a dress execution takes off a wheel that has to last, $."""
+
+
+@dataclass(kw_only=True)
+class LookAhead:
+    """Try every E and D for the coming block on wheels that may be the true one; take the cheapest on average.
+
+    What a process engineer with a simulator beside the machine can do. An ensemble filter follows the wheel from the
+    power readings (`grind_env.envs.belief`), and each of its members grinds the coming block with every choice, by
+    the same compiled cycle as the true one. A part that goes on after the block is looked through to its end, with
+    the E last used for such blocks and with or without a dress, whichever is cheaper. To the cost comes the price of
+    the wheel left behind, in dress executions: price[kind] (s / 0.015)^growth[kind] with the dullness
+    s = (A + 0.02 lam) pm. At the end of an episode the task charges the wheel itself.
+
+    Attributes:
+        price: of a wheel of reference dullness, in dress executions, by kind of the coming block.
+        growth: exponent of that price, by kind likewise.
+        haste: price of time before a due date that is lost, in prices of lateness.
+        calm: log of the work over the time left at which a date is half lost.
+        layer: price of a dress execution where as many are left as blocks, in wheel changes.
+        scarcity: exponent with which that price rises as fewer are left.
+        speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
+            between the neighbours of the best.
+    """
+
+    price: tuple[float, ...]
+    growth: tuple[float, ...]
+    haste: float = 0.0
+    calm: float = 0.0
+    layer: float = 0.0
+    scarcity: float = 0.0
+    speeds: int = 8
+    name: ClassVar[str] = "look_ahead"
+    sees: ClassVar[Sees] = "measurements"
+    simulation: Simulation = field(init=False, repr=False)
+    belief: WheelBelief = field(init=False, repr=False)
+    roughness: Array = field(init=False, repr=False)
+    usual: Array = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Back to what is believed of any wheel and lot, before the first block."""
+        self.simulation, self.belief, self.block = Simulation(task), WheelBelief(task, MEMBERS), 0
+        self.belief.begin(episodes)
+        # power does not show the roughness that a wheel leaves: the members divide its spread among them
+        levels = [NormalDist().inv_cdf((m + 0.5) / MEMBERS) for m in range(MEMBERS)]
+        self.roughness = np.exp(task.spread.wheel_roughness * np.array(levels))
+        self.usual = nearest_speed(task, np.full((episodes, len(task.kinds)), 1000.0 * handbook(task).E))
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Believe, try every choice, then try E near the best one."""
+        task, n = self.simulation.task, len(observation)
+        burnt = self.belief.update(observation).burnt
+        prices = self._prices(physical(observation, self.belief.entries))
+        wheels = self._wheels(burnt)
+        kind = self._kind()
+        choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
+        best = self._cheapest(wheels, choices, prices)
+        if task.action.speed_levels is None:
+            low, high = speed_bounds(task)
+            ratio = (high / low) ** (1.0 / (self.speeds - 1))
+            between = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)[1:-1]
+            same = np.repeat(best.executions[:, None], self.speeds - 1, axis=1)
+            best = self._cheapest(wheels, Decision(nearest_speed(task, between), same), prices)
+        self.usual[np.arange(n), kind] = best.speeds
+        self.block += 1
+        return best
+
+    def _prices(self, seen: dict[str, Array]) -> Prices:
+        """Prices at the readings before the coming block."""
+        task, kind = self.simulation.task, self._kind()
+        nothing = np.zeros(len(kind))
+        second, execution = nothing, nothing
+        if task.due is not None:
+            lost = 1.0 / (1.0 + np.exp((seen["slack"] + self.calm) / HASTE_WIDTH))
+            second = self.haste * task.due.late / 3600.0 * lost
+        if task.wheel_change is not None:
+            left = thrift(seen["executions_left"], np.full(len(kind), task.blocks - self.block))
+            execution = self.layer * task.wheel_change.price * np.exp(-self.scarcity * left)
+        dress = running_cost(
+            task.dress_seconds,
+            dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width),
+            1.0,
+            task.rates,
+        )
+        # the last part of an episode leaves a wheel that the task itself charges
+        charged = 0.0 if self._up_to_part_end()[-1] + 1 == task.blocks else dress
+        return Prices(charged * np.array(self.price)[kind], np.array(self.growth)[kind], second, execution)
+
+    def _kind(self) -> NDArray[np.int64]:
+        """Kind of the coming block of every episode."""
+        return np.asarray(self.belief.kind // len(self.belief.materials))
+
+    def _up_to_part_end(self) -> range:
+        """The coming block and those after it up to the end of its part."""
+        task, last = self.simulation.task, self.block
+        # only parts of a fixed sequence have several blocks
+        while task.orders is None and not task.kinds[task.kind_of_block(last)].ends_part:
+            last += 1
+        return range(self.block, last + 1)
+
+    def _wheels(self, burnt: Array) -> Episodes:
+        """Every member of every episode before the coming block, as an episode of its own.
+
+        Args:
+            burnt: probability that the last block burnt the part, shape (N,).
+        """
+        task, belief = self.simulation.task, self.belief
+        n, m = belief.hidden.shape[:2]
+        ahead = self._up_to_part_end()
+        # the simulation charges the wheel left behind after the last block of a tape
+        length = len(ahead) + (ahead[-1] + 1 < task.blocks)
+        tape = np.zeros((n, m, length, len(TapeRow._fields)))
+        known = {KIND: self._kind(), MATERIAL: belief.kind % len(belief.materials), STOCK: belief.rows[:, STOCK]}
+        for column, values in known.items():
+            tape[..., column] = values[:, None, None]
+        for k, block in enumerate(ahead[1:], 1):
+            number = task.kind_of_block(block)
+            tape[:, :, k, KIND], tape[:, :, k, STOCK] = number, task.kinds[number].stock
+        drawn = np.empty((n, m, len(FACTORS)))
+        _factors(belief.hidden, belief.sigmas, belief.ageing, belief.ground, drawn)
+        tape[..., DRAWN] = drawn[:, :, None]
+        tape[..., ROUGHNESS] = self.roughness[:, None]
+        memory = np.zeros((n, m, len(Memory._fields)))
+        memory[..., SURVIVAL] = 1.0 - burnt[:, None]
+        tables = (each.reshape(n * m, *each.shape[2:]) for each in (belief.wheels, belief.parts, memory))
+        return Episodes(tape.reshape(n * m, *tape.shape[2:]), np.zeros(n * m, np.int64), *tables)
+
+    def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
+        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        n, count = choices.speeds.shape
+        m = len(wheels.block) // n
+        branches = wheels.pick(np.repeat(np.arange(n * m), count))
+        cost = self._step(branches, Decision(*(np.repeat(values, m, axis=0).ravel() for values in choices)), prices)
+        later = [self.simulation.task.kind_of_block(block) for block in self._up_to_part_end()[1:]]
+        totals = []
+        for dresses in (0.0, 1.0) if later else (0.0,):
+            ahead = branches.pick(np.arange(len(cost))) if later else branches
+            total = cost.copy()
+            for number in later:
+                speeds = np.repeat(self.usual[:, number], m * count)
+                total += self._step(ahead, Decision(speeds, np.full(len(cost), dresses)), prices)
+            total += self._left_behind(ahead, prices)
+            totals.append(total.reshape(n, m, count).mean(axis=1))
+        best = np.min(totals, axis=0).argmin(axis=1)
+        return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
+
+    def _step(self, branches: Episodes, decision: Decision, prices: Prices) -> Array:
+        """Grind a block in every branch; its cost with time and executions at their prices."""
+        before = branches.memory[:, DRESSES].copy()
+        outcomes, _ = self.simulation.step(branches, *decision)
+        share = len(before) // len(prices.second)
+        second, execution = np.repeat(prices.second, share), np.repeat(prices.execution, share)
+        dressed = branches.memory[:, DRESSES] - before
+        return np.asarray(outcomes[:, COST] + second * outcomes[:, SECONDS] + execution * dressed)
+
+    def _left_behind(self, branches: Episodes, prices: Prices) -> Array:
+        """Price of the wheel that each branch leaves."""
+        share = len(branches.block) // len(prices.wheel)
+        dullness = branches.wheels[:, AREA] + LOADED_AREA * branches.wheels[:, LOADING]
+        worth = (dullness * branches.tape[:, 0, PRESSURE] / REFERENCE_AREA) ** np.repeat(prices.growth, share)
+        return np.asarray(np.repeat(prices.wheel, share) * worth)
+
+
+@entry
+def _factors(hidden: Any, sigmas: Any, ageing: float, ground: Any, drawn: Any) -> None:
+    """Write the factors of every member, in the order of `FACTORS`.
+
+    Args:
+        hidden: shape (N, M, fields of `Hidden`).
+        sigmas: scales of the hidden numbers.
+        ageing: nominal log convection that the coolant loses with every part.
+        ground: parts ground so far, shape (N,).
+        drawn: shape (N, M, factors); written.
+    """
+    for i in range(hidden.shape[0]):
+        for m in range(hidden.shape[1]):
+            values = factors(read_hidden(hidden[i], m), sigmas, ageing, ground[i])
+            for k in range(len(values)):
+                drawn[i, m, k] = values[k]

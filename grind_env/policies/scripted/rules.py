@@ -1,0 +1,212 @@
+"""Scripted policies: what a shop can write into a program, and rules on measured signals.
+
+E is in m/min in their parameters, as an engineer would say it, and in mm/min in their decisions.
+"""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.observations import Reading, physical, readings
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
+
+HANDBOOK_SPEED = 12.0
+"""m/min; a usual table speed for hardened steel."""
+HANDBOOK_SPEEDS = {"job_shop": 15.0, "rush": 15.0, "blades": 10.0, "CBN": 20.0}
+"""m/min, of the tasks where another one is usual (scenarios, section 7)."""
+
+REFERENCE_AREA = 0.015
+"""Wear-flat area at which the rules have their stated E."""
+LOADED_AREA = 0.02
+"""Wear-flat area that a fully loaded wheel is as dull as."""
+FRESH_VOLUME = 40.0
+"""mm3/mm over which a fresh dress wears in."""
+VOLUME_SCALE = 300.0
+
+
+@dataclass
+class Random:
+    """Uniform in the action space: E geometric over its range, every D alike."""
+
+    seed: int = 0
+    name: ClassVar[str] = "random"
+    sees: ClassVar[Sees] = "measurements"
+    task: Task = field(init=False, repr=False)
+    rng: np.random.Generator = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Start the random numbers anew."""
+        self.task = task
+        self.rng = np.random.default_rng(self.seed)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Draw."""
+        n, (low, high) = len(observation), speed_bounds(self.task)
+        levels = self.task.action.speed_levels
+        speeds = (
+            1000.0 * self.rng.choice(levels, n)
+            if levels is not None
+            else nearest_speed(self.task, np.exp(self.rng.uniform(np.log(low), np.log(high), n)))
+        )
+        return Decision(speeds, self.rng.integers(0, self.task.action.executions + 1, n).astype(np.float64))
+
+
+@dataclass
+class Fixed:
+    """A fixed plan: E constant, D executions in every `every`-th block and none in the others."""
+
+    E: float
+    D: int
+    every: int = 1
+    name: str = "constant"
+    sees: ClassVar[Sees] = "measurements"
+    task: Task = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Back to the first block."""
+        self.task, self.block = task, 0
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """The plan."""
+        self.block += 1
+        n = len(observation)
+        dresses = self.D if self.block % self.every == 0 else 0
+        return Decision(nearest_speed(self.task, np.full(n, 1000.0 * self.E)), np.full(n, float(dresses)))
+
+
+def handbook(task: Task) -> Fixed:
+    """The constant that a handbook would give: one execution in every block."""
+    return Fixed(HANDBOOK_SPEEDS.get(task.name, HANDBOOK_SPEED), 1, name="handbook")
+
+
+@dataclass
+class ConstantPerKind:
+    """One E and one D for each kind of block."""
+
+    E: tuple[float, ...]
+    D: tuple[int, ...]
+    name: ClassVar[str] = "constant_per_kind"
+    sees: ClassVar[Sees] = "measurements"
+    task: Task = field(init=False, repr=False)
+    estimator: SharpnessEstimator = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Prepare to read the kind of the coming block."""
+        self.task, self.estimator = task, SharpnessEstimator(task)
+        self.estimator.begin(episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Look up."""
+        kind = self.estimator.update(observation).kind.astype(np.int64)
+        return Decision(nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
+
+
+@dataclass
+class PowerThreshold:
+    """What a power monitor on the machine allows: dress on a threshold, slow down near the limit.
+
+    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to
+    dress, one execution a block, and goes on until the energy is below `lower` times `upper`. E is lowered in
+    proportion where the power at E would exceed `share` of the limit.
+    """
+
+    E: float
+    upper: float
+    lower: float
+    share: float
+    name: ClassVar[str] = "power_threshold"
+    sees: ClassVar[Sees] = "measurements"
+    task: Task = field(init=False, repr=False)
+    entries: tuple[Reading, ...] = field(init=False, repr=False)
+    dressing: NDArray[np.bool_] = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Nothing is being dressed."""
+        self.task, self.entries = task, readings(task, full=False)
+        self.dressing = np.zeros(episodes, bool)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Compare."""
+        seen = physical(observation, self.entries)
+        power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
+        removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
+        energy = power / removal
+        self.dressing = energy > np.where(self.dressing, self.lower * self.upper, self.upper)
+        expected = power * self.E / last_speed
+        slowing = np.minimum(1.0, self.share * self.task.machine.power_limit / np.maximum(expected, 1.0))
+        return Decision(nearest_speed(self.task, 1000.0 * self.E * slowing), self.dressing.astype(np.float64))
+
+
+@dataclass(kw_only=True)
+class SharpnessRule:
+    """The form of the rules on sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
+
+        ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + gP p + gB q + ...
+        D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
+        x = ln(A / 0.015)
+
+    Attributes:
+        E: m/min at the reference sharpness, by kind of block.
+        A_dress: wear-flat area above which to dress, by kind.
+        gP: pays only in a task with due dates, like wP.
+        gB: pays only in a task whose wheel is changed, like wB.
+    """
+
+    E: tuple[float, ...]
+    A_dress: tuple[float, ...]
+    gA: float
+    gF: float
+    gH: float
+    wV: float
+    wH: float
+    gP: float = 0.0
+    wP: float = 0.0
+    gB: float = 0.0
+    wB: float = 0.0
+    task: Task = field(init=False, repr=False)
+
+    def decide(self, seen: Estimate, faster: Array, duller: Array) -> Decision:
+        """Apply the rule; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
+        kind, area, V = seen.kind, seen.wear_flat, seen.volume
+        # after the last block there is no stock; the decision is not used then
+        h = np.log(np.maximum(seen.stock, 0.1))
+        faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
+        duller = duller + self.wP * seen.pressed + self.wB * seen.thrift
+        number = kind.astype(np.int64)
+        x = np.log(area / REFERENCE_AREA)
+        ln_E = np.log(self.E)[number] + self.gA * x + self.gF * np.exp(-V / FRESH_VOLUME) + self.gH * h + faster
+        threshold = np.log(np.array(self.A_dress) / REFERENCE_AREA)[number]
+        dress = x + self.wV * V / VOLUME_SCALE + self.wH * h + duller > threshold
+        return Decision(nearest_speed(self.task, 1000.0 * np.exp(ln_E)), dress.astype(np.float64))
+
+
+@dataclass(kw_only=True)
+class AdaptiveRule(SharpnessRule):
+    """E and D from the estimated sharpness, the volume since the dress V and the lot severity.
+
+    Further symbols: h, the log of the pre-gauged stock over the nominal one; p, of the work over the time left to the
+    next due date; q, of the dress executions over the blocks left.
+    """
+
+    gS: float
+    wS: float
+    name: ClassVar[str] = "adaptive_rule"
+    sees: ClassVar[Sees] = "measurements"
+    estimator: SharpnessEstimator = field(init=False, repr=False)
+
+    def begin(self, task: Task, episodes: int) -> None:
+        """Forget all lots."""
+        self.task, self.estimator = task, SharpnessEstimator(task)
+        self.estimator.begin(episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Estimate, then decide."""
+        seen = self.estimator.update(observation)
+        return self.decide(seen, self.gS * seen.severity, self.wS * seen.severity)

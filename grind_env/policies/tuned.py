@@ -1,0 +1,99 @@
+"""Tuned parameters of the scripted policies: one readable TOML file a task, `parameters/<task>.toml`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError, reason
+from grind_env.files import ReadError, write_atomically
+from grind_env.toml import TomlError, read_toml
+
+CONFIGS = Path(__file__).with_name("parameters")
+
+Value = float | int | list[float] | list[int]
+Parameters = Mapping[str, Value]
+
+
+class ConfigError(GrindError):
+    """Tuned parameters that are missing or do not fit the policy."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tuned:
+    """The outcome of tuning one policy.
+
+    Costs are $ per episode, means over the training and the validation seeds, given as [first, count].
+    """
+
+    parameters: Parameters
+    training_cost: float
+    validation_cost: float
+    evaluations: int
+    training_seeds: list[int]
+    validation_seeds: list[int]
+
+
+def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
+    """The tuned policies of a task by name; empty if it has no file yet.
+
+    Raises:
+        ConfigError: if the file is not what `write_tuned` writes.
+    """
+    path = folder / f"{task}.toml"
+    if not path.exists():
+        return {}
+    try:
+        return {name: Tuned(**table) for name, table in read_toml(path).items()}
+    except (ReadError, TomlError, TypeError) as error:
+        raise ConfigError(f"{path} is damaged ({reason(error)}): tune again with --fresh") from error
+
+
+def tuned_arguments(name: str, task: Task, folder: Path = CONFIGS) -> dict[str, Any]:
+    """Keyword arguments of a policy, as tuned for the task.
+
+    Raises:
+        ConfigError: if the policy has not been tuned for the task yet.
+    """
+    tuned = read_tuned(task.name, folder)
+    if name not in tuned:
+        raise ConfigError(
+            f"{name} has no parameters in {folder / task.name}.toml: run `python -m agents tune --task {task.name}`"
+        )
+    return arguments(tuned[name].parameters)
+
+
+def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
+    """Write the file of a task, whole or not at all."""
+    lines = [
+        f"# Parameters of the scripted policies, written by `python -m agents tune --task {task}`.",
+        "# E is in m/min; costs are $ per episode; seeds are [first, count].",
+    ]
+    for name, entry in tuned.items():
+        lines += ["", f"[{name}]"]
+        lines += [
+            f"{key} = {getattr(entry, key)}"
+            for key in ("training_cost", "validation_cost", "evaluations", "training_seeds", "validation_seeds")
+        ]
+        lines += [f"[{name}.parameters]"]
+        lines += [f"{key} = {value}" for key, value in entry.parameters.items()]
+    write_whole(folder / f"{task}.toml", "\n".join(lines) + "\n")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file whole or not at all, its folder included.
+
+    Raises:
+        GrindError: if the folder cannot be made or written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"the folder {path.parent} cannot be made: {error.strerror}") from None
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def arguments(parameters: Parameters) -> dict[str, Any]:
+    """Parameters as keyword arguments of a policy: lists, one entry a kind of block, become tuples."""
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in parameters.items()}

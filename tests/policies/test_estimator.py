@@ -1,0 +1,177 @@
+import math
+
+import numpy as np
+import pytest
+
+from grind_env.envs.observations import readings
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.policies.columns import AREA
+from grind_env.policies.columns import PRESSURE as PRESSURE_FACTOR
+from grind_env.policies.scripted.estimator import SharpnessEstimator
+
+TASK = load_task("power_limited")
+
+# nominal values of the set-up: 52100 with an A60 J wheel, 30 m/s at 300 mm (model.md, section 9)
+CHIP_ENERGY, PLOUGHING, FRICTION, PRESSURE, SLOPE = 13.8, 1.0, 0.4, 60.0, 7e5
+
+
+def observation(**values):
+    """One scaled observation with these readings in physical units, the others 0."""
+    entries = readings(TASK, full=False)
+    row = [(values.get(entry.name, 0.0) - entry.offset) / entry.scale for entry in entries]
+    return np.array([row], np.float32)
+
+
+def block(power, **changes):
+    """The readings after a block of 12 m/min, 20 um picks and 50 mm width on a 300 mm wheel."""
+    values = {
+        "last_speed": 12.0,
+        "last_pick": 0.02,
+        "last_width": 50.0,
+        "diameter": 300.0,
+        "volume": 120.0,
+        "stock": 1.1,
+    }
+    return observation(mean_power=power, **values | changes)
+
+
+def power_of(area):
+    """Mean power of that block with such wear flats, W: the equations of the model, written out."""
+    vw, vs = 200.0, 30.0
+    curvature = 4.0 * vw / (300.0 * vs * 1000.0)
+    sliding = FRICTION * (PRESSURE + SLOPE * curvature) * area * math.sqrt(0.02 * 300.0)
+    return 50.0 * vs * (CHIP_ENERGY * 0.02 * vw / vs + PLOUGHING + sliding)
+
+
+def started(n=1):
+    estimator = SharpnessEstimator(TASK)
+    estimator.begin(n)
+    return estimator
+
+
+def test_wear_flat_area_from_power_by_hand():
+    # 7000 W: Ft' = 7000/(50 * 30) = 4.66667; chips 13.8 * 0.02 * 200/30 = 1.84, ploughing 1; friction 1.82667 N/mm;
+    # pressure 60 + 7e5 * 8.8889e-5 = 122.222 N/mm2; 0.4 * 122.222 * sqrt(6) = 119.753; ratio 0.015254
+    estimate = started().update(block(7000.0))
+    assert estimate.wear_flat[0] == pytest.approx(0.015254, rel=1e-4)
+    assert estimate.volume[0] == pytest.approx(120.0)
+    assert estimate.stock[0] == pytest.approx(1.1)
+
+
+def test_severity_by_hand():
+    # (0.0145 - 0.0085) / 120 = 5e-5, twice the nominal rate: ln 2 with weight 1/1.5, then 1/2.5
+    estimator = started()
+    assert estimator.update(block(power_of(0.0145))).severity[0] == pytest.approx(math.log(2.0) / 1.5, rel=1e-3)
+    second = estimator.update(block(power_of(0.0145))).severity[0]
+    assert second == pytest.approx(math.log(2.0) * (1.0 - (1.0 - 1.0 / 1.5) * (1.0 - 1.0 / 2.5)), rel=1e-3)
+
+
+def test_severity_of_a_long_lot_tends_to_its_dulling_rate():
+    estimator = started()
+    for _ in range(40):
+        estimate = estimator.update(block(power_of(0.0145)))
+    assert estimate.severity[0] == pytest.approx(math.log(2.0), rel=1e-3)
+
+
+def test_terms_of_severity_are_cut_at_two():
+    estimator = started()
+    for _ in range(40):
+        estimate = estimator.update(block(power_of(0.05), volume=20.0))
+    assert estimate.severity[0] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_a_new_lot_forgets_the_severity_of_the_old_one():
+    estimator = started()
+    estimator.update(block(power_of(0.0145)))
+    assert estimator.update(block(power_of(0.0145), new_lot=1.0)).severity[0] == 0.0
+
+
+def test_little_volume_says_nothing_about_the_lot():
+    assert started().update(block(7000.0, volume=14.0)).severity[0] == 0.0
+
+
+def test_no_power_means_a_fresh_wheel_and_noise_never_gives_less_than_the_least():
+    estimator = started()
+    assert estimator.update(block(0.0)).wear_flat[0] == 0.0095
+    assert estimator.update(block(3000.0)).wear_flat[0] == 0.004
+
+
+def test_restart_forgets_the_masked_episodes_only():
+    estimator = started(2)
+    both = np.repeat(block(power_of(0.0145)), 2, axis=0)
+    estimator.update(both)
+    estimator.restart(np.array([True, False]))
+    severity = estimator.update(both).severity
+    assert severity[0] == pytest.approx(math.log(2.0) / 1.5, rel=1e-3)
+    assert severity[1] > severity[0]
+
+
+def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
+    # wear flats press less on 1020; a block of another kind comes next
+    task = load_task("job_shop")
+    entries = readings(task, full=False)
+    p = task.parameters(task.kinds[2])
+    assert p.pm != task.parameters(task.kinds[0]).pm
+    vw, vs, area = 250.0, 30.0, 0.02
+    curvature = 4.0 * vw / (300.0 * vs * 1000.0)
+    force = p.u_ch * 0.02 * vw / vs + p.Fpl0 + p.mu * p.pm * (p.pa + p.pb * curvature) * area * math.sqrt(6.0)
+    last = {"last_speed": 15.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
+
+    def seen(**values):
+        return np.array([[(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]], np.float32)
+
+    estimator = SharpnessEstimator(task)
+    estimator.begin(1)
+    assert estimator.update(seen(coming_wear_plate=1.0)).kind[0] == 2.0
+    after = estimator.update(seen(coming_gauge=1.0, mean_power=20.0 * vs * force, **last))
+    assert after.kind[0] == 0.0
+    assert after.wear_flat[0] == pytest.approx(area, rel=1e-3)
+
+
+def test_pressure_of_time_and_thrift_by_hand():
+    # half the nominal time of the work is left: ln 2; 20 executions for 30 of 120 blocks: ln(2/3)
+    rush, cbn = load_task("rush"), load_task("CBN")
+    for task, values, expected in (
+        (rush, {"slack": math.log(0.5)}, (math.log(2.0), 0.0)),
+        (cbn, {"executions_left": 20.0, "remaining": 0.25}, (0.0, math.log(2.0 / 3.0))),
+        (cbn, {"executions_left": 0.0, "remaining": 0.25}, (0.0, math.log(0.5 / 30.0))),
+        (TASK, {}, (0.0, 0.0)),
+    ):
+        entries = readings(task, full=False)
+        row = [(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]
+        estimator = SharpnessEstimator(task)
+        estimator.begin(1)
+        estimate = estimator.update(np.array([row], np.float32))
+        assert (estimate.pressed[0], estimate.thrift[0]) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["slot", "job_shop", "wide_rails", "blades"])
+def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
+    task = load_task(name)
+    simulation = Simulation(task)
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
+    estimator = SharpnessEstimator(task)
+    estimator.begin(200)
+    estimator.update(simulation.observe(episodes))
+    for _ in range(3 if name == "slot" else 6):
+        simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
+        pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
+        estimate = estimator.update(simulation.observe(episodes))
+    true = episodes.wheels[:, AREA] * pressure
+    assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.75
+    assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.25)
+
+
+def test_the_estimate_follows_the_true_wear_flats():
+    simulation = Simulation(TASK)
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
+    estimator = started(200)
+    estimator.update(simulation.observe(episodes))
+    for _ in range(4):
+        simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
+        pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
+        estimate = estimator.update(simulation.observe(episodes))
+    true = episodes.wheels[:, AREA] * pressure
+    assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.9
+    assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.2)

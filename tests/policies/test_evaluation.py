@@ -1,0 +1,207 @@
+import itertools
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.envs.actions import ActionError
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import Due, load_task
+from grind_env.errors import GrindError
+from grind_env.policies.choices import Decision
+from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, NOISE, OF_WHEEL, STOCK, WORK
+from grind_env.policies.evaluation import (
+    SPLIT_SIZE,
+    SPLITS,
+    episode_seeds,
+    evaluate,
+    roll_out,
+    split_of,
+    start_episodes,
+)
+from grind_env.policies.policy import expected_dates, reveal
+from grind_env.policies.scripted.rules import Fixed, handbook
+
+gym.register_envs(grind_env)
+
+TASK = load_task("power_limited")
+LOT = [TapeRow._fields.index(name) for name in ("kA", "pm", "hf", "fc", "Gref", "ra_scale")]
+
+
+class Spy:
+    """Keeps what it is shown, then spoils it."""
+
+    name = "spy"
+
+    def __init__(self, sees):
+        self.sees = sees
+
+    def begin(self, task, episodes):
+        self.shown = []
+
+    def act(self, observation, episodes):
+        self.shown.append(None if episodes is None else episodes.pick(np.arange(len(observation))))
+        if episodes is not None:
+            for table in (episodes.tape, episodes.wheels, episodes.parts, episodes.memory, episodes.block):
+                table[:] = 0
+        return Decision(np.full(len(observation), 12000.0), np.ones(len(observation)))
+
+
+def spied(sees, seeds=(0, 1, 2)):
+    spy = Spy(sees)
+    evaluate(spy, TASK, seeds)
+    return spy.shown
+
+
+def truth(seeds=(0, 1, 2)):
+    return start_episodes(Simulation(TASK), seeds)
+
+
+def test_splits_have_no_seed_in_common():
+    ranges = sorted((episode_seeds(split, SPLIT_SIZE) for split in SPLITS), key=lambda seeds: seeds.start)
+    assert len(ranges) == len(SPLITS) == 4
+    assert all(a.stop <= b.start for a, b in itertools.pairwise(ranges))
+
+
+@pytest.mark.parametrize(("split", "count"), [("no_such", 1), ("training", 0), ("evaluation", SPLIT_SIZE + 1)])
+def test_seeds_that_do_not_exist(split, count):
+    with pytest.raises(GrindError):
+        episode_seeds(split, count)
+
+
+def test_an_evaluation_is_what_the_environment_says():
+    seeds = [2_000_000, 2_000_007]
+    result = evaluate(Fixed(10.0, 2, 2), TASK, seeds)
+    env = gym.make("grind/PowerLimited-v0")
+    for i, seed in enumerate(seeds):
+        env.reset(seed=seed)
+        cost = good = 0.0
+        for k in range(60):
+            action = env.unwrapped.codec.encode(10000.0, 2 * (k % 2))[0]
+            *_, info = env.step(action)
+            cost += info["block_cost"]
+            good += info["good_parts"]
+        assert result.cost[i] == pytest.approx(cost, rel=1e-12)
+        assert result.good[i] == pytest.approx(good, rel=1e-12)
+    assert (result.finished == 60).all()
+    assert (result.speeds == 10000.0).all()
+    assert (result.executions[0] == np.tile([0.0, 2.0], 30)).all()
+    assert result.scrap == pytest.approx(1.0 - result.good.sum() / 120.0)
+
+
+def test_the_test_split_is_drawn_from_the_test_contexts():
+    seed = episode_seeds("test", 1)[0]
+    (cost,) = evaluate(handbook(TASK), TASK, [seed]).cost
+    env = gym.make("grind/PowerLimited-v0")
+    costs = {}
+    for split in ("test", "train", None):
+        env.reset(seed=seed, options={"split": split})
+        action = env.unwrapped.codec.encode(12000.0, 1)[0]
+        costs[split] = sum(env.step(action)[-1]["block_cost"] for _ in range(60))
+    assert cost == pytest.approx(costs["test"], rel=1e-12)
+    assert len(set(costs.values())) == 3
+
+
+@pytest.mark.parametrize(
+    ("seed", "split"),
+    [(0, "training"), (499_999, "training"), (500_000, "validation"), (2_499_999, "evaluation"), (3_000_000, "test")],
+)
+def test_the_split_of_a_seed(seed, split):
+    assert split_of(seed) == split
+
+
+@pytest.mark.bits
+def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
+    alone = evaluate(handbook(TASK), TASK, [5])
+    beside = evaluate(handbook(TASK), TASK, [4, 5, 6])
+    assert alone.cost[0] == beside.cost[1]
+
+
+def test_a_policy_that_measures_is_shown_no_truth():
+    assert spied("measurements") == [None] * 60
+
+
+def test_a_policy_that_sees_the_state_is_not_shown_the_future():
+    tape = truth().tape
+    for k, shown in enumerate(spied("state")):
+        # the true state and the coming block, but nothing of what is drawn for later blocks
+        assert np.array_equal(shown.tape[:, k, LOT], tape[:, k, LOT])
+        assert np.array_equal(shown.tape[:, k, STOCK], tape[:, k, STOCK])
+        later = shown.tape[:, k + 1 :]
+        assert (later[..., LOT] == tape[:, [k], :][..., LOT]).all()
+        assert (later[..., [STOCK, GAUGED]] == 0.3).all()
+        assert (later[..., NEW_LOT] == 0.0).all()
+        assert (shown.tape[..., NOISE] == 0.0).all()
+
+
+@pytest.mark.parametrize(("name", "changed"), [("rush", False), ("CBN", False), ("CBN", True)])
+def test_the_state_says_nothing_of_what_is_drawn_later(name, changed):
+    # two episodes that agree up to the coming block, but in nothing that is drawn after it
+    task, k = load_task(name), 11
+    episodes = start_episodes(Simulation(task), [0, 0])
+    episodes.block[:] = k
+    episodes.memory[:, CHANGES] = float(changed)
+    future = np.setdiff1d(np.arange(episodes.tape.shape[2]), LISTED)
+    next_period = 16 if task.due else k + 1
+    rng = np.random.default_rng(1)
+    for row in range(k + 1, task.blocks):
+        for column in future:
+            if column != DUE or row >= next_period:
+                episodes.tape[1, row, column] = rng.uniform(0.5, 2.0)
+    if not changed:
+        episodes.tape[1, :, [new for _, new in OF_WHEEL]] = rng.uniform(0.5, 2.0)
+    shown = reveal("state", task, episodes)
+    assert np.array_equal(shown.tape[0, k:], shown.tape[1, k:])
+
+
+def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
+    task = load_task("CBN")
+    episodes = start_episodes(Simulation(task), [0, 0])
+    episodes.memory[1, CHANGES] = 1.0
+    shown = reveal("state", task, episodes).tape[:, 0]
+    for old, new in OF_WHEEL:
+        assert shown[0, new] == episodes.tape[0, 0, old] != episodes.tape[0, 0, new]
+        assert shown[1, new] == episodes.tape[1, 0, new]
+
+
+def test_later_due_dates_are_expected_at_the_mean_slack():
+    # periods of two blocks: 30, 50 and 20 s of work, the next date at 100 s, mean slack 1.1
+    tape = np.zeros((1, 6, len(TapeRow._fields)))
+    tape[0, :, WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
+    dates = Due(blocks=2, speed=12.0, slack=(0.9, 1.3), late=1.0)
+    for block in (0, 1):
+        due = expected_dates(dates, tape, np.array([100.0]), np.array([block]))
+        assert due[0] == pytest.approx([100.0, 100.0, 155.0, 155.0, 177.0, 177.0])
+    assert expected_dates(dates, tape, np.array([100.0]), np.array([3]))[0, 3:] == pytest.approx([100.0, 122.0, 122.0])
+
+
+def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
+    tape = truth().tape
+    quiet = [k for k in range(tape.shape[2]) if k not in NOISE]
+    for shown in spied("future"):
+        assert np.array_equal(shown.tape[..., quiet], tape[..., quiet])
+        assert (shown.tape[..., NOISE] == 0.0).all()
+
+
+@pytest.mark.parametrize("sees", ["measurements", "state", "future"])
+def test_a_policy_cannot_change_the_truth(sees):
+    assert np.array_equal(evaluate(Spy(sees), TASK, [3, 4]).cost, evaluate(handbook(TASK), TASK, [3, 4]).cost)
+
+
+def test_a_roll_out_leaves_the_episodes_as_they_are():
+    simulation = Simulation(TASK)
+    episodes = start_episodes(simulation, [1, 2])
+    first = roll_out(handbook(TASK), simulation, episodes)
+    assert (episodes.block == 0).all()
+    assert np.array_equal(first.cost, roll_out(handbook(TASK), simulation, episodes).cost)
+
+
+def test_a_decision_outside_the_action_space_is_an_error():
+    class Reckless(Spy):
+        def act(self, observation, episodes):
+            return Decision(np.full(len(observation), 50000.0), np.zeros(len(observation)))
+
+    with pytest.raises(ActionError, match="E is 50000 mm/min"):
+        evaluate(Reckless("measurements"), TASK, [0])

@@ -1,0 +1,110 @@
+import hashlib
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.learning.algorithms import build
+from agents.learning.saving import save_policy
+from agents.learning.settings import Settings, settings_for
+from agents.learning.training_env import LearnerVecEnv
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.learned.network import LearnedPolicy
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.learned.view import LearnerView
+from grind_env.policies.naming import SHIPPED
+
+pytestmark = pytest.mark.bits
+
+TASK = load_task("power_limited")
+KINDS = ("ppo", "ppo_stack", "recurrent_ppo", "dqn", "sac", "tqc")
+SPREAD = 2.0
+"""Factor on the weights, so that the decisions of an untrained network differ."""
+
+
+@cache
+def untrained(kind: str, task: str = "power_limited") -> tuple[BaseAlgorithm, Settings]:
+    settings = settings_for(kind, load_task(task), Path("no folder"))
+    settings = replace(settings, hyper={**settings.hyper, "batch_size": 60})
+    env = LearnerVecEnv(load_task(task), 2, settings.memory, settings.actions)
+    model = build(settings, env, 3)
+    with torch.no_grad():
+        for name, values in model.policy.named_parameters():
+            values *= 100.0 if name.startswith("action_net") else SPREAD
+    return model, settings
+
+
+def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy:
+    model, settings = untrained(kind, task)
+    path = folder / f"{kind}.safetensors"
+    save_policy(path, model, load_task(task), kind, settings)
+    return load_policy(path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
+    model, settings = untrained(kind)
+    policy = saved(tmp_path, kind)
+    assert (policy.name, policy.sees) == (kind, "measurements")
+    n = 8
+    policy.begin(TASK, n)
+    view = LearnerView(TASK, settings.memory, settings.actions)
+    view.begin(n)
+    simulation = Simulation(TASK)
+    episodes = start_episodes(simulation, episode_seeds("validation", n))
+    state, starts, decided = None, np.ones(n, bool), []
+    for _ in range(12):
+        observation = simulation.observe(episodes)
+        decision = policy.act(observation, None)
+        actions, state = model.predict(view.features(observation), state, starts, deterministic=True)
+        theirs = view.decide(np.asarray(actions))
+        # a Box is rounded to whole mm/min
+        assert decision.speeds == pytest.approx(theirs.speeds, abs=1.01 if settings.actions == "box" else 0.0)
+        assert np.array_equal(decision.executions, theirs.executions)
+        simulation.step(episodes, *decision)
+        starts = np.zeros(n, bool)
+        decided.append(decision)
+    assert len(np.unique([decision.speeds for decision in decided])) > 1
+
+
+@pytest.mark.parametrize("kind", ["ppo", "recurrent_ppo", "sac"])
+def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path):
+    policy = saved(tmp_path, kind)
+    n = 69
+    features = np.random.default_rng(0).normal(size=(n, policy.actor.network.entries)).astype(np.float32)
+    together, after = policy.actor.outputs(features, policy.actor.begin(n))
+    again, _ = policy.actor.outputs(features, after)
+    for i in (0, 1, 31, 64, n - 1):
+        alone, state = policy.actor.outputs(features[i : i + 1], policy.actor.begin(1))
+        assert np.array_equal(alone[0], together[i])
+        assert np.array_equal(policy.actor.outputs(features[i : i + 1], state)[0][0], again[i])
+
+
+def test_a_shipped_agent_says_the_same_on_every_machine():
+    actor = load_policy(SHIPPED / "power_limited.safetensors").actor
+    features = np.random.default_rng(0).uniform(-3.0, 3.0, (16, actor.network.entries)).astype(np.float32)
+    said, _ = actor.outputs(features, actor.begin(16))
+    assert hashlib.sha256(said.tobytes()).hexdigest()[:16] == "bcfc60dc91ee42c4"
+
+
+def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):
+    policy = saved(tmp_path, "recurrent_ppo")
+    seeds = episode_seeds("validation", 3)
+    first, second = (evaluate(policy, TASK, seeds) for _ in range(2))
+    assert np.array_equal(first.speeds, second.speeds)
+    assert np.array_equal(first.cost, second.cost)
+    assert first.cost[1:] == pytest.approx(evaluate(policy, TASK, seeds[1:]).cost, rel=1e-15)
+
+
+def test_an_agent_knows_its_task_only(tmp_path: Path):
+    policy = saved(tmp_path, "ppo", "slot")
+    policy.begin(load_task("slot"), 1)
+    with pytest.raises(GrindError, match="the agent ppo was trained for slot, not for power_limited"):
+        policy.begin(TASK, 1)

@@ -1,0 +1,154 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from grind_env.envs.belief_rows import Belief
+from grind_env.envs.rows import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import Spread, load_task
+from grind_env.policies.choices import nearest_speed, speed_grid
+from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.planners.known_state import FullStateRule
+from grind_env.policies.policy import reveal
+from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.belief_rule import BeliefRule
+from grind_env.policies.scripted.look_ahead import LookAhead
+from grind_env.process.state import WheelState
+
+ORACLE = load_task("oracle6")
+COST = Outcome._fields.index("cost")
+A, LOADING = WheelState._fields.index("A"), WheelState._fields.index("lam")
+RULE = {"E": (11.0, 7.0), "A_dress": (0.02, 0.012), "gA": -0.4, "gF": 0.1, "gH": 0.2, "wV": 0.3, "wH": 0.6, "gK": 0.2}
+
+
+def certain(name):
+    """A task in which nothing is drawn, so that the belief is the truth."""
+    return dataclasses.replace(load_task(name), spread=Spread())
+
+
+def cost_of_dress(task):
+    """Time at the hourly rate, wheel volume and diamond; scenarios, section 2."""
+    volume = task.dress.passes * task.dress.depth * np.pi * task.wheel.diameter * task.wheel.width
+    return task.rates.hourly * task.dress_seconds / 3600.0 + task.rates.wheel * volume + task.rates.dress
+
+
+def costs(task, simulation, episodes, E, D, usual, price, growth):
+    """Cost of each choice for the next block of one episode up to the end of its part, and of the wheel left then."""
+    branches = episodes.pick(np.zeros(len(E), int))
+    cost, found = simulation.step(branches, E, D)[0][:, COST], []
+    whole = task.kinds[int(episodes.tape[0, episodes.block[0], 0])].ends_part
+    for dresses in (0.0, 1.0):
+        ahead, total = branches.pick(np.arange(len(E))), cost
+        if not whole:
+            outcomes, _ = simulation.step(ahead, np.full(len(E), usual), np.full(len(E), dresses))
+            total = total + outcomes[:, COST]
+        if ahead.block[0] < task.blocks:
+            dullness = ahead.wheels[:, A] + 0.02 * ahead.wheels[:, LOADING]
+            total = total + price * cost_of_dress(task) * (dullness / 0.015) ** growth
+        found.append(total)
+    return np.minimum(*found)
+
+
+@pytest.mark.parametrize(("name", "blocks"), [("oracle6", 6), ("power_limited", 8), ("wide_rails", 100), ("rush", 8)])
+def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
+    task = certain(name)
+    price, growth = 1.5, 2.0
+    policy = LookAhead(price=(price,) * len(task.kinds), growth=(growth,) * len(task.kinds))
+    simulation = Simulation(task)
+    episodes = simulation.start([np.random.default_rng(0)])
+    policy.begin(task, 1)
+    usual = dict.fromkeys(range(len(task.kinds)), 12000.0)
+    for block in range(blocks):
+        decision = policy.act(simulation.observe(episodes), None)
+        grid, D = speed_grid(task, 8), np.arange(task.action.executions + 1.0)
+        E = np.concatenate([np.repeat(grid, len(D)), decision.speeds])
+        dresses = np.concatenate([np.tile(D, len(grid)), decision.executions])
+        kind = int(episodes.tape[0, block, 0])
+        found = costs(task, simulation, episodes, E, dresses, usual.get(kind + 1), price, growth)
+        assert found[-1] <= found[:-1].min() + 1e-9
+        usual[kind] = float(decision.speeds[0])
+        simulation.step(episodes, *decision)
+
+
+def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
+    # scenarios, section 4.2: optimum 17.4850 $; an agent that looks no further than the next block, 2.8 % above it
+    policies = [LookAhead(price=(price,) * 2, growth=(1.7,) * 2) for price in (0.0, 1.0)]
+    blind, seeing = (evaluate(policy, ORACLE, range(1)) for policy in policies)
+    assert 1.01 * 17.4850 < blind.cost[0] < 1.03 * 17.4850
+    assert seeing.cost[0] == pytest.approx(17.4850, rel=1e-3)
+
+
+def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
+    rush, cbn = load_task("rush"), load_task("CBN")
+    seeds = episode_seeds("training", 4)
+
+    def run(task, **changes):
+        kinds = len(task.kinds)
+        return evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), task, seeds)
+
+    assert run(rush, haste=1.0).speeds.mean() > 1.02 * run(rush, haste=0.0).speeds.mean()
+    assert run(cbn, layer=0.1).executions.mean() < 0.9 * run(cbn, layer=0.0).executions.mean()
+
+
+@pytest.mark.bits
+def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
+    task = load_task("power_limited")
+    seeds = episode_seeds("training", 3)
+    policy = LookAhead(price=(1.0,), growth=(1.5,))
+    together, alone = evaluate(policy, task, seeds), evaluate(policy, task, seeds[1:2])
+    assert np.array_equal(together.speeds[1], alone.speeds[0])
+    assert np.array_equal(together.executions[1], alone.executions[0])
+
+
+def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
+    believing = BeliefRule(**RULE, wK=0.5)
+    knowing = FullStateRule(**RULE, wK=0.5, gR=0.0)
+    run, reference = (evaluate(policy, ORACLE, range(1)) for policy in (believing, knowing))
+    assert np.array_equal(run.speeds, reference.speeds)
+    assert np.array_equal(run.executions, reference.executions)
+    assert len(set(run.speeds[0])) > 1
+
+
+def test_the_belief_rule_by_hand_from_what_is_believed():
+    task = load_task("power_limited")
+    plain = {"E": (10.0,), "A_dress": (0.018,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 0.0}
+    spread = []
+
+    class Watched(BeliefRule):
+        def act(self, observation, episodes):
+            decision = super().act(observation, episodes)
+            belief = Belief(*self.belief.beliefs.T)
+            area, loading = (self.belief.wheels[:, :, column].mean(axis=1) for column in (A, LOADING))
+            dullness = (area + 0.02 * loading) * np.exp(belief.pressure)
+            speeds = 10000.0 * np.sqrt(0.015 / dullness) * np.exp(0.3 * belief.growth)
+            assert decision.speeds == pytest.approx(np.clip(speeds, 3000.0, 30000.0), abs=0.51)
+            assert np.array_equal(decision.executions, dullness * np.exp(0.4 * belief.growth) > 0.018)
+            spread.append((np.std(belief.growth), np.std(belief.pressure), decision.executions.mean()))
+            return decision
+
+    evaluate(Watched(**plain, gK=0.3, wK=0.4), task, episode_seeds("training", 8))
+    # all of it was put to the test
+    assert (np.mean(spread, axis=0) > 0.01).all()
+
+
+def test_the_belief_is_worth_money():
+    # validation episodes: full state < belief < estimate of the sharpness alone
+    task, seeds = load_task("power_limited"), episode_seeds("validation", 48)
+    names = ("full_state_rule", "belief_rule", "adaptive_rule")
+    cost = [float(evaluate(make_policy(name, task), task, seeds).cost.mean()) for name in names]
+    assert cost[0] < cost[1] < 0.95 * cost[2]
+
+
+def test_they_are_shown_measurements_only():
+    task = load_task("power_limited")
+    episodes = start_episodes(Simulation(task), range(2))
+    assert reveal(BeliefRule.sees, task, episodes) is None
+    assert reveal(LookAhead.sees, task, episodes) is None
+
+
+def test_the_speeds_tried_are_speeds_of_the_task():
+    for name in ("oracle6", "blades"):
+        task = load_task(name)
+        run = evaluate(LookAhead(price=(1.0,) * len(task.kinds), growth=(1.0,) * len(task.kinds)), task, range(2))
+        assert np.array_equal(run.speeds, nearest_speed(task, run.speeds))

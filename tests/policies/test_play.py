@@ -1,0 +1,135 @@
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+import typer
+from PIL import Image
+
+from agents.benchmark.plan import CORE
+from agents.commands import play as command
+from agents.learning.algorithms import build
+from agents.learning.saving import save_policy
+from agents.learning.settings import settings_for
+from agents.learning.training_env import LearnerVecEnv
+from agents.video import watch
+from grind_env.envs.names import task_names
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+from grind_env.policies import naming
+from grind_env.policies.evaluation import evaluate
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.naming import SHIPPED, chosen_policy
+from grind_env.policies.play import play
+from grind_env.policies.registry import make_policy
+from grind_env.sb3 import load_zip
+
+TASK = load_task("oracle6")
+SEED, TEST_SEED = 2_000_007, 3_000_007
+CYCLE = re.compile(r"^G82 .*E(\d+)\. P\d+ D(\d+)$", re.MULTILINE)
+
+
+@pytest.fixture
+def agent(tmp_path: Path) -> Path:
+    settings = settings_for("ppo", TASK, tmp_path)
+    model = build(settings, LearnerVecEnv(TASK, 64), 0)
+    path = tmp_path / "oracle6.safetensors"
+    save_policy(path, model, TASK, "ppo", settings)
+    model.save(tmp_path / "oracle6.zip")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [
+        ("adaptive_rule", SEED),
+        ("adaptive_rule", TEST_SEED),
+        *((name, SEED) for name in ("full_state_rule", "hindsight", "E9D1")),
+    ],
+)
+def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
+    task = load_task("power_limited") if name == "adaptive_rule" else TASK
+    played = play(chosen_policy(name, task), task, seed)
+    run = evaluate(chosen_policy(name, task), task, [seed])
+    assert played.cost == pytest.approx(run.cost[0])
+    assert (played.good, played.finished) == pytest.approx((run.good[0], run.finished[0]))
+    assert played.dresses == run.executions.sum()
+    blocks = CYCLE.findall(played.program)
+    assert [float(speed) for speed, _ in blocks] == run.speeds[0].tolist()
+    assert [float(dresses) for _, dresses in blocks] == run.executions[0].tolist()
+
+
+def test_the_shipped_policy_is_the_default(
+    agent: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(naming, "SHIPPED", agent.parent)
+    assert chosen_policy(None, TASK).name == "ppo"
+    assert capsys.readouterr().err == ""
+    assert chosen_policy(None, load_task("slot")).name == "adaptive_rule"
+    said = capsys.readouterr().err
+    assert said == "no trained policy is shipped for slot: adaptive_rule plays in its place\n"
+    with pytest.raises(GrindError, match="was trained for oracle6, not for slot"):
+        chosen_policy(str(agent), load_task("slot"))
+
+
+def test_a_model_of_stable_baselines_is_played_when_trusted(agent: Path):
+    path = str(agent.with_suffix(".zip"))
+    with pytest.raises(GrindError, match="--trust"):
+        chosen_policy(path, TASK)
+    runs = [
+        play(policy, TASK, SEED)
+        for policy in (chosen_policy(path, TASK, unzip=load_zip), chosen_policy(str(agent), TASK))
+    ]
+    assert runs[0] == runs[1]
+
+
+def misfits(folder: Path) -> list[str]:
+    """The files in a folder that are no small policy of the task in their name."""
+    wrong = []
+    for path in sorted(folder.glob("*")):
+        try:
+            assert path.stem in task_names()
+            assert path.stat().st_size < 1_000_000
+            load_policy(path, task=load_task(path.stem))
+        except (AssertionError, GrindError):
+            wrong.append(path.name)
+    return wrong
+
+
+def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
+    agent.with_suffix(".zip").unlink()
+    assert misfits(agent.parent) == []
+    for name in ("slot", "no_task"):
+        shutil.copy(agent, agent.with_stem(name))
+    agent.with_stem("rush").write_bytes(bytes(1_000_000))
+    assert misfits(agent.parent) == ["no_task.safetensors", "rush.safetensors", "slot.safetensors"]
+    assert {path.stem for path in SHIPPED.iterdir()} == set(CORE)
+    assert misfits(SHIPPED) == []
+
+
+def test_a_film_of_a_test_seed_is_of_the_episode_that_is_played():
+    task = load_task("power_limited")
+    *_, last = watch(make_policy("constant", task), task, TEST_SEED, 1)
+    played = play(make_policy("constant", task), task, TEST_SEED)
+    assert last.cost == pytest.approx(played.cost)
+
+
+def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.CaptureFixture[str], tmp_path: Path):
+    app = typer.Typer()
+    command.register(app)
+    played = play(make_policy("constant", TASK), TASK, SEED)
+    arguments = ["oracle6", "--policy", "constant", "--seed", str(SEED)]
+    app([*arguments, "--no-window"], standalone_mode=False)
+    printed = capsys.readouterr().out
+    assert played.program in printed
+    assert f"constant, seed {SEED}: {played.cost:.2f} $ for " in printed
+    for speed, dresses in CYCLE.findall(played.program):
+        # the text picture of each block
+        assert re.search(rf"E{speed}\. P\d+ D{dresses}", printed.partition(played.program)[0])
+    app([*arguments, "--output", str(tmp_path / "played.gif")], standalone_mode=False)
+    assert played.program in capsys.readouterr().out
+    with Image.open(tmp_path / "played.gif") as film:
+        assert film.n_frames > TASK.blocks
+    app([*arguments, "--program", str(tmp_path / "played.nc")], standalone_mode=False)
+    assert "G82" not in capsys.readouterr().out
+    assert (tmp_path / "played.nc").read_text("utf-8") == played.program

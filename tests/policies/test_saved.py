@@ -1,0 +1,335 @@
+import base64
+import importlib
+import io
+import json
+import pickle
+import struct
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from safetensors.numpy import load, save
+from stable_baselines3.common.save_util import save_to_zip_file
+
+from agents.learning.algorithms import build
+from agents.learning.saving import save_policy
+from agents.learning.settings import settings_for
+from agents.learning.training_env import LearnerVecEnv
+from grind_env.envs.observations import readings
+from grind_env.envs.tasks import load_task
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.learned import saved
+from grind_env.policies.learned.saved import ENTRY, load_policy
+from grind_env.policies.learned.view import FEATURE_BOUND
+from grind_env.policies.naming import SHIPPED
+from grind_env.sb3 import load_zip
+
+TASK = load_task("oracle6")
+DEFAULT = settings_for("ppo", TASK, Path("no folder"))
+SETTINGS = replace(DEFAULT, hyper={**DEFAULT.hyper, "batch_size": 60})
+
+
+@pytest.fixture(scope="module")
+def model() -> Any:
+    return build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+
+
+@pytest.fixture(scope="module")
+def good(model: Any, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("good") / "new" / "agent.safetensors"
+    save_policy(path, model, TASK, "ppo", SETTINGS)
+    assert [each.name for each in path.parent.iterdir()] == ["agent.safetensors"]
+    return path.read_bytes()
+
+
+def document_of(data: bytes) -> dict[str, Any]:
+    (length,) = struct.unpack("<Q", data[:8])
+    description: dict[str, Any] = json.loads(json.loads(data[8 : 8 + length])["__metadata__"][ENTRY])
+    return description
+
+
+def with_document(data: bytes, change: Callable[[dict[str, Any]], object]) -> bytes:
+    document = document_of(data)
+    change(document)
+    return save(load(data), {ENTRY: json.dumps(document)})
+
+
+def written(folder: Path, data: bytes) -> Path:
+    path = folder / "agent.safetensors"
+    path.write_bytes(data)
+    return path
+
+
+def refused(folder: Path, data: bytes, match: str, **arguments: Any) -> None:
+    path = written(folder, data)
+    with pytest.raises(GrindError, match=match) as caught:
+        load_policy(path, **arguments)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model: Any):
+    assert len(good) < 300_000
+    document = document_of(good)
+    assert document["settings"]["hyper"] == dict(SETTINGS.hyper)
+    assert {"task": "oracle6", "kind": "ppo", "memory": "belief", "actions": "grid"}.items() <= document.items()
+    assert set(document["versions"]) == {"grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch"}
+    state = model.policy.state_dict()
+    tensors = load(good)
+    assert not any("value" in name for name in tensors)
+    assert all(np.array_equal(values, state[name].numpy()) for name, values in tensors.items())
+
+
+def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
+    with pytest.raises(GrindError, match="run `python -m agents train` first"):
+        load_policy(tmp_path / "none.safetensors")
+    refused(tmp_path, b"", "holds no agent")
+    refused(tmp_path, good[:-1], "holds no agent")
+    refused(tmp_path, struct.pack("<Q", 1 << 62) + b"{}", "holds no agent")
+    refused(tmp_path, save({"a": np.zeros(3, np.float32)}), "it has no description")
+    refused(tmp_path, save(load(good), {ENTRY: "{"}), "description is damaged")
+    refused(tmp_path, save(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
+    refused(tmp_path, save(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
+    refused(tmp_path, good, "was trained for oracle6, not for slot", task=load_task("slot"))
+
+
+def test_a_large_file_is_not_even_read(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(saved, "MOST_BYTES", len(good) - 1)
+    refused(tmp_path, good, r"has more than 0\.\d+ MB")
+
+
+class Dangerous:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> Any:
+        return Path.touch, (self.path,)
+
+
+def test_a_pickle_runs_only_when_trusted(model: Any, tmp_path: Path):
+    ran = tmp_path / "ran"
+    refused(tmp_path, pickle.dumps(Dangerous(ran)), "holds no agent")
+    with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
+        load_zip(written(tmp_path, pickle.dumps(Dangerous(ran))), TASK)
+    buffer = io.BytesIO()
+    save_to_zip_file(buffer, data={"policy_class": Dangerous(ran)})
+    refused(tmp_path, buffer.getvalue(), "can run code of its author: give a .safetensors file, or --trust")
+    assert not ran.exists()
+    with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
+        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+    assert ran.exists()
+
+
+class Missing:
+    """Unpickles by importing a module that is not there."""
+
+    def __reduce__(self) -> Any:
+        return importlib.import_module, ("a_module_that_is_not_there",)
+
+
+@pytest.mark.parametrize("junk", [b"", b"junk", b"\x80\x02junk", b"P" * 40, bytes(40), pickle.dumps({"a": 1})])
+def test_a_trusted_zip_with_junk_in_it_is_refused(junk: bytes, model: Any, tmp_path: Path):
+    model.save(tmp_path / "whole.zip")
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(tmp_path / "whole.zip") as whole, zipfile.ZipFile(buffer, "w") as changed:
+        for name in whole.namelist():
+            changed.writestr(name, junk if name == "policy.pth" else whole.read(name))
+    with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
+        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+
+
+def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as made:
+        made.writestr("data", "{}")
+        made.writestr("policy.pth", pickle.dumps(Missing()))
+    with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
+        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+    buffer = io.BytesIO()
+    serialized = base64.b64encode(pickle.dumps(Missing())).decode()
+    with zipfile.ZipFile(buffer, "w") as made:
+        made.writestr("data", json.dumps({"policy_class": {":serialized:": serialized}}))
+    with pytest.raises(GrindError, match="a_module_that_is_not_there"):
+        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+
+
+def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes, model: Any, tmp_path: Path):
+    (tmp_path / "agent.safetensors").write_bytes(good)
+    model.save(tmp_path / "agent.zip")
+    ours = load_policy(tmp_path / "agent.safetensors")
+    theirs = load_zip(tmp_path / "agent.zip", TASK)
+    assert (theirs.memory, theirs.actions, theirs.name) == ("belief", "grid", "agent")
+    runs = [evaluate(policy, TASK, episode_seeds("validation", 2)) for policy in (ours, theirs)]
+    assert np.array_equal(runs[0].speeds, runs[1].speeds)
+    with pytest.raises(GrindError, match="was not trained for rush"):
+        load_zip(tmp_path / "agent.zip", load_task("rush"))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("format", 2, "has format 2, but this version reads 1"),
+        ("format", True, "has format True, but this version reads 1"),
+        ("format", 1.0, r"has format 1\.0, but this version reads 1"),
+        ("format", "1" * 600_000, r"has format '1+\.\.\. \(600002 characters\), but this version reads 1"),
+        ("task", "unheard_of", "there is no task 'unheard_of'"),
+        ("task", "../../etc/passwd", "description is damaged"),
+        ("task", "slot", "another version of slot"),
+        ("task", ["oracle6"], "description is damaged"),
+        ("kind", "\x1b[2J", "description is damaged"),
+        ("memory", "elephant", "description is damaged"),
+        ("memory", {}, "description is damaged"),
+        ("memory", "stack", "another version of oracle6"),
+        ("actions", "index", "another version of oracle6"),
+        ("spaces", "0" * 64, "another version of oracle6"),
+        ("network", None, "description is damaged"),
+    ],
+)
+def test_a_wrong_description_is_refused(key: str, value: Any, match: str, good: bytes, tmp_path: Path):
+    refused(tmp_path, with_document(good, lambda document: document.update({key: value})), match)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("family", "os.system", "description is damaged"),
+        ("family", "q_network", "its tensors are not those"),
+        ("entries", 10**9, "description is damaged"),
+        ("entries", True, "description is damaged"),
+        ("entries", 12, "its tensors are not those"),
+        ("hidden", [128], "its tensors are not those"),
+        ("hidden", [60_000] * 16, "its tensors are not those"),
+        ("hidden", [1] * 17, "description is damaged"),
+        ("hidden", [128.0, 128.0], "description is damaged"),
+        ("hidden", "128", "description is damaged"),
+        ("lstm", 64, "its tensors are not those"),
+        ("activation", "exec", "description is damaged"),
+    ],
+)
+def test_a_wrong_network_is_refused(key: str, value: Any, match: str, good: bytes, tmp_path: Path):
+    refused(tmp_path, with_document(good, lambda document: document["network"].update({key: value})), match)
+
+
+def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
+    metadata = {ENTRY: json.dumps(document_of(good))}
+    for change, match in (
+        (lambda values: np.full_like(values, np.nan), "no finite number"),
+        (lambda values: np.where(np.arange(len(values)) == 3, np.inf, values).astype(np.float32), "no finite number"),
+        (lambda values: values.astype(np.float64), "its tensors are not those"),
+        (lambda values: values[1:], "its tensors are not those"),
+        (lambda values: values[:, None], "its tensors are not those"),
+    ):
+        tensors = load(good)
+        tensors["action_net.bias"] = change(tensors["action_net.bias"])
+        refused(tmp_path, save(tensors, metadata), match)
+    tensors = load(good)
+    refused(tmp_path, save({**tensors, "more": np.zeros(1, np.float32)}, metadata), "its tensors are not those")
+    del tensors["action_net.bias"]
+    refused(tmp_path, save(tensors, metadata), "its tensors are not those")
+
+
+def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
+    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model.policy.action_net.bias.data[0] = float("nan")
+    with pytest.raises(GrindError, match="no finite number"):
+        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+    assert list(tmp_path.iterdir()) == []
+
+
+LAYERS = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_net")
+
+
+def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
+    tensors = load(data)
+    for name, factor in factors.items():
+        with np.errstate(over="ignore"):
+            tensors[name] = (tensors[name].astype(np.float64) * factor).astype(np.float32)
+    return save(tensors, {ENTRY: json.dumps(document_of(data))})
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_path: Path):
+    largest = float(np.abs(load(good)[f"{layer}.weight"]).max())
+    data = with_factors(good, {f"{layer}.weight": 3e38 / largest})
+    assert all(np.isfinite(values).all() for values in load(data).values())
+    refused(tmp_path, data, f"the weights of {layer} are so large that it may overflow: train one anew")
+
+
+def test_an_lstm_that_overflows_is_refused(tmp_path: Path):
+    chosen = settings_for("recurrent_ppo", TASK, Path("no folder"))
+    model = build(chosen, LearnerVecEnv(TASK, 2, chosen.memory, chosen.actions), 3)
+    save_policy(tmp_path / "agent.safetensors", model, TASK, "recurrent_ppo", chosen)
+    data = (tmp_path / "agent.safetensors").read_bytes()
+    for part in ("ih", "hh"):
+        refused(
+            tmp_path, with_factors(data, {f"lstm_actor.weight_{part}_l0": 1e39}), "the weights of lstm_actor are so"
+        )
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(powers=st.tuples(*[st.integers(0, 39)] * 3), relu=st.booleans(), seed=st.integers(0, 2**32 - 1))
+@example(powers=(12, 12, 11), relu=True, seed=0)
+@example(powers=(35, 35, 35), relu=False, seed=0)
+def test_what_is_accepted_does_not_overflow(
+    powers: tuple[int, ...], relu: bool, seed: int, good: bytes, tmp_path: Path
+):
+    factors = {f"{layer}.weight": 10.0**power for layer, power in zip(LAYERS, powers, strict=True)}
+    data = with_document(
+        with_factors(good, factors),
+        lambda document: document["network"].update(activation="relu" if relu else "tanh"),
+    )
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(data)
+    try:
+        actor = load_policy(path).actor
+    except GrindError as error:
+        assert "overflow" in str(error) or "no finite number" in str(error)
+        return
+    # the features that the units of the first layer add up most of, and any others
+    worst = np.sign(actor.tensors["mlp_extractor.policy_net.0.weight"])
+    signs = np.concatenate([worst, np.random.default_rng(seed).choice([-1.0, 1.0], worst.shape)])
+    features = (FEATURE_BOUND * signs).astype(np.float32)
+    with np.errstate(over="raise", invalid="raise"):
+        values, _ = actor.outputs(features, actor.begin(len(features)))
+    assert np.isfinite(values).all()
+
+
+@pytest.mark.parametrize("path", sorted(SHIPPED.iterdir()), ids=lambda path: path.stem)
+def test_the_policies_that_are_shipped_are_accepted(path: Path):
+    assert load_policy(path).task_name == path.stem
+
+
+def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path: Path):
+    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model.policy.action_net.weight.data[:] = 3e38
+    with pytest.raises(GrindError, match="the weights of action_net are so large"):
+        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+    model.save(tmp_path / "agent.zip")
+    with pytest.raises(GrindError, match="the weights of action_net are so large"):
+        load_zip(tmp_path / "agent.zip", TASK)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(cut=st.integers(0, 400), where=st.integers(0, 2400), mask=st.integers(0, 255), tail=st.binary(max_size=8))
+def test_a_damaged_file_is_an_agent_or_refused(
+    cut: int, where: int, mask: int, tail: bytes, good: bytes, tmp_path: Path
+):
+    data = bytearray(good)
+    data[where] ^= mask
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(bytes(data[: len(data) - cut]) + tail)
+    try:
+        policy = load_policy(path)
+    except GrindError as error:
+        assert "\n" not in str(error)
+    else:
+        # flipped bits may spell another number or version
+        policy.begin(TASK, 1)
+        policy.act(np.zeros((1, len(readings(TASK, full=False))), np.float32), None)

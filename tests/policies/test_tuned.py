@@ -1,0 +1,153 @@
+import dataclasses
+
+import pytest
+
+from agents.coefficients import RULES, entry_names, from_vector
+from agents.tune import tunable, tune
+from grind_env.envs.tasks import load_task
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.registry import make_policy
+from grind_env.policies.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
+
+TASK = load_task("power_limited")
+TUNED = Tuned(
+    parameters={"E": [10.5, 7.0], "D": [1, 0], "gA": -0.5},
+    training_cost=1.25,
+    validation_cost=1.5,
+    evaluations=12,
+    training_seeds=[0, 4],
+    validation_seeds=[500000, 4],
+)
+
+
+def test_parameters_survive_the_file(tmp_path):
+    write_tuned("job", {"a": TUNED, "b": TUNED}, tmp_path)
+    assert read_tuned("job", tmp_path) == {"a": TUNED, "b": TUNED}
+    assert [path.name for path in tmp_path.iterdir()] == ["job.toml"]
+
+
+def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
+    assert read_tuned("job", tmp_path) == {}
+    with pytest.raises(ConfigError, match="python -m agents tune --task power_limited"):
+        make_policy("adaptive_rule", TASK, tmp_path)
+
+
+@pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1"])
+def test_a_damaged_file_is_an_error(tmp_path, text):
+    (tmp_path / "job.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"job\.toml is damaged"):
+        read_tuned("job", tmp_path)
+
+
+def test_a_file_of_another_encoding_is_an_error(tmp_path):
+    (tmp_path / "power_limited.toml").write_text("# 5 µm\n", encoding="latin-1")
+    for read in (lambda: read_tuned("power_limited", tmp_path), lambda: make_policy("constant", TASK, tmp_path)):
+        with pytest.raises(ConfigError, match=r"power_limited\.toml is damaged"):
+            read()
+
+
+@pytest.mark.parametrize("name", ["constant", "roughness_gauge", "adaptive_rule", "full_state_rule", "mpc"])
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"nonsense": 1}, "nonsense"),
+        ({"E": []}, "has no E that fits"),
+        ({"E": [10.0] * 9}, "has no E that fits"),
+        ({"E": "'fast'"}, "has no E that fits"),
+        ({"E": "nan"}, "has no E that fits"),
+        ({"E": None}, "does not fit .*'E'"),
+    ],
+)
+def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, match, tmp_path):
+    kept = "full_state_rule" if name == "mpc" else name
+    tuned = read_tuned("oracle6")[kept]
+    parameters = {key: value for key, value in {**tuned.parameters, **change}.items() if value is not None}
+    write_tuned("oracle6", {kept: dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
+    with pytest.raises(ConfigError, match=match) as caught:
+        make_policy(name, load_task("oracle6"), tmp_path)
+    assert f"oracle6.toml: [{kept}.parameters]" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("every", [0, -2, 1.5])
+def test_an_interval_that_is_no_number_of_blocks_is_an_error(every, tmp_path):
+    tuned = read_tuned("oracle6")["interval"]
+    parameters = {**tuned.parameters, "every": every}
+    write_tuned("oracle6", {"interval": dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
+    with pytest.raises(
+        ConfigError, match=r"oracle6\.toml: \[interval\.parameters\] has no every that fits: give a whole number"
+    ):
+        make_policy("interval", load_task("oracle6"), tmp_path)
+
+
+def test_parameters_that_are_no_table_are_an_error(tmp_path):
+    write_tuned("oracle6", {"constant": TUNED}, tmp_path)
+    path = tmp_path / "oracle6.toml"
+    path.write_text(path.read_text(encoding="utf-8").partition("[constant.")[0] + "parameters = 3\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"\[constant\.parameters\] does not fit"):
+        make_policy("constant", load_task("oracle6"), tmp_path)
+
+
+def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match="cannot be made"):
+        write_tuned("job", {"a": TUNED}, tmp_path / "file" / "configs")
+
+
+def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
+    assert -0.9 <= read_tuned("power_limited")["adaptive_rule"].parameters["gA"] <= -0.5
+
+
+@pytest.mark.parametrize("task", sorted(path.stem for path in CONFIGS.glob("*.toml")))
+def test_the_files_hold_what_their_parameters_cost(task):
+    job, tuned = load_task(task), read_tuned(task)
+    assert list(tuned) == tunable(job)
+    # a look-ahead takes seconds an evaluation
+    for name in set(tuned) - ({"look_ahead"} if task != "oracle6" else set()):
+        entry = tuned[name]
+        run = evaluate(make_policy(name, job), job, episode_seeds("training", entry.training_seeds[1]))
+        assert run.cost.mean() == pytest.approx(entry.training_cost, rel=1e-4), name
+
+
+def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
+    task = load_task("oracle6")
+    start = from_vector(RULES["adaptive_rule"], task, [0.0] * 11)
+    assert (start["E"], start["gA"], start["wH"]) == ([12.0, 12.0], -0.3, 0.5)
+    assert from_vector(RULES["constant_per_kind"], task, [0.0, 0.0, 9.0, -9.0])["D"] == [1, 0]
+    assert from_vector(RULES["power_threshold"], task, [0.0, 0.0, 9.0, 0.0])["lower"] == 1.0
+
+
+def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
+    sizes = {name: sum(each.size(load_task(name)) for each in RULES["adaptive_rule"]) for name in ("rush", "CBN")}
+    # 3 or 2 kinds, each with E and A_dress; 7 coefficients of every task, 2 of the task
+    assert sizes == {"rush": 15, "CBN": 13}
+    rush, cbn = (set(from_vector(RULES["adaptive_rule"], load_task(name), [0.0] * sizes[name])) for name in sizes)
+    assert rush - cbn == {"gP", "wP"}
+    assert cbn - rush == {"gB", "wB"}
+
+
+def test_every_entry_of_a_search_vector_has_its_name():
+    names = entry_names(RULES["look_ahead"], load_task("rush"))
+    kinds = ("gauge", "plate", "wear_plate")
+    assert names == [*(f"price[{kind}]" for kind in kinds), *(f"growth[{kind}]" for kind in kinds), "haste", "calm"]
+    assert entry_names(RULES["power_threshold"], TASK) == ["E", "upper", "lower", "share"]
+
+
+def test_tuning_resumes_and_repeats(tmp_path):
+    settings = {"evaluations": 20, "episodes": 1, "folder": tmp_path, "runs": tmp_path / "runs"}
+    first = tune("oracle6", ["constant", "power_threshold"], **settings)
+    assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
+    kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
+    both = tune("oracle6", ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40})
+    assert list(both) == ["constant", "size_threshold", "power_threshold"]
+    assert both["power_threshold"] == first["power_threshold"]
+    again = tune(
+        "oracle6", ["constant", "power_threshold"], **settings | {"folder": tmp_path / "b", "runs": tmp_path / "c"}
+    )
+    assert again == first
+    assert (tmp_path / "b" / "oracle6.toml").read_text(encoding="utf-8") == kept
+
+
+def test_a_planner_cannot_be_tuned(tmp_path):
+    with pytest.raises(ConfigError, match="'mpc' cannot be tuned"):
+        tune("oracle6", ["mpc"], folder=tmp_path, runs=tmp_path)

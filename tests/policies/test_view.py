@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+from grind_env.envs.belief import belief_entries
+from grind_env.envs.memory import BeliefMemory
+from grind_env.envs.observations import readings
+from grind_env.envs.tasks import load_task
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.policies.learned.view import ESTIMATES, STACKED, LearnerView, Memory
+from grind_env.policies.scripted.rules import REFERENCE_AREA
+
+pytestmark = pytest.mark.bits
+
+TASK = load_task("power_limited")
+ENTRIES = len(readings(TASK, full=False))
+MEMORIES: tuple[Memory, ...] = ("belief", "stack", "estimates")
+
+
+def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
+    """What `n` episodes measure under random actions."""
+    env = GrindVectorEnv(n, observation="measured", autoreset_mode="SameStep")
+    seen = [env.reset(seed=seed)[0]]
+    rng = np.random.default_rng(seed)
+    for _ in range(blocks):
+        seen.append(env.step(rng.uniform(-1, 1, (n, 2)).astype(np.float32))[0].copy())
+    return seen
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_features_do_not_depend_on_the_episodes_beside(memory: Memory):
+    seen = observations(3, 12)
+    together = LearnerView(TASK, memory)
+    together.begin(3)
+    shown = [together.features(each) for each in seen]
+    for i in range(3):
+        alone = LearnerView(TASK, memory)
+        alone.begin(1)
+        for each, features in zip(seen, shown, strict=True):
+            assert np.array_equal(alone.features(each[i : i + 1])[0], features[i])
+            assert alone.observation_space.contains(features[i])
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: Memory):
+    seen, later = observations(2, 6), observations(2, 4, seed=8)
+    view, plain, fresh = (LearnerView(TASK, memory) for _ in range(3))
+    for each in (view, plain, fresh):
+        each.begin(2)
+    for each in seen:
+        view.features(each)
+        plain.features(each)
+    first = np.array([True, False])
+    view.restart(first)
+    for each in later:
+        shown = view.features(each)
+        assert np.array_equal(shown[0], fresh.features(each)[0])
+        assert np.array_equal(shown[1], plain.features(each)[1])
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_episodes_outside_the_mask_take_nothing_in(memory: Memory):
+    seen, strange = observations(2, 6), observations(2, 6, seed=9)
+    view, plain = LearnerView(TASK, memory), LearnerView(TASK, memory)
+    view.begin(2)
+    plain.begin(2)
+    second = np.array([False, True])
+    for each, other in zip(seen, strange, strict=True):
+        shown = view.features(each)
+        assert np.array_equal(shown[0], plain.features(each)[0])
+        view.features(other, second)
+
+
+def test_the_belief_is_that_of_the_wrapper_beside_what_the_estimates_see():
+    view, estimates = LearnerView(TASK, "belief"), LearnerView(TASK, "estimates")
+    belief = BeliefMemory(TASK, readings(TASK, full=False), 16)
+    for each in (view, estimates, belief):
+        each.begin(2)
+    scale = belief_entries()[0].scale
+    for each in observations(2, 10):
+        shown = view.features(each)
+        assert np.array_equal(shown[:, : ENTRIES + ESTIMATES], estimates.features(each))
+        wrapped = belief.take(each, None, np.ones(2, bool))
+        assert np.array_equal(shown[:, ENTRIES + ESTIMATES : -1], wrapped[:, ENTRIES:])
+        believed = scale * wrapped[:, ENTRIES].astype(np.float64)
+        assert shown[:, -1] == pytest.approx(np.log(believed / REFERENCE_AREA), abs=1e-5)
+    assert shown.shape[1] == ENTRIES + ESTIMATES + len(belief_entries()) + 1
+
+
+def test_a_stack_shows_the_last_observations_oldest_first():
+    view = LearnerView(TASK, "stack")
+    view.begin(2)
+    seen = observations(2, 10)
+    before = [np.zeros((2, ENTRIES), np.float32)] * (STACKED - 1)
+    for k, each in enumerate(seen):
+        wanted = np.concatenate([*before, *seen][k : k + STACKED], axis=1)
+        assert np.array_equal(view.features(each), wanted)
+
+
+def test_every_form_of_action_says_the_same_decision():
+    grid, index, box = (LearnerView(TASK, "estimates", actions) for actions in ("grid", "index", "box"))
+    assert grid.action_space == spaces.MultiDiscrete([24, 4])
+    assert index.action_space == spaces.Discrete(96)
+    assert box.action_space == spaces.Box(-1.0, 1.0, (2,), np.float32)
+    numbers = np.stack(np.meshgrid(np.arange(24), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 2)
+    decision = grid.decide(numbers)
+    for speeds, executions in (
+        index.decide(np.arange(96)),
+        box.decide(box.codec.encode(decision.speeds, decision.executions)),
+    ):
+        assert np.array_equal(speeds, decision.speeds)
+        assert np.array_equal(executions, decision.executions)
+
+
+def test_the_grid_of_a_task_with_levels_is_the_levels():
+    task = load_task("oracle6")
+    view = LearnerView(task)
+    assert view.action_space == spaces.MultiDiscrete([len(task.action.speed_levels or ()), task.action.executions + 1])
+    levels = np.arange(len(task.action.speed_levels or ()))
+    decision = view.decide(np.stack([levels, np.zeros_like(levels)], axis=1))
+    assert decision.speeds.tolist() == [1000.0 * level for level in task.action.speed_levels or ()]

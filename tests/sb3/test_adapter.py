@@ -1,0 +1,187 @@
+import itertools
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
+from stable_baselines3 import A2C
+from stable_baselines3.common.vec_env import DummyVecEnv, VecCheckNan, VecEnv, VecMonitor, VecNormalize
+
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
+from grind_env.errors import GrindError
+from grind_env.sb3.adapter import SB3VecEnv
+
+FLAGSHIP = "grind/PowerLimited-v0"
+IDS = sorted(each for each in gym.registry if each.startswith("grind/"))
+WRAPPERS = {BeliefFilter: VectorBeliefFilter, HistoryStack: VectorHistoryStack}
+
+
+def native(envs: int = 3, **arguments) -> GrindVectorEnv:
+    return GrindVectorEnv(envs, autoreset_mode="SameStep", **arguments)
+
+
+def singles(env_id: str, wrap=lambda env: env, **arguments) -> DummyVecEnv:
+    return DummyVecEnv([lambda: wrap(gym.make(env_id, **arguments)) for _ in range(3)])
+
+
+def assert_alike(adapter: SB3VecEnv, dummy: DummyVecEnv, steps: int) -> int:
+    """Compare observations, rewards, ends and infos, with their types; the number of episodes that ended."""
+    for env in (adapter, dummy):
+        env.seed(7)
+    np.testing.assert_array_equal(adapter.reset(), dummy.reset(), strict=True)
+    assert adapter.reset_infos == dummy.reset_infos
+    rng, ends = np.random.default_rng(0), 0
+    for _ in range(steps):
+        actions = rng.uniform(-1, 1, (3, *adapter.action_space.shape)).astype(np.float32)
+        *ours, infos = adapter.step(actions)
+        *theirs, their_infos = dummy.step(actions)
+        for mine, other in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(mine, other, strict=True)
+        np.testing.assert_equal(infos, their_infos)
+        for mine, other in zip(infos, their_infos, strict=True):
+            assert {name: type(value) for name, value in mine.items()} == {n: type(v) for n, v in other.items()}
+        ends += int(ours[-1].sum())
+    return ends
+
+
+def test_the_adapter_is_what_dummy_vec_env_makes_of_the_single_env():
+    assert assert_alike(SB3VecEnv(native(show_block=True)), singles(FLAGSHIP), 130) == 6
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_infos_of_every_id_are_those_of_dummy_vec_env(env_id):
+    short = {"max_episode_steps": 3}
+    quiet = short if env_id == "grind/Wen-v0" else {**short, "show_block": False}
+    adapter = SB3VecEnv(gym.make_vec(env_id, num_envs=3, autoreset_mode="SameStep", **short))
+    assert assert_alike(adapter, singles(env_id, **quiet), 7) >= 6
+
+
+@pytest.mark.parametrize("wrap", WRAPPERS)
+def test_the_adapter_takes_wrapped_environments(wrap):
+    short = {"max_episode_steps": 5, "show_block": False}
+    adapter, plain = SB3VecEnv(WRAPPERS[wrap](native(**short))), SB3VecEnv(native(**short))
+    assert assert_alike(adapter, singles(FLAGSHIP, wrap, **short), 12) == 6
+    for env in (adapter, plain):
+        env.seed(3)
+    shown, measured = adapter.reset(), plain.reset()
+    entries = measured.shape[1]
+    # the filter appends the belief, the last part of a stack is the observation and the action that led to it
+    part = shown[:, :entries] if wrap is BeliefFilter else shown[:, -entries - 2 : -2]
+    assert np.array_equal(part, measured)
+    # what the wrapper does not have, the environment has
+    assert adapter.get_attr("task") == plain.get_attr("task")
+    named = len(adapter.env_method("observation_info")[0])
+    assert named == (shown.shape[1] if wrap is BeliefFilter else entries)
+
+
+@pytest.mark.parametrize("wrap", WRAPPERS.values())
+def test_wrapped_environments_take_options_one_by_one(wrap):
+    options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}]
+    env = SB3VecEnv(wrap(native()))
+    env.seed(7)
+    env.set_options(options)
+    together = env.reset()
+    for i, each in enumerate(options):
+        alone = wrap(native(1))
+        assert np.array_equal(alone.reset(seed=7 + i, options=each)[0][0], together[i])
+
+
+@pytest.mark.parametrize("wrap", [*WRAPPERS.values(), RecordEpisodeStatistics])
+def test_agents_train_on_wrapped_environments(wrap):
+    env = VecMonitor(SB3VecEnv(wrap(native(max_episode_steps=4))))
+    model = A2C("MlpPolicy", env, n_steps=8, device="cpu").learn(48)
+    assert model.num_timesteps == 48
+    assert [info["l"] for info in model.ep_info_buffer] == [4] * 12
+
+
+def stepped(env: VecEnv, steps: int) -> list[dict]:
+    env.seed(0)
+    env.reset()
+    for _ in range(steps):
+        *_, infos = env.step(np.zeros((3, 2), np.float32))
+    return infos
+
+
+def test_vec_monitor_finds_episodes_and_what_it_is_told_to_keep_of_the_info():
+    infos = stepped(VecMonitor(SB3VecEnv(native()), info_keywords=("block_cost", "E")), 60)
+    assert [info["episode"]["l"] for info in infos] == [60] * 3
+    assert [info["episode"]["block_cost"] for info in infos] == [info["block_cost"] for info in infos]
+
+
+def test_statistics_of_gymnasium_come_through():
+    infos = stepped(SB3VecEnv(RecordEpisodeStatistics(native(max_episode_steps=4))), 4)
+    monitored = stepped(VecMonitor(SB3VecEnv(native(max_episode_steps=4))), 4)
+    assert [info["episode"]["l"] for info in infos] == [4] * 3
+    returns = [info["episode"]["r"] for info in infos]
+    assert returns == pytest.approx([info["episode"]["r"] for info in monitored], rel=1e-5)
+
+
+class Telling(gym.Wrapper):
+    """Says in the info of a reset how many there were."""
+
+    resets = 0
+
+    def reset(self, **kwargs):
+        self.resets += 1
+        observation, info = super().reset(**kwargs)
+        return observation, {**info, "resets": self.resets}
+
+
+def test_the_info_of_a_reset_is_not_that_of_the_episode_before():
+    def make():
+        return Telling(gym.make("grind/Slot-v0", max_episode_steps=3, show_block=False))
+
+    sync = gym.vector.SyncVectorEnv([make] * 3, autoreset_mode=AutoresetMode.SAME_STEP)
+    adapter, dummy = SB3VecEnv(sync), DummyVecEnv([make] * 3)
+    assert assert_alike(adapter, dummy, 7) == 6
+    assert adapter.reset_infos == dummy.reset_infos == [{"resets": 3}] * 3
+
+
+def test_the_wrappers_of_stable_baselines3_leave_the_infos_as_they_are():
+    plain = stepped(SB3VecEnv(native(max_episode_steps=4)), 4)
+    wrapped = stepped(VecCheckNan(VecNormalize(SB3VecEnv(native(max_episode_steps=4)))), 4)
+    for one, other in zip(plain, wrapped, strict=True):
+        # which is normalised
+        assert not np.array_equal(one.pop("terminal_observation"), other.pop("terminal_observation"))
+        assert one == other
+        assert one["TimeLimit.truncated"] is True
+
+
+def test_the_adapter_takes_options_as_dummy_vec_env_does():
+    adapter, dummy = SB3VecEnv(native()), singles(FLAGSHIP)
+    action, shown = np.zeros((3, 2), np.float32), []
+    # what an environment is not told anew holds on
+    for options in (
+        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}],
+        [{}, {"context": {"kA": 0.5}}, {}],
+        {"context": "nominal"},
+    ):
+        for env in (adapter, dummy):
+            env.seed(7)
+            env.set_options(options)
+            shown.append([env.reset(), *(env.step(action)[0] for _ in range(2))])
+    assert np.array_equal(shown[0::2], shown[1::2])
+    assert not any(np.array_equal(before, after) for before, after in itertools.pairwise(shown[0::2]))
+
+
+def test_the_adapter_hands_out_arrays_of_its_own():
+    env = SB3VecEnv(native())
+    observations = env.reset()
+    kept = observations.copy()
+    _, rewards, _, _ = env.step(np.zeros((3, 2), np.float32))
+    first = rewards.copy()
+    env.step(np.ones((3, 2), np.float32))
+    assert np.array_equal(observations, kept)
+    assert np.array_equal(rewards, first)
+
+
+def test_the_adapter_refuses_other_autoreset_modes():
+    for wrap in (lambda env: env, *WRAPPERS.values()):
+        with pytest.raises(GrindError, match=r"has AutoresetMode\.NEXT_STEP, but .* needs autoreset_mode='SameStep'"):
+            SB3VecEnv(wrap(GrindVectorEnv(2)))
+    silent = native()
+    silent.metadata = {}
+    with pytest.raises(GrindError, match="has no autoreset mode, but"):
+        SB3VecEnv(silent)
