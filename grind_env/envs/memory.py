@@ -10,9 +10,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from grind_env.envs.belief import WheelBelief, belief_entries
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.model import MemberModel
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 
 Array = NDArray[Any]
@@ -84,12 +85,25 @@ class StackMemory:
         return self.stack.reshape(len(mask), -1).copy()
 
 
+def belief_entries() -> tuple[Reading, ...]:
+    """How a belief stands in an observation."""
+    return (
+        Reading("belief_wear_flat", "", 0.0, 0.05, 0.0, 5.0, "belief", "mean of the wear-flat area A"),
+        Reading("belief_wear_flat_spread", "", 0.0, 0.05, 0.0, 5.0, "belief", "its standard deviation"),
+        Reading("belief_growth", "ln", 0.0, 1.0, -5.0, 5.0, "belief", "mean log factor on wear-flat growth"),
+        Reading("belief_growth_spread", "ln", 0.0, 1.0, 0.0, 5.0, "belief", "its standard deviation"),
+        Reading("belief_pressure", "ln", 0.0, 1.0, -5.0, 5.0, "belief", "mean log factor on wear-flat pressure"),
+        Reading("belief_pressure_spread", "ln", 0.0, 1.0, 0.0, 5.0, "belief", "its standard deviation"),
+        Reading("belief_burnt", "", 0.0, 1.0, 0.0, 1.0, "belief", "probability that the last block burnt the part"),
+    )
+
+
 class BeliefMemory:
     """The observation and behind it the belief of `WheelBelief`."""
 
-    def __init__(self, task: Task, entries: tuple[Reading, ...], members: int) -> None:
-        self.belief = WheelBelief(task, members, entries)
-        added = belief_entries()
+    def __init__(self, simulation: Simulation, members: int) -> None:
+        self.belief = WheelBelief(MemberModel(simulation), members)
+        entries, added = simulation.entries, belief_entries()
         self.low, self.high = bounds(added)
         self.scale = np.array([entry.scale for entry in added])
         self.space = spaces.Box(*bounds((*entries, *added)), dtype=np.float32)

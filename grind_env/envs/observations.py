@@ -11,18 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.tasks import Task
 from grind_env.kernel import inlined
 from grind_env.process.catalogue import materials
 
-POWER_NOISE = 0.03
-"""Relative standard deviation of a power reading (scenarios, section 3, like the noises below)."""
-POWER_NOISE_FLOOR = 20.0
-"""W; added to it."""
-POWER_RANGE = 5.0
-"""Range of the power sensor over the power limit of the machine."""
 SIZE_NOISE = 0.7
-"""um; standard deviation of the size gauge."""
+"""um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
 ROUGHNESS_NOISE = 0.06
 """Relative standard deviation of the roughness gauge."""
 GAUGE_EVERY = 3

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.belief.hidden import FACTORS
 from grind_env.control import read
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
+from grind_env.envs.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.belief.hidden import FACTORS
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.rows import (
     KindRow,
@@ -16,7 +17,7 @@ from grind_env.envs.rows import (
     write_outcome,
 )
 from grind_env.envs.settling import counted_rise, good_so_far, handover_of, outcome_of, power_readings, remembered
-from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow, read_row
+from grind_env.envs.tape import SPARE_FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
 from grind_env.machine.cycle import Cycle, PartState, dress_lead

@@ -4,12 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.belief.hidden import CUT
 from grind_env.envs.contexts import Fixed
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.rows import column_reader, column_writer
-
-CUT = 1.8
-"""Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
 
 
 class TapeRow(NamedTuple):
@@ -57,10 +55,8 @@ class TapeRow(NamedTuple):
     """1 for the last block before the date."""
 
 
-FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
-"""The factors of a tape row, each on the stroke parameter of the same name."""
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
-"""Where they stand after a wheel change."""
+"""Where the factors stand after a wheel change."""
 
 read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
 DUE, WORK, IS_DUE = (TapeRow._fields.index(name) for name in ("due", "work", "is_due"))

@@ -12,11 +12,10 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
-from grind_env.envs.belief import belief_entries
 from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.form import G82, Form
-from grind_env.envs.memory import Array, BeliefMemory, Flags, Memory, StackMemory, WrapperError
+from grind_env.envs.memory import Array, BeliefMemory, Flags, Memory, StackMemory, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
 from grind_env.envs.vector_env import GrindVectorEnv
 
@@ -154,7 +153,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
             raise not_grinding(env)
         check_belief(env, base.form, members)
         self.entries = (*base.observation_info(), *belief_entries())
-        super().__init__(env, BeliefMemory(base.task, base.observation_info(), members))
+        super().__init__(env, BeliefMemory(base.simulation, members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
@@ -180,7 +179,7 @@ class VectorBeliefFilter(VectorMemory):
             raise not_grinding(env)
         check_belief(env, base.form, members)
         self.entries = (*base.observation_info(), *belief_entries())
-        super().__init__(env, BeliefMemory(base.task, base.observation_info(), members))
+        super().__init__(env, BeliefMemory(base.simulation, members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""

@@ -10,7 +10,6 @@ from grind_env.envs.contexts import SPLITS as CONTEXT_SPLITS
 from grind_env.envs.contexts import Given
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array
 from grind_env.policies.policy import Policy, reveal
@@ -52,9 +51,9 @@ class Evaluation:
     finished: Array
     """Parts finished, shape (N,)."""
     speeds: Array
-    """E, mm/min, shape (N, blocks)."""
+    """E, mm/min, shape (N, steps); NaN after the end of a shorter episode."""
     executions: Array
-    """D, shape (N, blocks)."""
+    """D, likewise."""
 
     @property
     def cost_per_good_part(self) -> Interval:
@@ -62,9 +61,32 @@ class Evaluation:
         return bootstrap(cost_per_good_part, self.cost, self.good)
 
     @property
+    def speed(self) -> float:
+        """Mean E, m/min."""
+        return float(np.nanmean(self.speeds)) / 1000.0
+
+    @property
+    def dresses(self) -> float:
+        """Mean D."""
+        return float(np.nanmean(self.executions))
+
+    @property
     def scrap(self) -> float:
         """Share of the parts that are scrap."""
         return float(1.0 - self.good.sum() / self.finished.sum())
+
+    @staticmethod
+    def joined(parts: Sequence["Evaluation"]) -> "Evaluation":
+        """Evaluations of different episodes as one."""
+        steps = max(part.speeds.shape[1] for part in parts)
+
+        def column(name: str) -> Array:
+            values = [getattr(part, name) for part in parts]
+            if values[0].ndim > 1:
+                values = [np.pad(each, ((0, 0), (0, steps - each.shape[1])), constant_values=np.nan) for each in values]
+            return np.concatenate(values)
+
+        return Evaluation(*(column(each.name) for each in fields(Evaluation)))
 
     def first(self, count: int) -> "Evaluation":
         """The same of the first `count` episodes."""
@@ -86,29 +108,33 @@ def split_of(seed: int) -> str:
     return max((first, split) for split, first in SPLITS.items() if first <= max(seed, 0))[1]
 
 
-def evaluate(policy: Policy, task: Task, seeds: Sequence[int]) -> Evaluation:
+def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> Evaluation:
     """Run the policy once through the episode of each seed."""
-    simulation = Simulation(task)
     return roll_out(policy, simulation, start_episodes(simulation, seeds))
 
 
 def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Evaluation:
-    """Run the policy from the first block of the episodes to the last; the episodes are left as they are.
+    """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
 
     Every decision goes through the action space, and the policy sees no more than it declares.
 
     Raises:
-        ActionError: if the policy decides an E or a D that the task does not have.
+        ActionError: if the policy decides an E or a D that the environment does not have.
     """
-    task, n = simulation.task, len(episodes.block)
+    n = len(episodes.block)
     episodes = episodes.pick(np.arange(n))
-    codec = ActionCodec(task)
+    codec = ActionCodec(simulation.task)
     totals = np.zeros((n, 3))
-    plan = np.empty((2, n, task.blocks))
-    policy.begin(task, n)
-    for k in range(task.blocks):
-        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, task, episodes))
-        plan[:, :, k] = codec.decode(codec.encode(*decision))
-        outcomes, _ = simulation.step(episodes, plan[0, :, k], plan[1, :, k])
+    plan: list[tuple[Array, ...]] = []
+    policy.begin(simulation, n)
+    while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
+        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, simulation, episodes))
+        choice = simulation.taken(episodes, codec.decode(codec.encode(*decision)))
+        outcomes, _ = simulation.step(episodes, *choice, active=running)
         totals += outcomes[:, [COST, GOOD, FINISHED]]
-    return Evaluation(*totals.T, *plan)
+        over = np.ones(n, bool)
+        over[running] = False
+        plan.append(tuple(np.where(over, np.nan, values) for values in choice))
+    speeds, executions = np.array(plan).transpose(1, 2, 0)
+    cost, good, finished = totals.T
+    return Evaluation(cost, good, finished, speeds, executions)

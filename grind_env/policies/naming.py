@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.learned.saved import SUFFIX, load_policy
@@ -22,16 +22,16 @@ FALLBACK = "adaptive_rule"
 CONSTANT = re.compile(r"E(\d+(?:\.\d+)?)D(\d+)")
 
 
-Unzip = Callable[[Path, Task], Policy]
+Unzip = Callable[[Path, Simulation], Policy]
 """Reads a model of Stable-Baselines3: `grind_env.sb3.load_zip`."""
 
 
-def named_policy(text: str, task: Task, configs: Path = CONFIGS, unzip: Unzip | None = None) -> Policy:
+def named_policy(text: str, simulation: Simulation, configs: Path = CONFIGS, unzip: Unzip | None = None) -> Policy:
     """The policy that a text names.
 
     Args:
         text: one of the registry, the file of a trained agent (.safetensors), or a constant such as `E12D0`.
-        task: what it is to grind.
+        simulation: what it is to grind.
         configs: folder of the tuned parameters.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
 
@@ -39,27 +39,31 @@ def named_policy(text: str, task: Task, configs: Path = CONFIGS, unzip: Unzip | 
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E.
     """
     if text.endswith(".zip") and unzip is not None:
-        return unzip(Path(text), task)
+        return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
-        return load_policy(Path(text), task=task)
+        return load_policy(Path(text), simulation=simulation)
     if constant := CONSTANT.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
-        low, high = (0.001 * bound for bound in speed_bounds(task))
+        low, high = (0.001 * bound for bound in speed_bounds(simulation.task))
         if not low <= speed <= high:
-            raise GrindError(f"{text}: E is {speed:g} m/min, but {task.name} has {low:g} to {high:g}")
+            raise GrindError(f"{text}: E is {speed:g} m/min, but {simulation.task.name} has {low:g} to {high:g}")
         return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
-    return make_policy(text, task, configs)
+    return make_policy(text, simulation, configs)
 
 
-def chosen_policy(text: str | None, task: Task, configs: Path = CONFIGS, unzip: Unzip | None = None) -> Policy:
+def chosen_policy(
+    text: str | None, simulation: Simulation, configs: Path = CONFIGS, unzip: Unzip | None = None
+) -> Policy:
     """As `named_policy`; without a text the trained policy that comes with the package for the task.
 
     Where there is none, `FALLBACK` stands in, as a sentence in the terminal says.
     """
     if text is None:
-        path = SHIPPED / f"{task.name}{SUFFIX}"
+        path = SHIPPED / f"{simulation.task.name}{SUFFIX}"
         if path.is_file():
-            return load_policy(path, task=task)
-        print(f"no trained policy is shipped for {task.name}: {FALLBACK} plays in its place", file=sys.stderr)
+            return load_policy(path, simulation=simulation)
+        print(
+            f"no trained policy is shipped for {simulation.task.name}: {FALLBACK} plays in its place", file=sys.stderr
+        )
         text = FALLBACK
-    return named_policy(text, task, configs, unzip)
+    return named_policy(text, simulation, configs, unzip)

@@ -1,11 +1,11 @@
 """One episode of one policy, to watch, and the part program that came of it."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import split_of
 from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,25 +26,28 @@ class Played:
     """Time on the machine, s."""
 
 
-def play(policy: Policy, task: Task, seed: int, render_mode: str | None = None) -> Played:
+def play(policy: Policy, problem: Problem, seed: int, render_mode: str | None = None) -> Played:
     """Run a policy through the episode of a seed, in the environment that anybody else would step.
 
     Args:
         policy: decides.
-        task: what it grinds.
+        problem: what it grinds.
         seed: of the episode; one of the split `"test"` draws it from the test contexts, as `evaluate` does.
         render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
             None to show nothing.
     """
-    env = GrindEnv(task=task.name, observation="measured", render_mode=render_mode)
-    policy.begin(task, 1)
+    env: Any = problem.make(render_mode=render_mode).unwrapped
+    simulation, codec = env.simulation, env.codec
+    policy.begin(simulation, 1)
+    executions = 0
     try:
         observation, _ = env.reset(seed=seed, options={"split": "test"} if split_of(seed) == "test" else None)
         over = False
         while not over:
-            assert env.episodes is not None
-            decision = policy.act(observation[None], reveal(policy.sees, task, env.episodes))
-            observation, _, over, _, _ = env.step(env.codec.encode(*decision)[0])
+            decision = policy.act(observation[None], reveal(policy.sees, simulation, env.episodes))
+            action = codec.encode(*decision)[0]
+            observation, _, over, _, info = env.step(action)
+            executions += int(info["D"])
             if render_mode == "ansi":
                 print(env.render())
         outcomes = env.outcomes
@@ -53,7 +56,7 @@ def play(policy: Policy, task: Task, seed: int, render_mode: str | None = None) 
             cost=sum(outcome.cost for outcome in outcomes),
             good=sum(outcome.good for outcome in outcomes),
             finished=round(sum(outcome.finished for outcome in outcomes)),
-            dresses=sum(block.executions for block in env.blocks),
+            dresses=executions,
             seconds=sum(outcome.seconds for outcome in outcomes),
         )
     finally:

@@ -1,7 +1,8 @@
 """What a policy is, and how much of the truth it may see.
 
-A policy decides E and D of the coming block for N episodes side by side. It says in `sees` what it needs, and
-`reveal` hands it no more than that, so that no score rests on knowledge that the policy did not declare.
+A policy decides E and D of the coming step for N episodes side by side, in any environment that has a `Simulation`. It
+says in `sees` what it needs, and `reveal` hands it no more than that, so that no score rests on knowledge that the
+policy did not declare.
 """
 
 from dataclasses import replace
@@ -10,18 +11,21 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Due, Task
+from grind_env.envs.rows import KindRow
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Array, Decision
-from grind_env.policies.columns import CHANGES, DUE, GAUGED, KIND, LISTED, NEW_LOT, NOISE, OF_WHEEL, STOCK, WORK
+from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, OF_WHEEL, STOCK, WORK
 
 Sees = Literal["measurements", "state", "future"]
 """`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
 and stock; `future`: every later lot and stock too."""
 
+NOMINAL_STOCK = KindRow._fields.index("stock")
+
 
 class Policy(Protocol):
-    """Decides E and D of every block of N episodes that run side by side."""
+    """Decides E and D of every step of N episodes that run side by side."""
 
     @property
     def name(self) -> str:
@@ -31,19 +35,19 @@ class Policy(Protocol):
     def sees(self) -> Sees:
         """How much of the truth `act` is shown."""
 
-    def begin(self, task: Task, episodes: int) -> None:
-        """Forget everything; that many episodes of the task begin."""
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Forget everything; that many episodes of the simulation begin."""
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming block.
+        """Decide the coming step.
 
         Args:
-            observation: measured, shape (N, entries); see `grind_env.envs.observations.physical`.
+            observation: measured, shape (N, entries); `Simulation.read` says what it means.
             episodes: None for a policy that sees measurements, else what `reveal` shows; it may be changed.
         """
 
 
-def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
+def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes | None:
     """What a policy may see of the true episodes, as copies.
 
     Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
@@ -52,23 +56,22 @@ def reveal(sees: Sees, task: Task, episodes: Episodes) -> Episodes | None:
     """
     if sees == "measurements":
         return None
-    shown = episodes.pick(np.arange(len(episodes.block)))
-    shown.tape[..., NOISE] = 0.0
+    shown = simulation.without_noise(episodes.pick(np.arange(len(episodes.block))))
     if sees == "state":
         blocks = shown.tape.shape[1]
         later = np.arange(blocks) > shown.block[:, None]
         coming = shown.tape[np.arange(len(shown.block)), np.minimum(shown.block, blocks - 1)]
-        nominal = np.array([kind.stock for kind in task.kinds])[shown.tape[..., KIND].astype(np.int64)]
         expected = np.repeat(coming[:, None], blocks, axis=1)
         expected[..., LISTED] = shown.tape[..., LISTED]
+        nominal = simulation.kinds[simulation.rows_of(expected), NOMINAL_STOCK]
         expected[..., STOCK] = expected[..., GAUGED] = nominal
         expected[..., NEW_LOT] = 0.0
         shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
         first_wheel = shown.memory[:, CHANGES] == 0.0
         for old, new in OF_WHEEL:
             shown.tape[first_wheel, :, new] = shown.tape[first_wheel, :, old]
-        if task.due is not None:
-            shown.tape[..., DUE] = expected_dates(task.due, shown.tape, coming[:, DUE], shown.block)
+        if simulation.task.due is not None:
+            shown.tape[..., DUE] = expected_dates(simulation.task.due, shown.tape, coming[:, DUE], shown.block)
     return shown
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_origin
 
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted
 from grind_env.policies.planners.hindsight import Hindsight
@@ -16,7 +17,7 @@ from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
-from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, Handbook, PowerThreshold, Random
 from grind_env.policies.scripted.size_threshold import SizeThreshold
 from grind_env.policies.tuned import CONFIGS, ConfigError, tuned_arguments
 
@@ -25,11 +26,7 @@ FIXED_PLANS = ("constant", "interval")
 REFERENCE = "hindsight"
 """Scores 100."""
 
-UNTUNED: dict[str, Callable[[Task], Policy]] = {
-    "random": lambda task: Random(),
-    "handbook": handbook,
-    REFERENCE: lambda task: Hindsight(),
-}
+UNTUNED: dict[str, Callable[[], Policy]] = {"random": Random, "handbook": Handbook, REFERENCE: Hindsight}
 TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
@@ -45,39 +42,52 @@ TUNED: dict[str, Callable[..., Policy]] = {
 }
 
 
-def policy_names(task: Task) -> list[str]:
-    """Names of the policies of a task, from those that know least to those that know most."""
+BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
+"""Policies that think in blocks."""
+BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
+"""Policies that grind a block many times before they decide."""
+
+
+def policy_names(simulation: Simulation) -> list[str]:
+    """Names of the policies of an environment, from those that know least to those that know most."""
     names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "roughness_gauge", "size_threshold"]
     names += ["power_threshold", "burn_line", "adaptive_rule", "belief_rule", "look_ahead"]
     names += ["full_state_rule", "mpc", REFERENCE]
-    return [name for name in names if name != "constant_per_kind" or len(task.kinds) > 1]
+    unfit = {
+        *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
+        *(BY_BLOCK if not simulation.by_block else ()),
+        *(BRANCHING if not simulation.compiled else ()),
+    }
+    return [name for name in names if name not in unfit]
 
 
-def check_names(task: Task, names: Sequence[str] | None) -> Sequence[str]:
-    """The names, or those of all policies of the task for None.
+def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence[str]:
+    """The names, or those of all policies of the environment for None.
 
     Raises:
-        ConfigError: if one is no policy of the task.
+        ConfigError: if one is no policy of it.
     """
-    known = policy_names(task)
+    known = policy_names(simulation)
     if unknown := set(names or ()) - set(known):
-        raise ConfigError(f"there is no policy {quoted(min(unknown))} for {task.name}: choose from {', '.join(known)}")
+        raise ConfigError(
+            f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"
+        )
     return known if names is None else names
 
 
-def make_policy(name: str, task: Task, folder: Path = CONFIGS) -> Policy:
-    """The policy of that name, with the parameters tuned for the task.
+def make_policy(name: str, simulation: Simulation, folder: Path = CONFIGS) -> Policy:
+    """The policy of that name, with the parameters tuned for the environment.
 
     Raises:
-        ConfigError: if there is no such policy, if it has not been tuned for the task yet, or if its parameters in the
-            file are not those that it takes.
+        ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if its parameters
+            in the file are not those that it takes.
     """
-    check_names(task, [name])
+    check_names(simulation, [name])
     if name in UNTUNED:
-        return UNTUNED[name](task)
+        return UNTUNED[name]()
     if name == "mpc":
-        return ModelPredictive(_tuned_policy("full_state_rule", task, folder))
-    policy: Policy = _tuned_policy(name, task, folder)
+        return ModelPredictive(_tuned_policy("full_state_rule", simulation.task, folder))
+    policy: Policy = _tuned_policy(name, simulation.task, folder)
     return policy
 
 

@@ -5,14 +5,14 @@ from typing import Any, get_args
 
 from stable_baselines3.common.save_util import load_from_zip_file
 
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import reason
 from grind_env.policies.learned.network import LearnedPolicy, acting_part
 from grind_env.policies.learned.saved import PolicyFileError, check_sums, fits
 from grind_env.policies.learned.view import Actions, LearnerView, Memory
 
 
-def load_zip(path: Path, task: Task) -> LearnedPolicy:
+def load_zip(path: Path, simulation: Simulation) -> LearnedPolicy:
     """The agent in a trusted .zip of Stable-Baselines3; memory and actions are those that fit its network."""
     try:
         loaded: Any = load_from_zip_file(path, device="cpu")
@@ -28,7 +28,7 @@ def load_zip(path: Path, task: Task) -> LearnedPolicy:
         raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({said})") from None
     for memory in get_args(Memory):
         for actions in get_args(Actions):
-            if fits(actor.network, LearnerView(task, memory, actions)):
+            if fits(actor.network, LearnerView(simulation, memory, actions)):
                 check_sums(path, actor.network, actor.tensors)
-                return LearnedPolicy(actor, task.name, memory, actions, path.stem)
-    raise PolicyFileError(f"{path} was not trained for {task.name}: its observations or actions differ")
+                return LearnedPolicy(actor, simulation.task.name, memory, actions, path.stem)
+    raise PolicyFileError(f"{path} was not trained for {simulation.task.name}: its observations or actions differ")

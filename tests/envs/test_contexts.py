@@ -17,7 +17,8 @@ from grind_env.envs.contexts import (
 )
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import CUT, TapeRow
+from grind_env.belief.hidden import CUT
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import materials

@@ -11,7 +11,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from grind_env.envs.belief import BeliefError, WheelBelief, belief_entries
+from grind_env.belief.wheel import BeliefError, WheelBelief
+from grind_env.envs.memory import belief_entries
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError

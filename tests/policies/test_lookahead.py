@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from grind_env.envs.belief_rows import Belief
+from grind_env.belief.hidden import Belief
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, load_task

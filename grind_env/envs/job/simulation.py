@@ -145,10 +145,11 @@ class JobSimulation(Simulation):
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 
-    def _room(self, n: int) -> JobEpisodes:
+    def room(self, n: int) -> JobEpisodes:
+        """Arrays for N episodes."""
         surfaces = np.empty((n, self._zones, len(Zone._fields)))
         return JobEpisodes(
-            **super()._room(n).arrays(), stages=np.zeros((n, STAGE_FIELDS)), surfaces=surfaces, programs=[]
+            **super().room(n).arrays(), stages=np.zeros((n, STAGE_FIELDS)), surfaces=surfaces, programs=[]
         )
 
     def restart_all(

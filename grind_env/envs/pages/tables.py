@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from grind_env.belief.hidden import CUT
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.pages.markdown import table
 from grind_env.envs.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
 from grind_env.envs.pages.sheet import Sheet
-from grind_env.envs.tape import CUT
 from grind_env.envs.tasks import Task
 from grind_env.process.wen import HIGHEST, LOWEST, Setting
 

@@ -5,7 +5,8 @@ Names, scales and noise are those of `observations` wherever they mean the same.
 
 from typing import NamedTuple
 
-from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE, Reading, readings
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.envs.observations import Reading, readings
 from grind_env.envs.tasks import Task
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.observations import Reading
 from grind_env.envs.rows import KindRow
-from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.simulation import Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.envs.stroke.observe import observe_strokes
 from grind_env.envs.stroke.readings import stroke_readings
 from grind_env.envs.stroke.rules import Pace
@@ -37,8 +37,12 @@ class StrokeEpisodes(Episodes):
 class StrokeSimulation(Simulation):
     """Steps episodes of the task stroke by stroke; arguments as for `Simulation`. Every part is of its only kind."""
 
+    by_block = False
+
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         super().__init__(task, full=full, pre_dress=pre_dress)
+        kind = task.kinds[0]
+        self.usual = {"last_pick": kind.pick, "last_width": kind.width, "tolerance": kind.tolerance}
         within, last = self.kinds.copy(), self.kinds.copy()
         # the loading is counted in the time of the first stroke
         within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
@@ -68,6 +72,20 @@ class StrokeSimulation(Simulation):
         observe_strokes(self.kinds, self._materials, self.task.blocks, *state, offset, scale, low, high, observations)
         return observations
 
+    @property
+    def most_steps(self) -> int:
+        """Strokes of an episode at most."""
+        return self._most
+
+    def without_noise(self, episodes: EpisodesT) -> EpisodesT:
+        """As `Simulation.without_noise`; that of the strokes is apart."""
+        _stroke_episodes(episodes).noise[:] = 0.0
+        return super().without_noise(episodes)
+
+    def window(self, episodes: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
+        """The branches as they are: their tapes have a row a part, and each of them is somewhere on one."""
+        return episodes
+
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
@@ -76,9 +94,10 @@ class StrokeSimulation(Simulation):
         # those of a part stay from stroke to stroke, in the episodes
         step_strokes(cycles, *arguments)
 
-    def _room(self, n: int) -> StrokeEpisodes:
+    def room(self, n: int) -> StrokeEpisodes:
+        """Arrays for N episodes."""
         return StrokeEpisodes(
-            **super()._room(n).arrays(),
+            **super().room(n).arrays(),
             rows=np.empty((n, len(TapeRow._fields))),
             strokes=np.empty((n, len(StrokeMemory._fields))),
             paces=np.empty((n, len(Pace._fields))),

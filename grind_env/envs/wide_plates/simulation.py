@@ -14,7 +14,7 @@ from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.contexts import Given
 from grind_env.envs.form import check_width
 from grind_env.envs.observations import SIZE_NOISE, Reading, readings
-from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.simulation import Episodes, EpisodesT, Simulation, Table
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.wide_plates.program import crossover
 from grind_env.envs.wide_plates.step import step_traverses
@@ -74,15 +74,19 @@ class CrossSimulation(Simulation):
         observations[:, -1] = taper
         return observations
 
+    def without_noise(self, episodes: EpisodesT) -> EpisodesT:
+        """As `Simulation.without_noise`; that of the taper is apart."""
+        _cross(episodes).taper_noise[:] = 0.0
+        return super().without_noise(episodes)
+
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """Those of the task with the size where it is worst, and the taper, which only a part ground in strips has."""
         return (*(_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress)), taper_reading(task))
 
-    def _room(self, n: int) -> CrossEpisodes:
-        return CrossEpisodes(
-            **super()._room(n).arrays(), taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks))
-        )
+    def room(self, n: int) -> CrossEpisodes:
+        """Arrays for N episodes."""
+        return CrossEpisodes(**super().room(n).arrays(), taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
 
     def _grind(self, cycles: Table, *arguments: Any) -> None:
         step_traverses(self._zones, *self._crossing, cycles, *arguments)

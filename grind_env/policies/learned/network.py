@@ -13,8 +13,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
 from grind_env.policies.choices import Decision
@@ -177,15 +176,15 @@ class LearnedPolicy:
     name: str
     sees: Sees = field(default="measurements", init=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
-        """That many episodes of the task begin.
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """That many episodes begin.
 
         Raises:
             GrindError: if the agent was trained for another task.
         """
-        if task.name != self.task_name:
-            raise GrindError(f"the agent {self.name} was trained for {self.task_name}, not for {task.name}")
-        self.view = LearnerView(task, self.memory, self.actions)
+        if simulation.task.name != self.task_name:
+            raise GrindError(f"the agent {self.name} was trained for {self.task_name}, not for {simulation.task.name}")
+        self.view = LearnerView(simulation, self.memory, self.actions)
         self.view.begin(episodes)
         self.state = self.actor.begin(episodes)
 

@@ -18,8 +18,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 
-from grind_env.envs.observations import readings
-from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import MOST_BYTES
 from grind_env.policies.learned.network import (
@@ -33,6 +32,7 @@ from grind_env.policies.learned.network import (
     outputs_of,
 )
 from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, Memory
+from grind_env.policies.problem import find_problem
 
 Sizes = NDArray[np.float64]
 
@@ -66,12 +66,12 @@ class Description:
     """`spaces_digest` of the view that it was trained with."""
 
 
-def load_policy(path: Path, *, task: Task | None = None, name: str | None = None) -> LearnedPolicy:
+def load_policy(path: Path, *, simulation: Simulation | None = None, name: str | None = None) -> LearnedPolicy:
     """The agent in a file.
 
     Args:
         path: file that `python -m agents train` wrote.
-        task: what it must have been trained for; by default whatever the file says.
+        simulation: what it must have been trained for; by default the task that the file names.
         name: name in tables; by default the kind of agent.
 
     Raises:
@@ -100,19 +100,20 @@ def load_policy(path: Path, *, task: Task | None = None, name: str | None = None
     except (SafetensorError, OSError) as error:
         raise PolicyFileError(f"{path} {NO_AGENT} ({reason(error)}): train one anew") from None
     check_finite(path, tensors)
-    trained_for = load_task(described.task)
-    if task is not None and task.name != trained_for.name:
-        raise PolicyFileError(f"{path} was trained for {trained_for.name}, not for {task.name}")
-    view = LearnerView(trained_for, described.memory, described.actions)
+    if simulation is None:
+        simulation = find_problem(described.task).simulation()
+    if simulation.task.name != described.task:
+        raise PolicyFileError(f"{path} was trained for {described.task}, not for {simulation.task.name}")
+    view = LearnerView(simulation, described.memory, described.actions)
     if described.spaces != spaces_digest(view) or not fits(described.network, view):
         raise PolicyFileError(
-            f"{path} was trained for another version of {trained_for.name}, with other observations or actions:"
+            f"{path} was trained for another version of {described.task}, with other observations or actions:"
             " train one anew"
         )
     check_sums(path, described.network, tensors)
     return LearnedPolicy(
         Actor(described.network, tensors),
-        trained_for.name,
+        described.task,
         described.memory,
         described.actions,
         name or described.kind,
@@ -121,7 +122,7 @@ def load_policy(path: Path, *, task: Task | None = None, name: str | None = None
 
 def spaces_digest(view: LearnerView) -> str:
     """Hash of what a learner sees of a task and how it acts; equal digests mean the same numbers mean the same."""
-    entries = [[*entry] for entry in readings(view.task, full=False)]
+    entries = [[*entry] for entry in view.entries]
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]
     return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()

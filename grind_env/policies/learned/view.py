@@ -19,10 +19,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.belief import belief_entries
-from grind_env.envs.memory import BeliefMemory, StackMemory
-from grind_env.envs.observations import bounds, readings
-from grind_env.envs.tasks import Task
+from grind_env.envs.memory import BeliefMemory, StackMemory, belief_entries
+from grind_env.envs.observations import bounds
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
 from grind_env.policies.learned.means import RunningMeans
 from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
@@ -55,21 +54,21 @@ Features = NDArray[np.float32]
 
 
 class LearnerView:
-    """Features and actions of N episodes of a task.
+    """Features and actions of N episodes of a simulation.
 
     Args:
-        task: the task.
+        simulation: of the environment, which shows what is measured.
         memory: what the features remember.
         actions: form of the actions.
     """
 
-    def __init__(self, task: Task, memory: Memory = "belief", actions: Actions = "grid") -> None:
-        entries = readings(task, full=False)
-        self.task = task
-        self.codec = ActionCodec(task, FORMS[actions])
+    def __init__(self, simulation: Simulation, memory: Memory = "belief", actions: Actions = "grid") -> None:
+        entries = simulation.entries
+        self.task, self.entries = simulation.task, entries
+        self.codec = ActionCodec(simulation.task, FORMS[actions])
         self.action_space = self.codec.space
-        self.estimator = SharpnessEstimator(task) if memory != "stack" else None
-        self.belief = BeliefMemory(task, entries, MEMBERS) if memory in ("belief", "means") else None
+        self.estimator = SharpnessEstimator(simulation) if memory != "stack" else None
+        self.belief = BeliefMemory(simulation, MEMBERS) if memory in ("belief", "means") else None
         self.means = RunningMeans(len(entries)) if memory == "means" else None
         measured = spaces.Box(*bounds(entries), dtype=np.float32)
         self.stack = StackMemory(measured, NO_ACTION, STACKED) if memory == "stack" else None

@@ -1,23 +1,24 @@
 """Plans for a known tape: exact for a small task, by forward dynamic programming over state classes for a large one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.rows import Memory, Outcome
+from grind_env.envs.rows import KindRow, Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.machine.tally import Tally
 from grind_env.policies.choices import Array, Decision, all_choices
-from grind_env.policies.columns import AREA, COST, KIND, VOLUME
+from grind_env.policies.columns import AREA, COST, VOLUME
 
 AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 """Edges of the classes of wear-flat area."""
 VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
 """Edges of the classes of specific volume since the dress, mm3/mm."""
+ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
 SURVIVAL = Memory._fields.index("survival")
 SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
@@ -52,7 +53,7 @@ def surcharges(task: Task) -> list[Surcharge]:
 
 
 def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
-    """A cheap plan for each of N episodes whose tape is known; E and D of shape (N, blocks).
+    """A cheap plan for each of N episodes whose tape is known; E and D of shape (N, steps).
 
     From every state kept, every E of a grid with every D up to 2 is tried; of the states reached, the cheapest of
     each class of wear-flat area and volume since the dress is kept, with its full state, if it is not much dearer
@@ -70,22 +71,25 @@ def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge 
 
 
 def _forward(simulation: Simulation, start: Episodes, choices: Decision, surcharge: Surcharge) -> Index:
-    """Numbers of the choices of the plans, shape (N, blocks)."""
+    """Numbers of the choices of the plans, shape (N, steps)."""
     count = len(choices.speeds)
     owner, cost, state = np.arange(len(start.block)), np.zeros(len(start.block)), start
-    unfinished = np.array([0.0 if kind.ends_part else kind.scrap for kind in simulation.task.kinds])
+    ends, scrap = simulation.kinds[:, ENDS_PART], simulation.kinds[:, SCRAP]
+    unfinished = np.where(ends > 0.0, 0.0, scrap)
     margin = MARGIN + 2.0 * surcharge.execution
     parents, taken = [], []
-    for k in range(simulation.task.blocks):
+    for k in range(simulation.most_steps):
+        if simulation.over(state).all():
+            break
         # two rows of tape, so that only the last block is charged for the wheel it leaves behind
-        here = replace(state, tape=start.tape[owner, k : k + 2], block=np.zeros(len(owner), np.int64))
+        here = simulation.window(state, start.tape, owner, k, 2)
         branches = here.pick(np.repeat(np.arange(len(owner)), count))
         decision = np.tile(choices.speeds, len(owner)), np.tile(choices.executions, len(owner))
-        outcomes, results = simulation.step(branches, *decision)
+        outcomes, results = simulation.advance(branches, *decision)
         cost = np.repeat(cost, count) + outcomes[:, COST]
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
         # what a part in work has lost of its chances is charged with its last block, but decides now
-        number = start.tape[owner, k, KIND].astype(np.int64)
+        number = simulation.rows_of(here.tape[np.arange(len(owner)), here.block])
         rank = cost + np.repeat(unfinished[number], count) * (1.0 - branches.memory[:, SURVIVAL])
         whose = np.repeat(owner, count)
         kept = cheapest_of_each(rank, wheel_class(branches), whose)
@@ -128,7 +132,7 @@ class Optimum:
     """Cost of the second-best plan, $."""
 
 
-def exact_optimum(task: Task) -> Optimum:
+def exact_optimum(simulation: Simulation) -> Optimum:
     """The exact optimum of a task without chance and with levels of E, by trying every plan.
 
     Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
@@ -136,9 +140,9 @@ def exact_optimum(task: Task) -> Optimum:
     Raises:
         GrindError: if the task draws anything at random or has a range of E.
     """
+    task = simulation.task
     if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
         raise GrindError(f"{task.name} has no exact optimum: that needs levels of E and no spread")
-    simulation = Simulation(task)
     choices = all_choices(task, SPEEDS)
     count = len(choices.speeds)
     start = simulation.start([np.random.default_rng(0)])

@@ -37,9 +37,9 @@ class Hindsight:
     plan: Decision | None = field(init=False, repr=False, default=None)
     block: int = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Throw the plan away."""
-        self.simulation, self.plan, self.block = Simulation(task), None, 0
+        self.simulation, self.plan, self.block = simulation, None, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Plan before the first block, then follow the plan."""
@@ -77,13 +77,13 @@ def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.rando
     task, n = simulation.task, len(start.block)
     plan = Decision(plan.speeds.copy(), plan.executions.copy())
     state = start.pick(np.arange(n))
-    for k in range(task.blocks):
+    for k in range(plan.speeds.shape[1]):
         speeds, executions = moves(task, Decision(plan.speeds[:, k:], plan.executions[:, k:]), rng)
         cost = plan_cost(simulation, state, speeds, executions)
         best = cost.argmin(axis=0)
         plan.speeds[:, k:] = speeds[best, np.arange(n)]
         plan.executions[:, k:] = executions[best, np.arange(n)]
-        simulation.step(state, plan.speeds[:, k].copy(), plan.executions[:, k].copy())
+        simulation.advance(state, plan.speeds[:, k].copy(), plan.executions[:, k].copy())
     return plan
 
 
@@ -95,7 +95,7 @@ def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions
     D = np.ascontiguousarray(executions.reshape(-1, blocks).T)
     cost = np.zeros(plans * n)
     for k in range(blocks):
-        cost += simulation.step(branches, E[k], D[k])[0][:, COST]
+        cost += simulation.advance(branches, E[k], D[k])[0][:, COST]
     return cost.reshape(plans, n)
 
 

@@ -4,7 +4,7 @@ They do not bound what an agent can reach: one is a tuned rule, the other looks 
 that rule. `bc`, which sees measurements only, costs less than `mpc` in Rush, and `look_ahead` less than both in CBN.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import (
     AREA,
@@ -22,14 +21,13 @@ from grind_env.policies.columns import (
     DIAMETER,
     DUE,
     GAUGED,
-    KIND,
     LOADING,
     OF_WHEEL,
     PRESSURE,
     VOLUME,
     WORK,
 )
-from grind_env.policies.policy import Sees
+from grind_env.policies.policy import NOMINAL_STOCK, Sees
 from grind_env.policies.scripted.estimator import Estimate, thrift
 from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
 
@@ -47,9 +45,9 @@ class FullStateRule(SharpnessRule):
     name: ClassVar[str] = "full_state_rule"
     sees: ClassVar[Sees] = "state"
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Learn the task."""
-        self.task = task
+        self.task, self.simulation = simulation.task, simulation
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Read the state, then decide."""
@@ -58,9 +56,11 @@ class FullStateRule(SharpnessRule):
 
     def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
         """The decision for episodes whose state is known, with that many blocks still to grind."""
-        coming = episodes.tape[np.arange(len(episodes.block)), episodes.block]
+        last = episodes.tape.shape[1] - 1
+        coming = episodes.tape[np.arange(len(episodes.block)), np.minimum(episodes.block, last)]
         wheels, task = episodes.wheels, self.task
-        nominal = np.array([kind.stock for kind in task.kinds])[coming[:, KIND].astype(np.int64)]
+        rows = self.simulation.rows_of(coming)
+        nominal = self.simulation.kinds[rows, NOMINAL_STOCK]
         changed = episodes.memory[:, CHANGES] > 0.0
         ln_kA, ln_roughness = (np.log(np.where(changed, coming[:, new], coming[:, old])) for old, new in OF_WHEEL)
         nothing = np.zeros(len(coming))
@@ -76,7 +76,7 @@ class FullStateRule(SharpnessRule):
             volume=wheels[:, VOLUME],
             severity=nothing,
             stock=coming[:, GAUGED] / nominal,
-            kind=coming[:, KIND],
+            kind=self.simulation.kind_of_row(rows).astype(np.float64),
             pressed=pressed,
             thrift=left,
         )
@@ -104,10 +104,10 @@ class ModelPredictive:
     simulation: Simulation = field(init=False, repr=False)
     block: int = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to the first block."""
-        self.rule.begin(task, episodes)
-        self.simulation, self.block = Simulation(task), 0
+        self.rule.begin(simulation, episodes)
+        self.simulation, self.block = simulation, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Simulate every choice and take the cheapest."""
@@ -128,8 +128,8 @@ class ModelPredictive:
         """The cheapest of each episode's choices, given as shape (N, choices)."""
         task, (n, count) = self.simulation.task, choices.speeds.shape
         last = self._last_block()
-        # the tape of the branches ends with the horizon, and so the simulation charges the wheel left behind
-        here = replace(episodes, tape=episodes.tape[:, self.block : last + 1], block=np.zeros(n, np.int64))
+        # the branches end with the horizon, and so the simulation charges the wheel left behind
+        here = self.simulation.window(episodes, episodes.tape, np.arange(n), self.block, last + 1 - self.block)
         branches = here.pick(np.repeat(np.arange(n), count))
         cost = self._step(branches, Decision(choices.speeds.ravel(), choices.executions.ravel()))
         for block in range(self.block + 1, last + 1):
@@ -138,7 +138,7 @@ class ModelPredictive:
         return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _step(self, branches: Episodes, decision: Decision) -> Array:
-        return np.asarray(self.simulation.step(branches, *decision)[0][:, COST])
+        return np.asarray(self.simulation.advance(branches, *decision)[0][:, COST])
 
     def _last_block(self) -> int:
         task = self.simulation.task
@@ -146,6 +146,4 @@ class ModelPredictive:
         if task.due is not None:
             last += task.due.blocks - 1 - last % task.due.blocks
         last = min(last, task.blocks - 1)
-        while last < task.blocks - 1 and not task.kinds[task.kind_of_block(last)].ends_part:
-            last += 1
-        return last
+        return min(self.simulation.part_from(last)[-1], task.blocks - 1)

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.belief import WheelBelief
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.model import MemberModel
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, LOADING
 from grind_env.policies.policy import Sees
@@ -21,7 +21,7 @@ class BeliefRule(SharpnessRule):
     """`FullStateRule` with the mean belief of an ensemble filter in place of the truth, for what a machine measures.
 
     A process engineer with the model of the process and the spreads of wheels and lots at hand can follow the wheel
-    from power readings (`grind_env.envs.belief`). Sharpness is the believed (A + 0.02 lam) pm; ln E has the
+    from power readings (`grind_env.belief`). Sharpness is the believed (A + 0.02 lam) pm; ln E has the
     further term gK ln kA, the dress criterion wK ln kA, of the believed factor on wear-flat growth.
     """
 
@@ -32,9 +32,10 @@ class BeliefRule(SharpnessRule):
     belief: WheelBelief = field(init=False, repr=False)
     estimator: SharpnessEstimator = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to what is believed of any wheel and lot."""
-        self.task, self.belief, self.estimator = task, WheelBelief(task), SharpnessEstimator(task)
+        self.task, self.belief = simulation.task, WheelBelief(MemberModel(simulation))
+        self.estimator = SharpnessEstimator(simulation)
         self.belief.begin(episodes)
         self.estimator.begin(episodes)
 

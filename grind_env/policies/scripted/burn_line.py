@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 from grind_env.kernel.rows import column_reader
@@ -59,10 +59,10 @@ class BurnLine:
     instruments: Instruments = field(init=False, repr=False)
     parameters: Array = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing has been ground."""
-        self.task, self.instruments = task, Instruments(task, episodes)
-        self.parameters = np.array([task.parameters(kind) for kind in task.kinds])
+        self.task, self.instruments = simulation.task, Instruments(simulation, episodes)
+        self.parameters = simulation.nominal_parameters()
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Compare."""

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.observations import physical, readings
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, log
 from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.process.equations import (
@@ -96,11 +95,9 @@ class SharpnessEstimator:
     It reads the measured observation only, the first entries of the full one.
     """
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
-        self.entries = readings(task, full=False)
-        self.kinds = [kind.name for kind in task.kinds]
-        self.parameters = np.array([task.parameters(kind) for kind in task.kinds])
+    def __init__(self, simulation: Simulation) -> None:
+        self.task, self.simulation = simulation.task, simulation
+        self.parameters = simulation.nominal_parameters()
         self.begin(0)
 
     def begin(self, n: int) -> None:
@@ -115,10 +112,8 @@ class SharpnessEstimator:
 
     def update(self, observation: NDArray[np.float32]) -> Estimate:
         """Take in the observation before a block, shape (N, entries)."""
-        seen = physical(observation, self.entries)
-        kind = np.zeros(len(observation))
-        if len(self.kinds) > 1:
-            kind = np.argmax([seen[f"coming_{name}"] for name in self.kinds], axis=0).astype(np.float64)
+        seen = self.simulation.read(observation)
+        kind = self.simulation.coming_kinds(seen).astype(np.float64)
         nothing = np.zeros(len(observation))
         signals = Signals(
             power=seen["mean_power"],

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.observations import physical, readings
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array
 
 
@@ -14,23 +13,19 @@ class Instruments:
     """The measured readings of N episodes, with the kinds of the coming and of the last block.
 
     Args:
-        task: the task.
+        simulation: of the environment.
         episodes: number of episodes, all before their first block.
     """
 
-    def __init__(self, task: Task, episodes: int) -> None:
-        self.entries = readings(task, full=False)
-        self.names = [kind.name for kind in task.kinds]
+    def __init__(self, simulation: Simulation, episodes: int) -> None:
+        self.simulation = simulation
         self.kind = np.zeros(episodes, np.int64)
         self.last_kind = np.zeros(episodes, np.int64)
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Array]:
         """Readings in physical units by name, each shape (N,); the kinds move on by one block."""
-        seen = physical(observation, self.entries)
-        self.last_kind = self.kind
-        self.kind = np.zeros(len(observation), np.int64)
-        if len(self.names) > 1:
-            self.kind = np.argmax([seen[f"coming_{name}"] for name in self.names], axis=0)
+        seen = self.simulation.read(observation)
+        self.last_kind, self.kind = self.kind, self.simulation.coming_kinds(seen)
         return seen
 
     def of_kind(self, values: tuple[Any, ...]) -> Array:

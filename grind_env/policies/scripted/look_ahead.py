@@ -2,24 +2,22 @@
 
 from dataclasses import dataclass, field
 from statistics import NormalDist
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.belief import WheelBelief
-from grind_env.envs.belief_rows import factors, read_hidden
-from grind_env.envs.observations import physical
+from grind_env.belief.hidden import FACTORS
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.model import MemberModel
 from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tape import FACTORS, TapeRow
-from grind_env.envs.tasks import Task
-from grind_env.kernel import entry
+from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
-from grind_env.policies.columns import AREA, COST, KIND, LOADING, PRESSURE, STOCK
+from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
-from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA, handbook
+from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA, handbook_speed
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume
 
@@ -52,7 +50,7 @@ class LookAhead:
     """Try every E and D for the coming block on wheels that may be the true one; take the cheapest on average.
 
     What a process engineer with a simulator beside the machine can do. An ensemble filter follows the wheel from the
-    power readings (`grind_env.envs.belief`), and each of its members grinds the coming block with every choice, by
+    power readings (`grind_env.belief`), and each of its members grinds the coming block with every choice, by
     the same compiled cycle as the true one. A part that goes on after the block is looked through to its end, with
     the E last used for such blocks and with or without a dress, whichever is cheaper. To the cost comes the price of
     the wheel left behind, in dress executions: price[kind] (s / 0.015)^growth[kind] with the dullness
@@ -84,20 +82,21 @@ class LookAhead:
     usual: Array = field(init=False, repr=False)
     block: int = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to what is believed of any wheel and lot, before the first block."""
-        self.simulation, self.belief, self.block = Simulation(task), WheelBelief(task, MEMBERS), 0
+        task = simulation.task
+        self.simulation, self.belief, self.block = simulation, WheelBelief(MemberModel(simulation), MEMBERS), 0
         self.belief.begin(episodes)
         # power does not show the roughness that a wheel leaves: the members divide its spread among them
         levels = [NormalDist().inv_cdf((m + 0.5) / MEMBERS) for m in range(MEMBERS)]
         self.roughness = np.exp(task.spread.wheel_roughness * np.array(levels))
-        self.usual = nearest_speed(task, np.full((episodes, len(task.kinds)), 1000.0 * handbook(task).E))
+        self.usual = nearest_speed(task, np.full((episodes, len(task.kinds)), 1000.0 * handbook_speed(task)))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Believe, try every choice, then try E near the best one."""
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
-        prices = self._prices(physical(observation, self.belief.entries))
+        prices = self._prices(self.simulation.read(observation))
         wheels = self._wheels(burnt)
         kind = self._kind()
         choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
@@ -130,20 +129,12 @@ class LookAhead:
             task.rates,
         )
         # the last part of an episode leaves a wheel that the task itself charges
-        charged = 0.0 if self._up_to_part_end()[-1] + 1 == task.blocks else dress
+        charged = 0.0 if self.simulation.part_from(self.block)[-1] + 1 == task.blocks else dress
         return Prices(charged * np.array(self.price)[kind], np.array(self.growth)[kind], second, execution)
 
     def _kind(self) -> NDArray[np.int64]:
         """Kind of the coming block of every episode."""
-        return np.asarray(self.belief.kind // len(self.belief.materials))
-
-    def _up_to_part_end(self) -> range:
-        """The coming block and those after it up to the end of its part."""
-        task, last = self.simulation.task, self.block
-        # only parts of a fixed sequence have several blocks
-        while task.orders is None and not task.kinds[task.kind_of_block(last)].ends_part:
-            last += 1
-        return range(self.block, last + 1)
+        return self.simulation.kind_of_row(self.belief.rows)
 
     def _wheels(self, burnt: Array) -> Episodes:
         """Every member of every episode before the coming block, as an episode of its own.
@@ -151,26 +142,14 @@ class LookAhead:
         Args:
             burnt: probability that the last block burnt the part, shape (N,).
         """
-        task, belief = self.simulation.task, self.belief
-        n, m = belief.hidden.shape[:2]
-        ahead = self._up_to_part_end()
-        # the simulation charges the wheel left behind after the last block of a tape
-        length = len(ahead) + (ahead[-1] + 1 < task.blocks)
-        tape = np.zeros((n, m, length, len(TapeRow._fields)))
-        known = {KIND: self._kind(), MATERIAL: belief.kind % len(belief.materials), STOCK: belief.rows[:, STOCK]}
-        for column, values in known.items():
-            tape[..., column] = values[:, None, None]
-        for k, block in enumerate(ahead[1:], 1):
-            number = task.kind_of_block(block)
-            tape[:, :, k, KIND], tape[:, :, k, STOCK] = number, task.kinds[number].stock
-        drawn = np.empty((n, m, len(FACTORS)))
-        _factors(belief.hidden, belief.sigmas, belief.ageing, belief.ground, drawn)
-        tape[..., DRAWN] = drawn[:, :, None]
-        tape[..., ROUGHNESS] = self.roughness[:, None]
-        memory = np.zeros((n, m, len(Memory._fields)))
-        memory[..., SURVIVAL] = 1.0 - burnt[:, None]
-        tables = (each.reshape(n * m, *each.shape[2:]) for each in (belief.wheels, belief.parts, memory))
-        return Episodes(tape.reshape(n * m, *tape.shape[2:]), np.zeros(n * m, np.int64), *tables)
+        belief, members = self.belief, len(self.roughness)
+        everyone = np.arange(len(burnt) * members)
+        wheels: Episodes = belief.members.pick(everyone)
+        belief.model.write_factors(wheels, everyone, belief.factors().reshape(len(everyone), -1))
+        wheels.tape[:, 0, ROUGHNESS] = np.tile(self.roughness, len(burnt))
+        wheels.memory[:] = 0.0
+        wheels.memory[:, SURVIVAL] = 1.0 - np.repeat(burnt, members)
+        return self.simulation.lengthened(wheels, self.simulation.part_from(self.block))
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
         """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
@@ -178,7 +157,7 @@ class LookAhead:
         m = len(wheels.block) // n
         branches = wheels.pick(np.repeat(np.arange(n * m), count))
         cost = self._step(branches, Decision(*(np.repeat(values, m, axis=0).ravel() for values in choices)), prices)
-        later = [self.simulation.task.kind_of_block(block) for block in self._up_to_part_end()[1:]]
+        later = [self.simulation.task.kind_of_block(block) for block in self.simulation.part_from(self.block)[1:]]
         totals = []
         for dresses in (0.0, 1.0) if later else (0.0,):
             ahead = branches.pick(np.arange(len(cost))) if later else branches
@@ -206,21 +185,3 @@ class LookAhead:
         dullness = branches.wheels[:, AREA] + LOADED_AREA * branches.wheels[:, LOADING]
         worth = (dullness * branches.tape[:, 0, PRESSURE] / REFERENCE_AREA) ** np.repeat(prices.growth, share)
         return np.asarray(np.repeat(prices.wheel, share) * worth)
-
-
-@entry
-def _factors(hidden: Any, sigmas: Any, ageing: float, ground: Any, drawn: Any) -> None:
-    """Write the factors of every member, in the order of `FACTORS`.
-
-    Args:
-        hidden: shape (N, M, fields of `Hidden`).
-        sigmas: scales of the hidden numbers.
-        ageing: nominal log convection that the coolant loses with every part.
-        ground: parts ground so far, shape (N,).
-        drawn: shape (N, M, factors); written.
-    """
-    for i in range(hidden.shape[0]):
-        for m in range(hidden.shape[1]):
-            values = factors(read_hidden(hidden[i], m), sigmas, ageing, ground[i])
-            for k in range(len(values)):
-                drawn[i, m, k] = values[k]

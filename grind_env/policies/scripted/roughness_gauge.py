@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
@@ -37,9 +37,9 @@ class RoughnessGauge:
     task: Task = field(init=False, repr=False)
     instruments: Instruments = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing has been gauged."""
-        self.task, self.instruments = task, Instruments(task, episodes)
+        self.task, self.instruments = simulation.task, Instruments(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Compare."""

@@ -9,8 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.observations import Reading, physical, readings
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
 from grind_env.policies.policy import Sees
@@ -40,9 +39,9 @@ class Random:
     task: Task = field(init=False, repr=False)
     rng: np.random.Generator = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Start the random numbers anew."""
-        self.task = task
+        self.task = simulation.task
         self.rng = np.random.default_rng(self.seed)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -69,9 +68,9 @@ class Fixed:
     task: Task = field(init=False, repr=False)
     block: int = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to the first block."""
-        self.task, self.block = task, 0
+        self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """The plan."""
@@ -81,9 +80,28 @@ class Fixed:
         return Decision(nearest_speed(self.task, np.full(n, 1000.0 * self.E)), np.full(n, float(dresses)))
 
 
-def handbook(task: Task) -> Fixed:
-    """The constant that a handbook would give: one execution in every block."""
-    return Fixed(HANDBOOK_SPEEDS.get(task.name, HANDBOOK_SPEED), 1, name="handbook")
+@dataclass
+class Handbook:
+    """What a handbook would give: a usual E, and one execution in every block or, where it shows, for every part."""
+
+    name: ClassVar[str] = "handbook"
+    sees: ClassVar[Sees] = "measurements"
+    simulation: Simulation = field(init=False, repr=False)
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Nothing to do."""
+        self.simulation = simulation
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Look it up."""
+        n, task = len(observation), self.simulation.task
+        speeds = nearest_speed(task, np.full(n, 1000.0 * handbook_speed(task)))
+        return Decision(speeds, np.round(self.simulation.read(observation).get("starts_part", np.ones(n))))
+
+
+def handbook_speed(task: Task) -> float:
+    """The E that a handbook would give, m/min."""
+    return HANDBOOK_SPEEDS.get(task.name, HANDBOOK_SPEED)
 
 
 @dataclass
@@ -97,9 +115,9 @@ class ConstantPerKind:
     task: Task = field(init=False, repr=False)
     estimator: SharpnessEstimator = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Prepare to read the kind of the coming block."""
-        self.task, self.estimator = task, SharpnessEstimator(task)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
         self.estimator.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -124,17 +142,17 @@ class PowerThreshold:
     name: ClassVar[str] = "power_threshold"
     sees: ClassVar[Sees] = "measurements"
     task: Task = field(init=False, repr=False)
-    entries: tuple[Reading, ...] = field(init=False, repr=False)
+    simulation: Simulation = field(init=False, repr=False)
     dressing: NDArray[np.bool_] = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing is being dressed."""
-        self.task, self.entries = task, readings(task, full=False)
+        self.task, self.simulation = simulation.task, simulation
         self.dressing = np.zeros(episodes, bool)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Compare."""
-        seen = physical(observation, self.entries)
+        seen = self.simulation.read(observation)
         power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
         removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
         energy = power / removal
@@ -201,9 +219,9 @@ class AdaptiveRule(SharpnessRule):
     sees: ClassVar[Sees] = "measurements"
     estimator: SharpnessEstimator = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots."""
-        self.task, self.estimator = task, SharpnessEstimator(task)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
         self.estimator.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
@@ -34,9 +34,9 @@ class SizeThreshold:
     instruments: Instruments = field(init=False, repr=False)
     tolerance: Array = field(init=False, repr=False)
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """No part has been gauged."""
-        self.task, self.instruments = task, Instruments(task, episodes)
+        self.task, self.instruments = simulation.task, Instruments(simulation, episodes)
         self.tolerance = np.full(episodes, np.inf)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

@@ -1,11 +1,16 @@
-"""What the ensemble filter in `belief.py` assumes, reads and believes, as named tuples of floats."""
+"""What differs from wheel to wheel and from lot to lot, and what the filter in `wheel.py` reads and believes of it."""
 
 import math
 from typing import Any, NamedTuple
 
-from grind_env.envs.tape import CUT
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.rows import column_reader, column_writer
+
+CUT = 1.8
+"""Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
+
+FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
+"""The factors of a block, each on the stroke parameter of the same name."""
 
 
 class Hidden(NamedTuple):
@@ -36,6 +41,18 @@ class Signals(NamedTuple):
     new_lot: Any
 
 
+class Judged(NamedTuple):
+    """What a block is judged by, as far as power tells of it."""
+
+    ends_part: float
+    counts_all: float
+    """1 if heat counts over all plunges."""
+    rise: float
+    """Limit of the temperature rise, K."""
+    power: float
+    """Limit of the power, W."""
+
+
 class Belief(NamedTuple):
     """What is believed of the wheel now and of the lot of the coming block; each shape (N,)."""
 
@@ -59,6 +76,7 @@ LOT = Hidden._fields.index("lot_growth")
 """The hidden numbers from here on belong to the lot."""
 
 read_signals, read_hidden, write_belief = column_reader(Signals), column_reader(Hidden), column_writer(Belief)
+read_judged = column_reader(Judged)
 
 
 @inlined

@@ -1,46 +1,33 @@
-"""The compiled loop of the ensemble filter in `belief.py`: grind, adjust, draw a new lot, summarise."""
+"""The compiled loop of the ensemble filter in `wheel.py`: adjust, mount a new wheel, draw a new lot, summarise."""
 
 from typing import Any
 
 import numpy as np
 
-from grind_env.envs.belief_rows import (
+from grind_env.belief.hidden import (
     LOT,
     WHEEL,
     Belief,
     Hidden,
+    Judged,
     Signals,
     factors,
     log_growth,
     log_pressure,
     read_hidden,
+    read_judged,
     read_signals,
     write_belief,
 )
-from grind_env.envs.observations import POWER_NOISE, POWER_NOISE_FLOOR
-from grind_env.envs.rows import KindRow, Shop, read_kind
-from grind_env.envs.step import CYCLE_FIELDS, PARAMETER_COLUMNS, WEAR, cycle_of
-from grind_env.envs.tape import FACTORS, TapeRow, read_row
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.kernel import entry, exp, log
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES
-from grind_env.machine.cycle import PartState, dress_lead
-from grind_env.machine.rows import (
-    read_parameters,
-    read_part,
-    read_tally,
-    read_wheel,
-    write_cycle,
-    write_part,
-    write_wheel,
-)
-from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
+from grind_env.machine.cycle import dress_lead
+from grind_env.machine.rows import read_parameters, read_tally, read_wheel, write_wheel
+from grind_env.machine.tally import mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, survival
-from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
-HIGHEST_READING = 5.0
-"""Range of a power sensor, in power limits of the spindle (see `observations.readings`)."""
 SMALLEST_POWER = 1.0
 """W; added where a logarithm is taken of a power that may be 0."""
 LEAST_VARIANCE = 1e-18
@@ -49,37 +36,6 @@ NEW_WHEEL = 1.0
 """mm by which the diameter has to grow from block to block for the wheel to be another."""
 AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
 FLAT_LIMIT = StrokeParameters._fields.index("Amax")
-TALLY_FIELDS = len(Tally._fields)
-grind_plunges = PLUNGES.lanes
-
-
-@entry
-def prepare(
-    kind: KindRow,
-    base: Any,
-    row: TapeRow,
-    seen: Signals,
-    shop: Shop,
-    sigmas: Hidden,
-    ageing: float,
-    ground: float,
-    hidden: Any,
-    wheels: Any,
-    parts: Any,
-    cycles: Any,
-    parameters: Any,
-) -> None:
-    """Write cycle and parameters of every member of an episode, and touch off."""
-    for m in range(hidden.shape[0]):
-        wheels[m, WEAR] = 0.0
-        if kind.starts_part > 0.0:
-            write_part(parts, m, PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS))
-        cycle = cycle_of(kind, row, read_part(parts, m), seen.speed, seen.executions, shop, seen.pre_dress)
-        write_cycle(cycles, m, cycle)
-        parameters[m] = base
-        values = factors(read_hidden(hidden, m), sigmas, ageing, ground)
-        for k in range(len(FACTORS)):
-            parameters[m, PARAMETER_COLUMNS[k]] *= values[k]
 
 
 @entry
@@ -118,7 +74,7 @@ def adjust(states: Any, row: int, reading: float, sigma: float) -> None:
 
 @entry
 def learn(
-    kind: KindRow,
+    kind: Judged,
     seen: Signals,
     noise: float,
     highest: float,
@@ -141,7 +97,7 @@ def learn(
     readings = (seen.mean_power, seen.first_power, seen.peak_power)
     for k in range(3):
         # 0 says that there was nothing to read, and at the end of its range the sensor says too little
-        if (readings[k] > 0.0) & (readings[k] < HIGHEST_READING * kind.power):
+        if (readings[k] > 0.0) & (readings[k] < POWER_RANGE * kind.power):
             expected = exp(np.mean(states[power + k]))
             sigma = noise * (POWER_NOISE + POWER_NOISE_FLOOR / expected)
             adjust(states, power + k, log(readings[k] + SMALLEST_POWER), sigma)
@@ -155,13 +111,11 @@ def learn(
 
 
 @entry
-def mount(diameter: float, shop: Shop, p: StrokeParameters, wheels: Any) -> None:
-    """Put a new, dressed wheel of that diameter, mm, in every member; the diamond stays."""
+def mount(diameter: float, feed: float, depth: float, p: StrokeParameters, wheels: Any) -> None:
+    """Put a new wheel of that diameter, mm, dressed with a feed in mm/s, in every member; the diamond stays."""
     for m in range(wheels.shape[0]):
         old = read_wheel(wheels, m)
-        write_wheel(
-            wheels, m, dressed_wheel(diameter, old.wd, dress_lead(old, shop.dress_feed, p), shop.dress_depth, p)
-        )
+        write_wheel(wheels, m, dressed_wheel(diameter, old.wd, dress_lead(old, feed, p), depth, p))
 
 
 @entry
@@ -180,81 +134,77 @@ def summarise(wheels: Any, hidden: Any, sigmas: Hidden, burnt: float) -> Belief:
 
 
 @entry
+def write_factors(hidden: Any, sigmas: Hidden, ageing: float, ground: Any, chosen: Any, drawn: Any) -> None:
+    """Write the factors of the members of the episodes in `chosen`, in the order of `FACTORS`.
+
+    Args:
+        hidden: shape (N, M, fields of `Hidden`).
+        sigmas: scales of the hidden numbers.
+        ageing: nominal log convection that the coolant loses with every part.
+        ground: parts ground so far, shape (N,).
+        chosen: indices of the episodes.
+        drawn: shape (N, M, factors); written.
+    """
+    for i in chosen:
+        for m in range(hidden.shape[1]):
+            values = factors(read_hidden(hidden[i], m), sigmas, ageing, ground[i])
+            for k in range(len(values)):
+                drawn[i, m, k] = values[k]
+
+
+@entry
 def follow(
-    kinds: Any,
-    base: Any,
-    shop: Shop,
-    sigmas: Hidden,
-    ageing: float,
-    noise: float,
-    draws: Any,
-    rows: Any,
-    last_kind: Any,
+    judged: Any,
     signals: Any,
+    noise: float,
+    base: Any,
+    rows: Any,
+    feed: float,
+    depth: float,
+    sigmas: Hidden,
+    draws: Any,
     chosen: Any,
     fresh: Any,
     updates: Any,
     ground: Any,
+    results: Any,
     wheels: Any,
-    parts: Any,
     hidden: Any,
     beliefs: Any,
 ) -> None:
-    """Take in what was measured after the last block of the episodes in `chosen`.
+    """Take in what was measured after the last block of the episodes in `chosen`, which their members have ground.
 
     Args:
-        kinds: `rows.kind_table`.
-        base: `rows.parameter_table`.
-        shop: numbers of the task.
-        sigmas: scales of the hidden numbers.
-        ageing: nominal log convection that the coolant loses with every part.
-        noise: factor on the noise of the sensors.
-        draws: standard normal numbers, shape (any, M, fields of `Hidden`).
-        rows: the last blocks, shape (N, fields of `TapeRow`); only the stock is read.
-        last_kind: their rows in `kinds`, shape (N,).
+        judged: of the last blocks, shape (N, fields of `Judged`).
         signals: shape (N, fields of `Signals`).
+        noise: factor on the noise of the sensors.
+        base: nominal parameters, shape (any, fields of `StrokeParameters`).
+        rows: those of the last blocks, shape (N,).
+        feed: with which a new wheel is dressed, mm/s.
+        depth: of that dress, mm.
+        sigmas: scales of the hidden numbers.
+        draws: standard normal numbers, shape (any, M, fields of `Hidden`).
         chosen: indices of the episodes to update.
         fresh: the episodes that begin, and have ground nothing yet, shape (N,).
         updates: updates so far, shape (N,); counted up.
         ground: parts ground so far, shape (N,), float64; counted up.
-        wheels: shape (N, M, fields of `WheelState`); updated, like the next three.
-        parts: shape (N, M, fields of `PartState`).
+        results: of the blocks that the members have ground, shape (N, M, fields of `Tally`).
+        wheels: shape (N, M, fields of `WheelState`); updated, like the next one.
         hidden: shape (N, M, fields of `Hidden`).
-        beliefs: shape (N, fields of `Belief`).
+        beliefs: shape (N, fields of `Belief`); written.
     """
-    members, highest = hidden.shape[1], base[0, FLAT_LIMIT]
-    cycles, parameters = np.empty((members, CYCLE_FIELDS)), np.empty((members, base.shape[1]))
-    results, order = np.empty((members, TALLY_FIELDS)), np.arange(members)
+    highest = base[0, FLAT_LIMIT]
     for i in chosen:
-        seen, number = read_signals(signals, i), last_kind[i]
-        kind, burnt = read_kind(kinds, number), 0.0
+        seen, block, burnt = read_signals(signals, i), read_judged(judged, i), 0.0
         if not fresh[i]:
-            row = read_row(rows, i)
-            prepare(
-                kind,
-                base[number],
-                row,
-                seen,
-                shop,
-                sigmas,
-                ageing,
-                ground[i],
-                hidden[i],
-                wheels[i],
-                parts[i],
-                cycles,
-                parameters,
-            )
-            results[:] = 0.0
-            grind_plunges(cycles, parameters, wheels[i], parts[i], results, NO_MOTIONS, order, 0, 1)
-            burnt = learn(kind, seen, noise, highest, results, wheels[i], hidden[i])
+            burnt = learn(block, seen, noise, highest, results[i], wheels[i], hidden[i])
             sample = draws[(updates[i] + 1) % draws.shape[0]]
             if seen.diameter > wheels[i, 0, DIAMETER] + NEW_WHEEL:
-                mount(seen.diameter, shop, read_parameters(base, number), wheels[i])
+                mount(seen.diameter, feed, depth, read_parameters(base, rows[i]), wheels[i])
                 hidden[i, :, WHEEL] = sample[:, WHEEL]
             if seen.new_lot > 0.5:
                 hidden[i, :, LOT:] = sample[:, LOT:]
-            ground[i] += kind.ends_part
+            ground[i] += block.ends_part
         wheels[i, :, DIAMETER] = seen.diameter
         write_belief(beliefs, i, summarise(wheels[i], hidden[i], sigmas, burnt))
         updates[i] += 1

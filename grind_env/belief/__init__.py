@@ -1,0 +1,1 @@
+"""What can be known of wheel and lot from what was measured."""

@@ -1,0 +1,204 @@
+"""What can be believed of the wear-flat area of the wheel and of the severity of the lot, which no machine measures.
+
+An ensemble filter. Every member is a whole wheel with factors of its own. With each block it is ground by the same
+compiled cycle as the true one, from the programmed E and D and the pre-gauged stock; then all members are adjusted to
+the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new lot draws
+its factors anew. Moving the members instead of weighing them matters: in PowerLimited a bootstrap filter of 512 weighed
+particles followed the wear no better than 16 moved ones, and was too sure of itself. The size gauge told nothing more.
+tests/belief/accuracy.py measures how well the wear is followed.
+
+The filter knows the task with its spreads and the noise of its sensors, as the process engineer does who sets it up;
+of an episode it knows the measured observation alone. It draws no random numbers: the members are rows of a fixed
+Latin hypercube, so that the belief is a function of what was measured, and the same in every form of environment.
+"""
+
+from collections.abc import Mapping, Sequence
+from statistics import NormalDist
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.belief.filter import follow, write_factors
+from grind_env.belief.hidden import FACTORS, Belief, Hidden, Signals
+from grind_env.errors import GrindError
+
+Table = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+DRAWS = 64
+"""Samples of the hypercube after which the filter begins again with the first."""
+
+
+class BeliefError(GrindError):
+    """An ensemble that cannot be."""
+
+
+class Model(Protocol):
+    """What the filter is given of the task that it follows; an environment makes it (`envs.model`)."""
+
+    base: Table
+    """Nominal parameters, shape (any, fields of `StrokeParameters`)."""
+    sigmas: Hidden
+    """Scales of what is hidden."""
+    ageing: float
+    """Log convection that the coolant loses with every part."""
+    noise: float
+    """Factor on the noise of the sensors."""
+    dress: tuple[float, float]
+    """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
+
+    def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
+        """What observations say in physical units, by name, each shape (N,)."""
+
+    def rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """Row of the coming block in the table of kinds, shape (N,)."""
+
+    def base_rows(self, rows: Numbers) -> Numbers:
+        """Its row in `base`."""
+
+    def judged(self, rows: Numbers) -> Table:
+        """What such a block is judged by, shape (N, fields of `Judged`)."""
+
+    def first_wheels(self, members: int) -> Table:
+        """Wheels with which an episode may begin, shape (members, fields of `WheelState`)."""
+
+    def room(self, n: int) -> Any:
+        """Room for N members: episodes of one block, with `wheels` and more."""
+
+    def begin(self, members: Any, index: Numbers) -> None:
+        """Let those at `index` begin, with nothing ground."""
+
+    def load(self, members: Any, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """Give those at `index` their next block, with its stock over the nominal one."""
+
+    def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
+        """Write their factors `FACTORS`, shape (index, factors)."""
+
+    def grind(self, members: Any, choice: Sequence[Table], index: Numbers) -> Table:
+        """Let those at `index` grind it with E in mm/min, D and pre-dresses; shape (members, fields of `Tally`)."""
+
+
+def hypercube(rows: int, members: int) -> Table:
+    """Latin hypercube samples of standard normal numbers, shape (rows, members, fields of `Hidden`)."""
+    rng = np.random.default_rng(0)
+    normal = NormalDist()
+    levels = np.array([normal.inv_cdf((k + 0.5) / members) for k in range(members)])
+    # the middles of the layers have too small a spread
+    columns = np.broadcast_to(levels / np.std(levels, ddof=1), (rows, len(Hidden._fields), members))
+    samples: Table = np.ascontiguousarray(rng.permuted(columns, axis=2).swapaxes(1, 2))
+    return samples
+
+
+class WheelBelief:
+    """The beliefs of N episodes, from block to block.
+
+    Args:
+        model: of the task that is followed.
+        members: members of the ensemble of an episode; the kernel runs eight at a time.
+
+    Raises:
+        BeliefError: if there are fewer than two members.
+    """
+
+    def __init__(self, model: Model, members: int = 16) -> None:
+        if members < 2:
+            raise BeliefError(f"members is {members}, but must be at least 2: their spread is what they know")
+        self.model, self.size = model, members
+        self.draws = hypercube(DRAWS, members)
+        self.first = model.first_wheels(members)
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        """N episodes begin."""
+        self.fresh = np.ones(n, bool)
+        self.updates = np.zeros(n, np.int64)
+        self.ground = np.zeros(n)
+        self.rows = np.zeros(n, np.int64)
+        self.members = self.model.room(n * self.size)
+        self.hidden = np.empty((n, self.size, len(Hidden._fields)))
+        self.beliefs = np.zeros((n, len(Belief._fields)))
+
+    def restart(self, mask: NDArray[np.bool_]) -> None:
+        """The episodes in `mask`, shape (N,), begin anew with their next observation."""
+        self.fresh |= mask
+
+    @property
+    def wheels(self) -> Table:
+        """Of the members, shape (N, M, fields of `WheelState`): a view."""
+        wheels: Table = self.members.wheels.reshape(len(self.fresh), self.size, -1)
+        return wheels
+
+    def factors(self) -> Table:
+        """The factors of the members for the coming block, shape (N, M, factors)."""
+        drawn = np.empty((*self.hidden.shape[:2], len(FACTORS)))
+        write_factors(self.hidden, self.model.sigmas, self.model.ageing, self.ground, np.arange(len(drawn)), drawn)
+        return drawn
+
+    def update(self, observation: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> Belief:
+        """Take in the observations before a block.
+
+        Args:
+            observation: shape (N, entries); nothing hidden is read.
+            mask: the episodes to update, shape (N,); all by default.
+
+        Returns:
+            The beliefs of all episodes; each field of shape (N,).
+        """
+        model, n = self.model, len(observation)
+        chosen = np.ones(n, bool) if mask is None else mask
+        seen = model.read(observation)
+        new = np.flatnonzero(chosen & self.fresh)
+        self.updates[new] = 0
+        self.ground[new] = 0.0
+        model.begin(self.members, self._of(new))
+        self.wheels[new] = self.first
+        self.hidden[new] = self.draws[0]
+        signals = Signals(
+            mean_power=seen["mean_power"],
+            first_power=seen["first_power"],
+            peak_power=seen["peak_power"],
+            speed=1000.0 * seen["last_speed"],
+            # a whole number again, which the single precision of the observation may have missed
+            executions=np.round(seen["last_executions"]),
+            pre_dress=seen.get("last_pre_dress", np.zeros(n)),
+            diameter=seen["diameter"],
+            new_lot=seen["new_lot"],
+        )
+        follow(
+            model.judged(self.rows),
+            np.stack(signals, axis=1),
+            model.noise,
+            model.base,
+            model.base_rows(self.rows),
+            *model.dress,
+            model.sigmas,
+            self.draws,
+            np.flatnonzero(chosen),
+            self.fresh,
+            self.updates,
+            self.ground,
+            self._ground(np.flatnonzero(chosen & ~self.fresh), signals),
+            self.wheels,
+            self.hidden,
+            self.beliefs,
+        )
+        self.fresh &= ~chosen
+        # the next observation speaks of the coming block as the last one
+        coming = np.flatnonzero(chosen)
+        self.rows[coming] = model.rows(seen)[coming]
+        stocks = np.repeat(seen["stock"][coming], self.size)
+        model.load(self.members, self._of(coming), np.repeat(self.rows[coming], self.size), stocks)
+        return Belief(*self.beliefs.T.copy())
+
+    def _of(self, episodes: Numbers) -> Numbers:
+        """Numbers of the members of some episodes."""
+        return (episodes[:, None] * self.size + np.arange(self.size)).ravel()
+
+    def _ground(self, episodes: Numbers, signals: Signals) -> Table:
+        """What the members of some episodes find in their last block, shape (N, M, fields of `Tally`)."""
+        index = self._of(episodes)
+        self.model.write_factors(self.members, index, self.factors().reshape(-1, len(FACTORS))[index])
+        choice = [np.repeat(each, self.size) for each in (signals.speed, signals.executions, signals.pre_dress)]
+        found = self.model.grind(self.members, choice, index)
+        return found.reshape(len(self.fresh), self.size, -1)

@@ -1,0 +1,90 @@
+"""A simulation as the filter of a belief grinds its members with it."""
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.belief.hidden import FACTORS, Hidden, Judged
+from grind_env.belief.wheel import BeliefError
+from grind_env.envs.rows import KindRow
+from grind_env.envs.simulation import Episodes, Numbers, Simulation, Table
+from grind_env.envs.tape import TapeRow
+
+JUDGED = [KindRow._fields.index(name) for name in Judged._fields]
+FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
+
+
+class MemberModel:
+    """A simulation whose episodes are members: one block at a time, with factors of their own.
+
+    Args:
+        simulation: of what is followed; its entries say how observations are read.
+
+    Raises:
+        BeliefError: its steps are no blocks, or are not run in compiled code.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        if not (simulation.by_block and simulation.compiled):
+            raise BeliefError(
+                f"{simulation.task.name} is not followed by a belief, which grinds compiled blocks: use HistoryStack"
+            )
+        # the diameter is seen: a member whose own has come below the least one changes no wheel
+        self.simulation = copy.copy(simulation)
+        self.simulation.change_shop(simulation.shop._replace(least_diameter=0.0))
+        task = simulation.task
+        spread = task.spread
+        self.base, self.ageing, self.noise = simulation.base, task.setup.coolant_ageing, spread.measurement
+        self.sigmas = Hidden(
+            wheel_growth=spread.wheel_growth,
+            fracture_force=spread.fracture_force,
+            g_ratio=spread.g_ratio,
+            convection=spread.convection,
+            coolant_ageing=spread.coolant_ageing,
+            lot_growth=spread.lot_growth,
+            lot_pressure=spread.lot_pressure,
+        )
+        self.dress = simulation.usual_dress
+
+    def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
+        """As `Model.read`."""
+        return self.simulation.read(observation)
+
+    def rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """As `Model.rows`."""
+        return self.simulation.coming_rows(seen)
+
+    def base_rows(self, rows: Numbers) -> Numbers:
+        """As `Model.base_rows`."""
+        return np.minimum(rows, len(self.base) - 1)
+
+    def judged(self, rows: Numbers) -> Table:
+        """As `Model.judged`."""
+        return self.simulation.kinds[rows][:, JUDGED]
+
+    def first_wheels(self, members: int) -> Table:
+        """As `Model.first_wheels`."""
+        return self.simulation.first_wheels(members)
+
+    def room(self, n: int) -> Episodes:
+        """As `Model.room`."""
+        return replace(self.simulation.room(n), tape=np.zeros((n, 1, len(TapeRow._fields))))
+
+    def begin(self, members: Episodes, index: Numbers) -> None:
+        """As `Model.begin`."""
+        self.simulation.clear(members, index)
+
+    def load(self, members: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """As `Model.load`."""
+        self.simulation.load(members, index, rows, stocks)
+
+    def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
+        """As `Model.write_factors`."""
+        members.tape[index[:, None], 0, FACTOR_COLUMNS] = factors
+
+    def grind(self, members: Episodes, choice: Sequence[Table], index: Numbers) -> Table:
+        """As `Model.grind`."""
+        return self.simulation.step(members, *choice, active=index)[1]
