@@ -2,15 +2,15 @@
 
 import typer
 
-from agents.commands import benchmark, dataset, dress_study, evaluate, play, scores, train, tune, video
+from agents.commands import benchmark, dataset, dress_study, scores, train, tune, video
 
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Tune, train, evaluate and compare policies on the tasks of grind_env.",
+    help="Tune, train and compare policies in the environments of grind_env.",
 )
 
-for command in (tune, train, evaluate, benchmark, scores, dress_study, play, video, dataset):
+for command in (tune, train, benchmark, scores, dress_study, video, dataset):
     command.register(app)

@@ -20,9 +20,9 @@ from agents.provenance import ROOT
 from grind_env.envs.contexts import SPLITS
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, split_of, start_episodes
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
 
 RUNS = ROOT / "runs"
@@ -33,40 +33,40 @@ CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
-DECIDING = ("agents.", "grind_env.policies.")
-"""Where policies lie, and what trains them."""
-UNPROBED = tuple(
-    f"grind_env.{name}"
-    for name in ("envs.belief", "envs.belief_kernel", "envs.belief_rows", "envs.memory", "kernel.layers")
-)
-"""Modules that decide what a policy sees or does, and that the probe of a task does not run."""
+UNPROBED = ("grind_env.belief.", "grind_env.envs.memory", "grind_env.envs.model", "grind_env.kernel.layers")
+"""Where else lies what decides what a policy sees or does, and what the probe of a problem does not run."""
 RANGES_OF = {"test": SPLITS["test"]}
 """What the contexts of a split of seeds are drawn from, where it is not everything."""
+
+DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
+"""Where the code of policies lies, and of what trains them."""
 
 Advance = Callable[[int], object]
 
 
 def kept_evaluation(
     policy: Policy,
-    task: Task,
+    problem: Problem,
     seeds: range,
     folder: Path = RUNS,
     *,
     fresh: bool = False,
     advance: Advance = lambda episodes: None,
 ) -> Evaluation:
-    """The evaluation of the seeds: every chunk that is kept of the same policy, code and task, the others anew.
+    """The evaluation of the seeds: every chunk that is kept of the same policy, code and problem, the others anew.
 
     Args:
         policy: the policy; its repr tells its parameters.
-        task: the task.
+        problem: what it grinds.
         seeds: of the episodes.
-        folder: chunks are kept below, in `<task>/cells/<policy>/<first seed>.npz`.
+        folder: chunks are kept below, in `<problem>/cells/<policy>/<first seed>.npz`.
         fresh: run also what is kept.
         advance: called with the number of episodes of each chunk that is done.
     """
-    place = folder / task.name / "cells" / policy.name
-    code = hashlib.sha256(f"{sources(type(policy).__module__)} {behaviour(task)} {policy!r}".encode()).hexdigest()
+    simulation = problem.simulation()
+    place = folder / problem.name / "cells" / policy.name
+    decides = f"{sources(type(policy).__module__)} {behaviour(simulation)} {policy!r}"
+    code = hashlib.sha256(decides.encode()).hexdigest()
     drawn_from = RANGES_OF.get(split_of(seeds.start))
     chunks = []
     for first in range(0, len(seeds), CHUNK):
@@ -74,11 +74,11 @@ def kept_evaluation(
         path, fingerprint = place / f"{part.start}.npz", f"{code} {part}" + (f" {drawn_from}" if drawn_from else "")
         result = None if fresh else kept(path, fingerprint)
         if result is None:
-            result = evaluate(policy, task, part)
+            result = evaluate(policy, simulation, part)
             keep(path, fingerprint, result)
         chunks.append(result)
         advance(len(part))
-    return Evaluation(*(np.concatenate([getattr(chunk, each.name) for chunk in chunks]) for each in fields(Evaluation)))
+    return Evaluation.joined(chunks)
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
@@ -97,19 +97,18 @@ def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
     partial.replace(path)
 
 
-def behaviour(task: Task) -> str:
-    """Stands for the code and the data of a task: a hash of what it answers to a probe.
+def behaviour(simulation: Simulation) -> str:
+    """Stands for the code and the data of a problem: a hash of what it answers to a probe.
 
     A hash of the code would throw away hours of planning for a comment. The reward is left out, because it is in
     units of the reference cost, which is measured with the very evaluations that are kept.
     """
     digest = hashlib.sha256()
-    simulation = Simulation(task)
     probe, state = Random(), start_episodes(simulation, episode_seeds("training", PROBES))
-    probe.begin(task, PROBES)
-    for _ in range(task.blocks):
+    probe.begin(simulation, PROBES)
+    while not simulation.over(state).all():
         seen = simulation.observe(state)
-        outcomes, results = simulation.step(state, *probe.act(seen, None))
+        outcomes, results = simulation.advance(state, *probe.act(seen, None))
         for numbers in (seen, np.delete(outcomes, REWARD, axis=1), results):
             digest.update(numbers.tobytes())
     return digest.hexdigest()
@@ -125,7 +124,7 @@ def sources(module: str) -> str:
 
 
 def imported(module: str) -> set[str]:
-    """Names of the modules that a module stands on, its own among them: those of `DECIDING`, and `UNPROBED`.
+    """Names of the modules that a module stands on, its own among them: those of `DECIDING`.
 
     What else of `grind_env` decides, `behaviour` sees.
     """
@@ -133,7 +132,7 @@ def imported(module: str) -> set[str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or not (name.startswith(DECIDING) or name in UNPROBED):
+        if name in found or name not in sys.modules or not name.startswith(DECIDING):
             continue
         found.add(name)
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))

@@ -19,7 +19,7 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from agents.provenance import ROOT, provenance
-from grind_env.envs.names import environment_id
+from grind_env.policies.problem import Problem
 from grind_env.scores import find_reference
 
 PLACE = "MINARI_DATASETS_PATH"
@@ -29,7 +29,7 @@ NUMBER = re.compile(r"errno[ =]+(\d+)", re.IGNORECASE)
 
 
 class Recorded(NamedTuple):
-    """N episodes of T blocks as an environment would have shown them."""
+    """N episodes of T steps at most, as an environment would have shown them."""
 
     observations: NDArray[np.float32]
     """Shape (N, T + 1, entries); the last one is the observation after the last block."""
@@ -37,6 +37,8 @@ class Recorded(NamedTuple):
     """Of the Box, shape (N, T, 2)."""
     rewards: NDArray[np.float64]
     """Shape (N, T)."""
+    steps: NDArray[np.int64]
+    """Of each episode, shape (N,); what is behind its last one means nothing."""
     scrap: NDArray[np.float64]
     """Probability that the part which a block finished is scrap, `info["cost"]` of the environment, shape (N, T)."""
 
@@ -45,9 +47,9 @@ class Content(NamedTuple):
     """What a dataset is made of."""
 
     id: str
-    task: str
+    problem: Problem
     title: str
-    """Of the task."""
+    """Of the problem."""
     policy: str
     sees: str
     seeds: range
@@ -89,23 +91,22 @@ def write(content: Content) -> None:
     from minari.data_collector import EpisodeBuffer
 
     data, seeds = content.data, content.seeds
-    n, blocks = data.rewards.shape
-    last = np.arange(blocks) == blocks - 1
+    n = len(data.rewards)
     buffers = [
         EpisodeBuffer(
             id=i,
             seed=seeds[i],
-            observations=data.observations[i],
-            actions=data.actions[i],
-            rewards=data.rewards[i],
-            terminations=last,
-            truncations=np.zeros(blocks, bool),
-            infos={"cost": np.concatenate([[0.0], data.scrap[i]])},
+            observations=data.observations[i, : steps + 1],
+            actions=data.actions[i, :steps],
+            rewards=data.rewards[i, :steps],
+            terminations=np.arange(steps) == steps - 1,
+            truncations=np.zeros(steps, bool),
+            infos={"cost": np.concatenate([[0.0], data.scrap[i, :steps]])},
         )
-        for i in range(n)
+        for i, steps in enumerate(data.steps.tolist())
     ]
-    spec, made_with = environment_spec(content.task), provenance(seeds)
-    known = find_reference(environment_id(content.task))
+    spec, made_with = environment_spec(content.problem), provenance(seeds)
+    known = find_reference(content.problem.id)
     scale: dict[str, Any] = {} if known is None else {"ref_min_score": known.zero, "ref_max_score": known.hundred}
     with warnings.catch_warnings():
         # it misses an address to write to
@@ -125,10 +126,10 @@ def write(content: Content) -> None:
     dataset.storage.update_metadata({"policy": content.policy, "policy_sees": content.sees, "made_with": made_with})
 
 
-def environment_spec(task: str) -> EnvSpec:
-    """The environment of a dataset: the task's own, with measured observations."""
-    spec = gym.spec(environment_id(task))
-    return replace(spec, kwargs={**spec.kwargs, "observation": "measured"})
+def environment_spec(problem: Problem) -> EnvSpec:
+    """The environment of a dataset: the problem's own, with measured observations."""
+    spec = gym.spec(problem.id)
+    return replace(spec, kwargs={**spec.kwargs, **dict(problem.arguments), "observation": "measured"})
 
 
 if __name__ == "__main__":

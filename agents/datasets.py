@@ -7,20 +7,19 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from agents.cells import RUNS
 from agents.dataset_writer import PLACE, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.observations import readings
 from grind_env.envs.rows import Outcome
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem
 
 DATASETS = RUNS / "datasets"
 """Where Minari keeps datasets if `PLACE` is not set."""
@@ -40,32 +39,37 @@ NAMESPACE = "namespace_metadata.json"
 REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "good", "finished"))
 
 
-def recorded(policy: Policy, task: Task, seeds: Sequence[int]) -> Recorded:
+def recorded(policy: Policy, problem: Problem, seeds: Sequence[int]) -> Recorded:
     """Run a policy through the episode of each seed, side by side, and keep what it saw, did and earned."""
-    simulation, codec, n = Simulation(task), ActionCodec(task), len(seeds)
+    simulation, n = problem.simulation(), len(seeds)
+    codec = ActionCodec(simulation.task)
     episodes = start_episodes(simulation, seeds)
     observations, actions, outcomes = [simulation.observe(episodes)], [], []
-    policy.begin(task, n)
-    for _ in range(task.blocks):
-        decision = policy.act(observations[-1], reveal(policy.sees, task, episodes))
+    steps = np.zeros(n, np.int64)
+    policy.begin(simulation, n)
+    while (running := ~simulation.over(episodes)).any():
+        decision = policy.act(observations[-1], reveal(policy.sees, simulation, episodes))
         actions.append(np.asarray(codec.encode(*decision), np.float32))
-        outcomes.append(simulation.step(episodes, *codec.decode(actions[-1]))[0])
+        choice = simulation.taken(episodes, codec.decode(actions[-1]))
+        outcomes.append(simulation.advance(episodes, *choice)[0])
         observations.append(simulation.observe(episodes))
+        steps += running
     blocks = np.stack(outcomes, axis=1)
     return Recorded(
-        np.stack(observations, axis=1),
-        np.stack(actions, axis=1),
-        np.ascontiguousarray(blocks[..., REWARD]),
-        np.where(blocks[..., FINISHED] > 0.0, 1.0 - blocks[..., GOOD], 0.0),
+        observations=np.stack(observations, axis=1),
+        actions=np.stack(actions, axis=1),
+        rewards=np.ascontiguousarray(blocks[..., REWARD]),
+        steps=steps,
+        scrap=np.where(blocks[..., FINISHED] > 0.0, 1.0 - blocks[..., GOOD], 0.0),
     )
 
 
-def dataset_id(task: Task, policy: Policy) -> str:
+def dataset_id(problem: Problem, policy: Policy) -> str:
     """Id of the dataset of a policy: `grind/power_limited/adaptive-rule-v0`."""
-    return f"grind/{task.name}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
+    return f"grind/{problem.name}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
 
 
-def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = False) -> Path:
+def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool = False) -> Path:
     """Record a policy and store the dataset, whole or not at all; see `datasets_folder`.
 
     Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
@@ -76,7 +80,7 @@ def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = Fals
 
     Args:
         policy: what acts.
-        task: what it grinds.
+        problem: what it grinds.
         seeds: of the episodes.
         fresh: put it in place of a dataset of that id.
 
@@ -87,21 +91,22 @@ def make_dataset(policy: Policy, task: Task, seeds: range, *, fresh: bool = Fals
         GrindError: if there is a dataset of that id with other episodes and `fresh` is not asked for.
         FileError: if there is no room for it; that is seen before the recording.
     """
-    name, folder = dataset_id(task, policy), datasets_folder().absolute()
+    name, folder = dataset_id(problem, policy), datasets_folder().absolute()
     path = folder / name
-    size = len(seeds) * (EPISODE_BYTES + task.blocks * (STEP_BYTES + 4 * len(readings(task, full=False))))
+    simulation = problem.simulation()
+    size = len(seeds) * (EPISODE_BYTES + simulation.most_steps * (STEP_BYTES + 4 * len(simulation.entries)))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
             if path.exists() and not fresh:
-                if not holds(path, seeds, recorded(policy, task, seeds)):
+                if not holds(path, seeds, recorded(policy, problem, seeds)):
                     raise GrindError(
                         f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place"
                     )
                 return path
             with reserved(unfinished / "room", size):
-                data = recorded(policy, task, seeds)
-            content = Content(name, task.name, task.title, policy.name, policy.sees, seeds, data)
+                data = recorded(policy, problem, seeds)
+            content = Content(name, problem, simulation.task.title, policy.name, policy.sees, seeds, data)
             write_apart(content, unfinished, lock)
             _put_in_place(unfinished, folder, path)
     except OSError as error:
@@ -119,13 +124,18 @@ def holds(path: Path, seeds: range, data: Recorded) -> bool:
     try:
         stored = minari.MinariDataset(path / "data")
         kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
-        episodes = [(e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()]
-        found = Recorded(*map(np.stack, zip(*episodes, strict=True)))
+        found: list[tuple[Any, ...]] = [
+            (e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()
+        ]
     # what lies there is no dataset of ours, or a damaged one
     except (OSError, ValueError, KeyError, TypeError):
         return False
-    same = (np.array_equal(getattr(found, name), getattr(data, name)) for name in data._fields)
-    return kept == list(seeds) and all(same)
+    new = [
+        (data.observations[i, : n + 1], data.actions[i, :n], data.rewards[i, :n], data.scrap[i, :n])
+        for i, n in enumerate(data.steps.tolist())
+    ]
+    same = (np.array_equal(a, b) for old, each in zip(found, new, strict=False) for a, b in zip(old, each, strict=True))
+    return kept == list(seeds) and len(found) == len(new) and all(same)
 
 
 def datasets_folder() -> Path:

@@ -22,14 +22,15 @@ from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
 from agents.provenance import provenance
 from agents.search import Found, refine
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, speed_bounds, speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import write_whole
 from grind_env.process.equations import dress_width, overlap_ratio
+from grind_env.process.state import StrokeParameters
 
 TRAINING = 256
 """Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
@@ -43,6 +44,8 @@ PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
 LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
+
+TIP = StrokeParameters._fields.index("rd")
 
 Advance = Callable[[], object]
 
@@ -77,51 +80,57 @@ class Finding:
 
 
 def dress_study(
-    task: Task, deciders: Sequence[Policy], *, episodes: int = STUDY_EPISODES, runs: Path = RUNS, advance: Advance
+    problem: Problem, deciders: Sequence[Policy], *, episodes: int = STUDY_EPISODES, runs: Path = RUNS, advance: Advance
 ) -> list[Finding]:
-    """Answer the three questions for a task.
+    """Answer the three questions for a problem; that of the dresser only if a task says how it is set.
 
     Args:
-        task: the task.
+        problem: what is ground.
         deciders: policies that decide when to dress, for the third question.
         episodes: evaluation episodes.
-        runs: what is found is kept below, in `<task>/dress_study/`, and used again while the task is the same.
-        advance: called after every finding; there are `count(task, deciders)`.
+        runs: what is found is kept below, in `<problem>/dress_study/`, and used again while the problem is the same.
+        advance: called after every finding; there are `count(problem, deciders)`.
     """
-    seeds = episode_seeds("evaluation", episodes)
+    seeds, simulation = episode_seeds("evaluation", episodes), problem.simulation()
     found = []
-    for every in intervals(task):
-        found.append(kept_finding(runs, task, "interval", seeds, (every,)))
+    for every in intervals(simulation):
+        found.append(kept_finding(runs, simulation, "interval", seeds, (every,)))
         advance()
-    found.append(kept_finding(runs, task, "plan", seeds, intervals(task)))
+    found.append(kept_finding(runs, simulation, "plan", seeds, intervals(simulation)))
     advance()
-    for lead, depth in product(LEADS, DEPTHS):
-        dress = replace(task.dress, lead=round(task.dress.lead * lead, 6), depth=round(task.dress.depth * depth, 6))
-        found.append(kept_finding(runs, replace(task, dress=dress), "dresser", seeds, PLANS))
+    for lead, depth in dresser_settings(problem):
+        dress = simulation.task.dress
+        dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, 6))
+        other = type(simulation)(replace(simulation.task, dress=dress))
+        found.append(kept_finding(runs, other, "dresser", seeds, PLANS))
         advance()
     for policy in deciders:
-        found.append(finding(task, "decision", policy, kept_evaluation(policy, task, seeds, runs)))
+        found.append(finding(simulation, "decision", policy, kept_evaluation(policy, problem, seeds, runs)))
         advance()
     return found
 
 
-def intervals(task: Task) -> list[int]:
+def intervals(simulation: Simulation) -> list[int]:
     """The intervals that fit in an episode."""
-    return [every for every in INTERVALS if every <= task.blocks]
+    return [every for every in INTERVALS if every <= simulation.most_steps]
 
 
-def count(task: Task, deciders: Sequence[Policy]) -> int:
+def dresser_settings(problem: Problem) -> list[tuple[float, float]]:
+    """Factors on lead and depth that are tried; none for a part program, whose dress program says both."""
+    return [] if problem.id == JOB else list(product(LEADS, DEPTHS))
+
+
+def count(problem: Problem, deciders: Sequence[Policy]) -> int:
     """Number of findings of a study."""
-    return len(intervals(task)) + 1 + len(LEADS) * len(DEPTHS) + len(deciders)
+    return len(intervals(problem.simulation())) + 1 + len(dresser_settings(problem)) + len(deciders)
 
 
-def best_plan(task: Task, every: Sequence[int]) -> Fixed:
+def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     """The constant E and the interval, of those given, of least cost on training episodes; one execution each time.
 
     A few episodes find a good E for each interval; the best interval shows on many only, and E is refined there.
     """
-    simulation = Simulation(task)
-    episodes = start_episodes(simulation, episode_seeds("training", TRAINING))
+    task, episodes = simulation.task, start_episodes(simulation, episode_seeds("training", TRAINING))
     few = episodes.pick(np.arange(min(SCREENING, TRAINING)))
     speeds = [float(speed) / 1000.0 for speed in speed_grid(task, SPEEDS)]
     plans = []
@@ -140,47 +149,47 @@ def best_plan(task: Task, every: Sequence[int]) -> Fixed:
 
 def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episodes) -> Array:
     """Mean cost of an episode under each of the plans, $, shape (plans,); the episodes are left as they are."""
-    task, n = simulation.task, len(episodes.block)
+    n, steps = len(episodes.block), simulation.most_steps
     decided = []
     for plan in plans:
-        plan.begin(task, 1)
+        plan.begin(simulation, 1)
         # a fixed plan looks at nothing
-        decided.append([plan.act(np.zeros((1, 0), np.float32), None) for _ in range(task.blocks)])
+        decided.append([plan.act(np.zeros((1, 0), np.float32), None) for _ in range(steps)])
     # of plans, blocks, E and D, one episode
     table = np.array(decided).transpose(2, 0, 3, 1)
-    speeds, executions = np.broadcast_to(table, (2, len(plans), n, task.blocks))
+    speeds, executions = np.broadcast_to(table, (2, len(plans), n, steps))
     costs: Array = plan_cost(simulation, episodes, speeds, executions).mean(axis=1)
     return costs
 
 
-def kept_finding(runs: Path, task: Task, question: str, seeds: range, every: Sequence[int]) -> Finding:
+def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range, every: Sequence[int]) -> Finding:
     """The best fixed plan with these intervals on the evaluation episodes, kept or new."""
     code = f"{bare(inspect.getsource(best_plan))} {bare(inspect.getsource(mean_costs))} {sources(Fixed.__module__)}"
-    made_by = f"{code} {behaviour(task)} {question} {seeds} {every} {SPEEDS} {TRAINING} {SCREENING}"
-    path = runs / task.name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
+    made_by = f"{code} {behaviour(simulation)} {question} {seeds} {every} {SPEEDS} {TRAINING} {SCREENING}"
+    path = runs / simulation.task.name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
     # a file that is missing or damaged is made anew
     with suppress(OSError, ValueError, TypeError):
         return Finding(**json.loads(path.read_text(encoding="utf-8")))
-    plan = best_plan(task, [interval for interval in every if interval <= task.blocks])
-    result = finding(task, question, plan, evaluate(plan, task, seeds), plan.every)
+    plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
+    result = finding(simulation, question, plan, evaluate(plan, simulation, seeds), plan.every)
     write_whole(path, json.dumps(asdict(result)))
     return result
 
 
-def finding(task: Task, question: str, policy: Policy, run: Evaluation, every: int = 0) -> Finding:
+def finding(simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0) -> Finding:
     """What an evaluation says."""
-    cost = run.cost_per_good_part
+    cost, dress = run.cost_per_good_part, simulation.task.dress
     return Finding(
-        task=task.name,
+        task=simulation.task.name,
         question=question,
         policy=policy.name,
         sees=policy.sees,
         every=every,
-        lead=task.dress.lead,
-        depth=task.dress.depth,
-        overlap=new_overlap(task),
-        E=float(run.speeds.mean()) / 1000.0,
-        D=float(run.executions.mean()),
+        lead=dress.lead,
+        depth=dress.depth,
+        overlap=new_overlap(simulation),
+        E=run.speed,
+        D=run.dresses,
         cost=cost.value,
         cost_low=cost.low,
         cost_high=cost.high,
@@ -188,9 +197,9 @@ def finding(task: Task, question: str, policy: Policy, run: Evaluation, every: i
     )
 
 
-def new_overlap(task: Task) -> float:
-    """Overlap ratio of the task's dress with a diamond that is not worn."""
-    tip = task.parameters(task.kinds[0]).rd
+def new_overlap(simulation: Simulation) -> float:
+    """Overlap ratio of the dress with a diamond that is not worn."""
+    task, tip = simulation.task, simulation.nominal_parameters()[0, TIP]
     return overlap_ratio(dress_width(task.dress.depth, tip, 0.0), task.dress_lead)
 
 

@@ -16,11 +16,11 @@ from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import CONFIGS, DEFAULTS, Number, Settings
 from agents.learning.train import fingerprint, train
 from agents.studies import open_study, sqlite_url
-from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.files import ReadError
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.toml import TomlError, read_toml
 
@@ -65,7 +65,7 @@ class Search:
 
 
 def tune_learner(
-    task: Task, kind: str, search: Search, report: Callable[[int, float], object] = lambda number, cost: None
+    problem: Problem, kind: str, search: Search, report: Callable[[int, float], object] = lambda number, cost: None
 ) -> tuple[Settings, float]:
     """The settings of the cheapest trial and its validation cost, $ an episode; they are stored for `settings_for`.
 
@@ -74,7 +74,7 @@ def tune_learner(
     counts. One process at a time can work on a study.
 
     Args:
-        task: the task.
+        problem: what is ground.
         kind: of the agent.
         search: how long and where.
         report: called with the number of trials done and the cost of the last one, infinite if it failed.
@@ -85,13 +85,13 @@ def tune_learner(
     """
     if kind not in DEFAULTS:
         raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
-    path = search.configs / f"{task.name}.toml"
+    path = search.configs / f"{problem.name}.toml"
     # what is found goes there: better to learn now than after hours of training that it cannot
     _tables(path)
     default = shortened(DEFAULTS[kind], search.steps)
-    url = sqlite_url(search.runs / task.name / "tune.db") if search.storage is None else search.storage
+    url = sqlite_url(search.runs / problem.name / "tune.db") if search.storage is None else search.storage
     # trials of other code, or of another length, are of another study
-    name = f"{task.name}/{kind}/{fingerprint(task, kind, default, search.seed)}"
+    name = f"{problem.name}/{kind}/{fingerprint(problem, kind, default, search.seed)}"
     study = open_study(url, name, fresh=search.fresh)
     for killed in study.get_trials(states=[TrialState.RUNNING]):
         study.tell(killed.number, state=TrialState.FAIL)
@@ -103,7 +103,7 @@ def tune_learner(
             trial.set_user_attr(DEFAULT, True)
         settings = default if done == 0 else proposed(trial, default)
         try:
-            cost = validation_cost(task, kind, settings, search)
+            cost = validation_cost(problem, kind, settings, search)
         except CheckpointError:
             raise
         # weights that are no numbers show as any of these
@@ -116,7 +116,9 @@ def tune_learner(
         report(done + 1, cost)
     if not study.get_trials(states=[TrialState.COMPLETE]):
         failure = ended(study)[-1].user_attrs[FAILURE]
-        raise ConfigError(f"all {done} trainings of {kind} on {task.name} failed ({failure}): mend it, and add --fresh")
+        raise ConfigError(
+            f"all {done} trainings of {kind} on {problem.name} failed ({failure}): mend it, and add --fresh"
+        )
     best = study.best_trial
     settings = default if DEFAULT in best.user_attrs else proposed(optuna.trial.FixedTrial(best.params), default)
     write_settings(path, kind, settings, DEFAULTS[kind])
@@ -151,10 +153,11 @@ def proposed(trial: Any, default: Settings) -> Settings:
     return replace(default, hidden=hidden, hyper={**default.hyper, **hyper})
 
 
-def validation_cost(task: Task, kind: str, settings: Settings, search: Search) -> float:
+def validation_cost(problem: Problem, kind: str, settings: Settings, search: Search) -> float:
     """Mean cost of a validation episode, $, after a training with the settings."""
-    path = train(task, kind, search.seed, settings, search.runs, quiet=True)
-    return float(evaluate(load_policy(path, task=task), task, episode_seeds("validation", EPISODES)).cost.mean())
+    path = train(problem, kind, search.seed, settings, search.runs, quiet=True)
+    simulation, seeds = problem.simulation(), episode_seeds("validation", EPISODES)
+    return float(evaluate(load_policy(path, simulation=simulation), simulation, seeds).cost.mean())
 
 
 def write_settings(path: Path, kind: str, settings: Settings, default: Settings) -> None:

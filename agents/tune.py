@@ -16,11 +16,11 @@ from agents.coefficients import RULES, entry_names, from_vector, rounded
 from agents.search import Found, evolve, grid_search, refine
 from agents.studies import KeptCosts, open_study, sqlite_url
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Task, load_task
 from grind_env.errors import quoted
 from grind_env.policies.choices import speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
 from grind_env.policies.registry import TUNED, policy_names
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
@@ -28,15 +28,18 @@ from grind_env.policies.tuned import CONFIGS, ConfigError, Parameters, Tuned, ar
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
 INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+"""Blocks from one dress to the next."""
+STROKES = (4, 6, 8, 12, 17, 24, 34, 48, 68, 96, 136)
+"""Strokes from one dress to the next, where a step is one."""
 
 Advance = Callable[[], object]
 
 
 class Tuner:
-    """Costs of policies on the training and validation episodes of a task.
+    """Costs of policies on the training and validation episodes of a problem.
 
     Args:
-        task: the task.
+        simulation: of the problem.
         storage: URL of the database of the studies, one for each policy and start.
         episodes: number of episodes of each split.
         fresh: whether to throw away what the studies hold.
@@ -45,15 +48,14 @@ class Tuner:
 
     def __init__(
         self,
-        task: Task,
+        simulation: Simulation,
         storage: str,
         episodes: int = TUNING_EPISODES,
         fresh: bool = False,
         advance: Advance = lambda: None,
     ) -> None:
-        self.task = task
+        self.simulation, self.task = simulation, simulation.task
         self.seeds = {split: episode_seeds(split, episodes) for split in ("training", "validation")}
-        self.simulation = Simulation(task)
         self._episodes = {split: start_episodes(self.simulation, seeds) for split, seeds in self.seeds.items()}
         self._storage, self._fresh, self._advance = storage, fresh, advance
 
@@ -67,7 +69,8 @@ class Tuner:
 
     def interval(self) -> tuple[Fixed, int]:
         """The best constant E with one or two executions in every N-th block."""
-        return self._fixed("interval", INTERVAL_SPEEDS, range(1, min(2, self.task.action.executions) + 1), INTERVALS)
+        D = range(1, min(2, self.task.action.executions) + 1)
+        return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS if self.simulation.by_block else STROKES)
 
     def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
@@ -113,14 +116,14 @@ class Tuner:
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
-        facts = f"{sources(module)} {behaviour(self.task)} {RULES.get(policy)} {self.seeds}"
+        facts = f"{sources(module)} {behaviour(self.simulation)} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
         return KeptCosts(open_study(self._storage, name, fresh=self._fresh), entries, cost, self._advance)
 
 
-def tunable(task: Task) -> list[str]:
-    """Names of the policies that can be tuned for a task."""
-    return [name for name in policy_names(task) if name in TUNED]
+def tunable(simulation: Simulation) -> list[str]:
+    """Names of the policies that can be tuned for an environment."""
+    return [name for name in policy_names(simulation) if name in TUNED]
 
 
 def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned:
@@ -141,7 +144,7 @@ def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned
 
 
 def tune(
-    task_name: str,
+    problem: Problem,
     names: list[str] | None = None,
     *,
     evaluations: int = TUNING_EVALUATIONS,
@@ -155,7 +158,7 @@ def tune(
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
     Args:
-        task_name: name of the task.
+        problem: what is ground.
         names: policies; all that can be tuned by default.
         evaluations: of each CMA-ES run.
         starts: number of CMA-ES runs of a rule.
@@ -169,33 +172,33 @@ def tune(
     Raises:
         ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
     """
-    task = load_task(task_name)
+    simulation, known = problem.simulation(), tunable(problem.simulation())
     for name in names or ():
-        if name not in tunable(task):
-            raise ConfigError(f"{quoted(name)} cannot be tuned for {task_name}: choose from {', '.join(tunable(task))}")
-    tuned = _readable(task_name, folder, fresh)
-    url = sqlite_url(runs / task_name / "tune.db") if storage is None else storage
+        if name not in known:
+            raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
+    tuned = _readable(problem.name, folder, fresh)
+    url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
-        for name in names or tunable(task):
+        for name in names or known:
             if name in tuned and not fresh:
                 continue
             total = starts * evaluations if name in RULES else None
             bar = progress.add_task(name, total=total)
-            tuner = Tuner(task, url, episodes, fresh, partial(progress.advance, bar))
+            tuner = Tuner(simulation, url, episodes, fresh, partial(progress.advance, bar))
             tuned[name] = tune_policy(name, tuner, evaluations, starts)
             progress.update(bar, total=progress.tasks[bar].completed)
             # another process may have tuned other policies meanwhile
-            tuned = _readable(task_name, folder, fresh) | {name: tuned[name]}
-            tuned = {each: tuned[each] for each in tunable(task) if each in tuned}
-            write_tuned(task_name, tuned, folder)
+            tuned = _readable(problem.name, folder, fresh) | {name: tuned[name]}
+            tuned = {each: tuned[each] for each in known if each in tuned}
+            write_tuned(problem.name, tuned, folder)
     return tuned
 
 
-def _readable(task_name: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
+def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
     """The tuned policies of a task; none if the file is damaged and to be written anew."""
     try:
-        return read_tuned(task_name, folder)
+        return read_tuned(problem, folder)
     except ConfigError:
         if fresh:
             return {}

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,11 @@ from PIL import Image
 
 from agents.budgets import PICTURES
 from grind_env.control.rules import dresses_due
-from grind_env.envs.actions import ActionCodec
-from grind_env.envs.program import CycleBlock, block_text, coming_block
-from grind_env.envs.rows import Outcome
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Task
-from grind_env.envs.view import coming_part, view_of
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
-from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.evaluation import split_of
 from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
 from grind_env.render.view import Motion, View
 
@@ -58,27 +54,20 @@ class Film:
             )
 
 
-def watch(policy: Policy, task: Task, seed: int, frames: int) -> Iterator[View]:
-    """The views of an episode: before the first block, then `frames` of each block, the last of them at rest."""
-    simulation = Simulation(task)
-    episodes = start_episodes(simulation, [seed])
-    codec = ActionCodec(task)
-    blocks: list[CycleBlock] = []
-    outcomes: list[Outcome] = []
-    policy.begin(task, 1)
-    view = _titled(view_of(task, episodes, 0, blocks, outcomes), policy)
+def watch(policy: Policy, problem: Problem, seed: int, frames: int) -> Iterator[View]:
+    """The views of an episode: before the first step, then `frames` of each step, the last of them at rest."""
+    env: Any = problem.make().unwrapped
+    observation, _ = env.reset(seed=seed, options={"split": "test"} if split_of(seed) == "test" else None)
+    policy.begin(env.simulation, 1)
+    view = _titled(env.view(), policy)
     yield view
-    for _ in range(task.blocks):
-        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, task, episodes))
-        speeds, executions = codec.decode(codec.encode(*decision))
-        block = coming_block(task, episodes, 0, speeds[0], executions[0])
-        part = coming_part(task, episodes, 0)
-        running = replace(view, part=part, text=block_text(task, block))
-        yield from (_in_motion(running, block, k, frames) for k in range(frames - 1))
-        result, _ = simulation.step(episodes, speeds, executions)
-        blocks.append(block)
-        outcomes.append(Outcome(*result[0].tolist()))
-        view = _titled(view_of(task, episodes, 0, blocks, outcomes), policy)
+    over = False
+    while not over:
+        decision = policy.act(observation[None], reveal(policy.sees, env.simulation, env.episodes))
+        observation, _, over, _, _ = env.step(env.codec.encode(*decision)[0])
+        after = _titled(env.view(), policy)
+        yield from (_in_motion(view, after, k, frames) for k in range(frames - 1))
+        view = after
         yield view
 
 
@@ -86,11 +75,14 @@ def _titled(view: View, policy: Policy) -> View:
     return replace(view, extent=replace(view.extent, title=policy.name.replace("_", " ")))
 
 
-def _in_motion(view: View, block: CycleBlock, k: int, frames: int) -> View:
-    """Picture k of a block that is running: as much of its depth is gone as of its pictures."""
-    before, gone = k / frames, (k + 1) / frames
-    due = [dresses_due(share * block.stock, block.stock, float(block.executions)) for share in (before, gone)]
-    number = len(view.ground) * frames + k
+def _in_motion(before: View, after: View, k: int, frames: int) -> View:
+    """Picture k of a step between two views: as much of its depth is gone as of its pictures."""
+    block, part = after.ground[-1], after.part
+    goes_on = before.ground and not before.ground[-1].finished and before.part == replace(part, left=before.part.left)
+    stock = before.part.left if goes_on else part.stock
+    depth = max(stock - part.left, 0.0) if goes_on else stock
+    due = [dresses_due(share * depth, depth, float(block.executions)) for share in (k / frames, (k + 1) / frames)]
+    number = len(before.ground) * frames + k
     motion = Motion(
         table=0.8 * (-1.0) ** number,
         spin=TURNS * number,
@@ -98,15 +90,16 @@ def _in_motion(view: View, block: CycleBlock, k: int, frames: int) -> View:
         speed=block.speed,
         executions=block.executions,
     )
-    return replace(view, part=replace(view.part, left=(1.0 - gone) * block.stock), motion=motion)
+    left = stock - (k + 1) / frames * depth
+    return replace(before, part=replace(part, left=left), text=after.text, motion=motion)
 
 
-def record(policies: Sequence[Policy], task: Task, seed: int, path: Path, film: Film | None = None) -> int:
+def record(policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None) -> int:
     """Write an animation of the policies, side by side, on the episode of a seed.
 
     Args:
         policies: from left to right.
-        task: what they grind.
+        problem: what they grind.
         seed: of the episode.
         path: a .gif file.
         film: settings.
@@ -120,7 +113,7 @@ def record(policies: Sequence[Policy], task: Task, seed: int, path: Path, film: 
     film = Film() if film is None else film
     if path.suffix != ".gif":
         raise GrindError(f"{path}: an animation is written as .gif; name such a file")
-    films = zip(*(watch(policy, task, seed, film.frames) for policy in policies), strict=True)
+    films = zip(*(watch(policy, problem, seed, film.frames) for policy in policies), strict=True)
     pictures = _same_colours([np.hstack([render(view, TALL) for view in views]) for views in films])
     milliseconds = [round(1000.0 / film.fps)] * len(pictures)
     milliseconds[-1] = round(1000.0 * film.hold)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from grind_env.commands import register
 from grind_env.errors import GrindError, quoted, shortened
 from grind_env.terminal import BAD_INPUT, command
 
@@ -302,6 +303,9 @@ def _control(
         radii=radii,
         groove_retract=groove_retract,
     )
+
+
+register(app)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -6,7 +6,6 @@ from agents.benchmark.plan import Cell, Request
 from agents.benchmark.trained import from_file
 from agents.cells import Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
-from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import make_policy
@@ -55,24 +54,24 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
         advance: called with the number of episodes of each chunk that is done.
 
     Raises:
-        GrindError: if the policy has not been tuned, cannot be trained or does not fit the task.
+        GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
     """
-    task, curve = load_task(cell.task), []
+    problem, simulation, curve = cell.problem, cell.problem.simulation(), []
     policy: Policy
     if cell.seed is None:
-        policy = make_policy(cell.policy, task, request.configs)
+        policy = make_policy(cell.policy, simulation, request.configs)
     else:
         # torch takes seconds to import
         from agents.learning.train import trained_agent
 
-        path = trained_agent(task, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
-        policy = from_file(path, task, cell.name)
+        path = trained_agent(problem, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
+        policy = from_file(path, simulation, cell.name)
         if curve_path(path).exists():
             curve = read_curve(curve_path(path))
 
     def run(split: str, count: int) -> Evaluation:
         seeds = episode_seeds(split, count)
-        return kept_evaluation(policy, task, seeds, request.runs, fresh=request.fresh, advance=advance)
+        return kept_evaluation(policy, problem, seeds, request.runs, fresh=request.fresh, advance=advance)
 
     return Measured(
         cell=cell,

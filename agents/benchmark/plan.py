@@ -8,8 +8,8 @@ from typing import NamedTuple
 from agents.cells import RUNS
 from agents.learning.settings import LAST_SEED, settings_for
 from grind_env.envs.names import task_names
-from grind_env.envs.tasks import Task, load_task
 from grind_env.errors import quoted
+from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 
@@ -22,11 +22,16 @@ EPISODES, TEST_EPISODES = 128, 64
 
 
 class Cell(NamedTuple):
-    """One policy on one task, of one training seed if it is trained."""
+    """One policy on one problem, of one training seed if it is trained."""
 
-    task: str
+    problem: Problem
     policy: str
     seed: int | None = None
+
+    @property
+    def task(self) -> str:
+        """Name of the problem."""
+        return self.problem.name
 
     def __str__(self) -> str:
         return f"{self.task} {self.name}"
@@ -58,38 +63,41 @@ class Request:
     fresh: bool = False
 
 
-def chosen_tasks(names: str) -> list[Task]:
-    """The tasks of a list with commas, of `core` or of `all`.
+def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
+    """The problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.
 
     Raises:
-        GrindError: if there is no task of a name.
+        GrindError: if there is no problem of a name.
     """
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
-    return [load_task(name) for name in dict.fromkeys(listed)]
+    return [find_problem(name, job, parts) for name in dict.fromkeys(listed)]
 
 
-def planned(tasks: Sequence[Task], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int) -> list[Cell]:
+def planned(
+    problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int
+) -> list[Cell]:
     """The cells, those that take long first; the policies that anchor the score are always among them.
 
     Args:
-        tasks: the tasks.
-        policies: names; where a task has no such policy, it is left out. All of a task by default.
+        problems: what is ground.
+        policies: names; where a problem has no such policy, it is left out. All of a problem by default.
         kinds: of learned agents.
         seeds: how many of each kind are trained, with seeds 0, 1, ...
 
     Raises:
-        ConfigError: if no task has a policy of a name, there is no such kind, or there are too many seeds.
+        ConfigError: if no problem has a policy of a name, there is no such kind, or there are too many seeds.
     """
-    known = list(dict.fromkeys(name for task in tasks for name in policy_names(task)))
+    names = {problem: policy_names(problem.simulation()) for problem in problems}
+    known = list(dict.fromkeys(name for each in names.values() for name in each))
     if unknown := set(policies or ()) - set(known):
         raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
     if not 0 <= seeds <= LAST_SEED + 1:
         raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
     wanted = {*(known if policies is None else policies), *FIXED_PLANS, REFERENCE}
     cells = []
-    for task in tasks:
+    for problem in problems:
         for kind in kinds:
-            settings_for(kind, task)
-            cells += [Cell(task.name, kind, seed) for seed in range(seeds)]
-        cells += [Cell(task.name, name) for name in policy_names(task) if name in wanted]
+            settings_for(kind, problem.name)
+            cells += [Cell(problem, kind, seed) for seed in range(seeds)]
+        cells += [Cell(problem, name) for name in names[problem] if name in wanted]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))

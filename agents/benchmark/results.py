@@ -119,7 +119,7 @@ def result_of(measured: Measured) -> Result:
     """The row of a cell, without what depends on other cells; see `judge.judged`."""
     cell, run, test = measured.cell, measured.evaluation, measured.test
     speeds = run.speeds / 1000.0
-    low, high = np.percentile(speeds, [10.0, 90.0])
+    low, high = np.nanpercentile(speeds, [10.0, 90.0])
     facts: dict[str, Any] = dict(provenance(episode_seeds("evaluation", len(run.cost))))
     return Result(
         task=cell.task,
@@ -129,11 +129,11 @@ def result_of(measured: Measured) -> Result:
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
-        E_mean=float(speeds.mean()),
+        E_mean=run.speed,
         E_p10=float(low),
         E_p90=float(high),
-        D_mean=float(run.executions.mean()),
-        dresses_per_part=float(run.executions.sum() / run.finished.sum()),
+        D_mean=run.dresses,
+        dresses_per_part=float(np.nansum(run.executions) / run.finished.sum()),
         test_episodes=0 if test is None else len(test.cost),
         test_scrap=None if test is None else test.scrap,
         steps=measured.steps,

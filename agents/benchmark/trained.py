@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.files import read_bytes
 from grind_env.policies.choices import Decision
 from grind_env.policies.learned.saved import load_policy
@@ -27,15 +26,17 @@ class Trained:
     def __post_init__(self) -> None:
         self.sees = self.policy.sees
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """That many episodes begin."""
-        self.policy.begin(task, episodes)
+        self.policy.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Decide the coming block."""
         return self.policy.act(observation, episodes)
 
 
-def from_file(path: Path, task: Task, name: str) -> Trained:
+def from_file(path: Path, simulation: Simulation, name: str) -> Trained:
     """The trained agent in a file."""
-    return Trained(name, hashlib.sha256(read_bytes(path)).hexdigest(), load_policy(path, task=task, name=name))
+    return Trained(
+        name, hashlib.sha256(read_bytes(path)).hexdigest(), load_policy(path, simulation=simulation, name=name)
+    )

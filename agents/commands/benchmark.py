@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_tasks, planned
+from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
+from agents.commands.options import JobFile, Parts
 from grind_env.policies.tuned import CONFIGS, ConfigError
 
 INTERRUPTED = 130
@@ -22,7 +23,18 @@ def register(app: typer.Typer) -> None:
 
 
 def benchmark(
-    tasks: Annotated[str, typer.Option(help="Names of tasks, separated by commas, `core` or `all`.")] = FLAGSHIP,
+    tasks: Annotated[
+        str,
+        typer.Option(
+            "--tasks",
+            "--task",
+            "--env",
+            "--program",
+            help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks.",
+        ),
+    ] = FLAGSHIP,
+    job: JobFile = None,
+    parts: Parts = 1,
     policies: Annotated[
         str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
     ] = None,
@@ -56,7 +68,7 @@ def benchmark(
     if report:
         rebuild(results or RESULTS, console)
         return
-    chosen = chosen_tasks(tasks)
+    chosen = chosen_problems(tasks, job, parts)
     cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
     request = Request(
         episodes=episodes, test_episodes=test_episodes, steps=steps, runs=runs, configs=configs, fresh=fresh
@@ -70,9 +82,10 @@ def benchmark(
     folder = results or runs
     table = judged(merged(read_results(folder), [result_of(each) for each in found]))
     write_results(table, folder)
-    for task in chosen:
-        if any(each.task == task.name for each in table):
-            console.print(rich_table(table, task.name, f"{task.title}: {episodes} paired episodes"))
+    for problem in chosen:
+        if any(each.task == problem.name for each in table):
+            title = problem.simulation().task.title
+            console.print(rich_table(table, problem.name, f"{title}: {episodes} paired episodes"))
     console.print(f"written to {folder}: benchmark.parquet and .csv", highlight=False)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from grind_env.envs.tasks import load_task
+from agents.commands.options import JobFile, NamedProblem, Parts
 from grind_env.policies.evaluation import SPLITS, episode_seeds
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 
 
@@ -16,7 +17,9 @@ def register(app: typer.Typer) -> None:
 
 
 def dataset(
-    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    task: NamedProblem = "power_limited",
+    job: JobFile = None,
+    parts: Parts = 1,
     policy: Annotated[str, typer.Option(help="A policy, the file of an agent, or a constant.")] = "adaptive_rule",
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 200,
     split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "training",
@@ -34,14 +37,14 @@ def dataset(
     from agents.datasets import dataset_id, datasets_folder, make_dataset
     from grind_env.policies.naming import Unzip, chosen_policy
 
-    job = load_task(task)
+    problem = find_problem(task, job, parts)
     unzip: Unzip | None = None
     if trust:
         from grind_env.sb3 import load_zip
 
         unzip = load_zip
-    acts = chosen_policy(policy, job, configs, unzip)
-    path = make_dataset(acts, job, episode_seeds(split, episodes), fresh=fresh)
+    acts = chosen_policy(policy, problem.simulation(), configs, unzip)
+    path = make_dataset(acts, problem, episode_seeds(split, episodes), fresh=fresh)
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    print(f"{dataset_id(job, acts)}: {episodes * job.blocks} steps, {size / 1e6:.1f} MB, in {path}")
-    print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(job, acts)!r})")
+    print(f"{dataset_id(problem, acts)}: {episodes} episodes, {size / 1e6:.1f} MB, in {path}")
+    print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(problem, acts)!r})")

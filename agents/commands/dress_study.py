@@ -9,11 +9,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
+from agents.commands.options import JobFile, Parts
 from grind_env.envs.names import task_names
-from grind_env.envs.tasks import Task, load_task
 from grind_env.files import write_atomically
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 
@@ -28,7 +29,14 @@ def register(app: typer.Typer) -> None:
 
 
 def study(
-    task: Annotated[str | None, typer.Option(help="Name of a task; all by default.")] = None,
+    task: Annotated[
+        str | None,
+        typer.Option(
+            "--task", "--env", "--program", help="A task, id, task file or part program; all tasks by default."
+        ),
+    ] = None,
+    job: JobFile = None,
+    parts: Parts = 1,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = STUDY_EPISODES,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
     results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = FOLDER,
@@ -37,16 +45,16 @@ def study(
     from agents.dress_figure import dress_figure
     from agents.dress_study import count, csv_text, dress_study
 
-    tasks = [load_task(name) for name in (task_names() if task is None else [task])]
-    deciders = {each.name: deciding(each) for each in tasks}
+    problems = [find_problem(name, job, parts) for name in (task_names() if task is None else [task])]
+    deciders = {each.name: deciding(each) for each in problems}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns) as progress:
-        bars = {each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in tasks}
-        for each in tasks:
+        bars = {each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in problems}
+        for each in problems:
             advance = partial(progress.advance, bars[each.name])
             found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
             write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
-            write_picture(results / f"{each.name}.png", dress_figure(found, each.title))
+            write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
     print(f"tables and pictures: {results}")
     if results.resolve() == FOLDER:
         from agents.dress_table import write_readme
@@ -60,12 +68,13 @@ def write_picture(path: Path, picture: bytes) -> None:
     write_atomically(path, lambda unfinished: unfinished.write_bytes(picture))
 
 
-def deciding(task: Task) -> list[Policy]:
-    """The policies of a task that decide when to dress: scripted ones, planners, and the learned one shipped."""
+def deciding(problem: Problem) -> list[Policy]:
+    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
     from agents.benchmark.trained import from_file
     from grind_env.policies.learned.saved import SUFFIX
     from grind_env.policies.naming import SHIPPED
 
-    scripted = [make_policy(name, task) for name in policy_names(task) if name not in BASELINES]
-    shipped = SHIPPED / f"{task.name}{SUFFIX}"
-    return [*scripted, *([from_file(shipped, task, "learned")] if shipped.exists() else [])]
+    simulation = problem.simulation()
+    scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
+    shipped = SHIPPED / f"{problem.name}{SUFFIX}"
+    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]

@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from agents.cells import RUNS
+from agents.commands.options import JobFile, NamedProblem, Parts
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED
-from grind_env.envs.tasks import load_task
 from grind_env.files import write_atomically
+from grind_env.policies.problem import find_problem
 
 INTERRUPTED = 130
 """Exit status, as the shell's own for a command that was interrupted."""
@@ -22,7 +23,9 @@ def register(app: typer.Typer) -> None:
 
 
 def train(
-    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    task: NamedProblem = "power_limited",
+    job: JobFile = None,
+    parts: Parts = 1,
     kind: Annotated[str, typer.Option(help=f"Kind of agent: {', '.join(DEFAULTS)}.")] = "ppo",
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_SEED, help="Seed of the agent and of its training episodes.")
@@ -43,14 +46,14 @@ def train(
     from agents.learning.batches import compare_batches
     from agents.learning.train import trained_agent
 
-    job = load_task(task)
+    problem = find_problem(task, job, parts)
     try:
         if compare:
-            picture, image = runs / task / "batches.png", compare_batches(job, seed, steps, runs, fresh)
+            picture, image = runs / problem.name / "batches.png", compare_batches(problem, seed, steps, runs, fresh)
             write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
             print(f"learning curves: {picture}")
             return
-        path = trained_agent(job, kind, seed, steps, runs, fresh)
+        path = trained_agent(problem, kind, seed, steps, runs, fresh)
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted; {again} goes on from the last checkpoint", file=sys.stderr)
@@ -58,8 +61,8 @@ def train(
     points = read_curve(curve_path(path))
     last = points[-1]
     print(
-        f"validation score {last.score:.1f} after {last.steps} steps and {last.seconds:.0f} s;"
-        f" 95 % of it from {seconds_to(points):.0f} s on"
+        f"validation cost {last.cost:.2f} $ an episode, score {last.score:.1f}, after {last.steps} steps and"
+        f" {last.seconds:.0f} s; 95 % of the score from {seconds_to(points):.0f} s on"
     )
     print("time: " + ", ".join(f"{100.0 * getattr(last, name) / last.seconds:.0f} % {name}" for name in SPENT))
     print(f"trained agent: {path}")

@@ -8,9 +8,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
+from agents.commands.options import JobFile, NamedProblem, Parts
 from agents.learning.settings import CONFIGS as LEARNING
 from agents.learning.settings import LAST_SEED
-from grind_env.envs.tasks import load_task
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 
 
@@ -21,7 +22,9 @@ def register(app: typer.Typer) -> None:
 
 
 def tuning(
-    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    task: NamedProblem = "power_limited",
+    job: JobFile = None,
+    parts: Parts = 1,
     policies: Annotated[
         str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
     ] = None,
@@ -45,12 +48,13 @@ def tuning(
 
     Every trial is kept in an Optuna study: if the command is killed, the same command goes on.
     """
+    problem = find_problem(task, job, parts)
     if kind is None:
         from agents.tune import tune
 
         names = None if policies is None else [name.strip() for name in policies.split(",")]
         tuned = tune(
-            task,
+            problem,
             names,
             evaluations=evaluations,
             starts=starts,
@@ -82,5 +86,5 @@ def tuning(
         def report(done: int, cost: float) -> None:
             progress.update(bar, completed=done, description=f"{kind}: {cost:.2f} $ in validation")
 
-        settings, cost = tune_learner(load_task(task), kind, search, report)
+        settings, cost = tune_learner(problem, kind, search, report)
     print(f"{kind}: {cost:.4f} $ an episode in validation with {dict(settings.hyper)}, layers {settings.hidden}")

@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
-from grind_env.envs.tasks import load_task
+from agents.commands.options import JobFile, NamedProblem, Parts
 from grind_env.policies.evaluation import SPLITS
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 
 
@@ -20,7 +21,9 @@ def video(
     left: Annotated[str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0.")],
     right: Annotated[str, typer.Option(help="Likewise.")],
     output: Annotated[Path, typer.Option(help="The .gif file to write.")],
-    task: Annotated[str, typer.Option(help="Name of the task.")] = "power_limited",
+    task: NamedProblem = "power_limited",
+    job: JobFile = None,
+    parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
     pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
     configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
@@ -29,7 +32,7 @@ def video(
     from agents.video import Film, record
     from grind_env.policies.naming import named_policy
 
-    job = load_task(task)
-    policies = [named_policy(name, job, configs) for name in (left, right)]
-    size = record(policies, job, seed, output, Film(frames=pictures))
+    problem = find_problem(task, job, parts)
+    policies = [named_policy(name, problem.simulation(), configs) for name in (left, right)]
+    size = record(policies, problem, seed, output, Film(frames=pictures))
     print(f"{output}: {size / 1e6:.1f} MB")

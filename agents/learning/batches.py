@@ -12,7 +12,7 @@ from agents.cells import RUNS
 from agents.learning.curve import Point, curve_path, read_curve
 from agents.learning.settings import Number, Settings, settings_for
 from agents.learning.train import train
-from grind_env.envs.tasks import Task
+from grind_env.policies.problem import Problem
 from grind_env.render.plots import BLUE, ORANGE
 
 SMALL_ENVS = 8
@@ -25,24 +25,26 @@ def small_batches(settings: Settings) -> Settings:
     return replace(settings, envs=SMALL_ENVS, hyper={**settings.hyper, **SMALL})
 
 
-def compare_batches(task: Task, seed: int, steps: int | None = None, folder: Path = RUNS, fresh: bool = False) -> bytes:
+def compare_batches(
+    problem: Problem, seed: int, steps: int | None = None, folder: Path = RUNS, fresh: bool = False
+) -> bytes:
     """Train PPO with its own batches and with those of Stable-Baselines3, and draw both curves as PNG.
 
     Args:
-        task: to train on.
+        problem: to train on.
         seed: of both.
         steps: environment steps of each; by default those of the settings.
         folder: of the results; interrupted, the same call goes on.
         fresh: train anew.
     """
-    large = settings_for("ppo", task)
+    large = settings_for("ppo", problem.name)
     large = replace(large, steps=large.steps if steps is None else steps)
     curves = [
-        read_curve(curve_path(train(task, "ppo", seed, settings, folder, fresh=fresh)))
+        read_curve(curve_path(train(problem, "ppo", seed, settings, folder, fresh=fresh)))
         for settings in (large, small_batches(large))
     ]
     names = [f"{each.envs} environments, batch {each.hyper['batch_size']}" for each in (large, small_batches(large))]
-    return draw(dict(zip(names, curves, strict=True)), task.title)
+    return draw(dict(zip(names, curves, strict=True)), problem.simulation().task.title)
 
 
 def draw(curves: dict[str, Sequence[Point]], title: str) -> bytes:

@@ -16,7 +16,7 @@ early one earns nothing. Where the two are alike, the cost of the mean future is
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, all_choices
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
@@ -72,7 +72,7 @@ class CostPlanner(ModelPredictive):
         """
         n, count, last = len(episodes.block), len(choices.speeds), self._last_block()
         # as the planner does: the wheel left behind is charged where the tape ends
-        here = replace(episodes, tape=episodes.tape[:, self.block : last + 1], block=np.zeros(n, np.int64))
+        here = self.simulation.window(episodes, episodes.tape, np.arange(n), self.block, last + 1 - self.block)
         branches = here.pick(np.repeat(np.arange(n), count))
         cost = self._step(branches, Decision(*(np.tile(values, n) for values in choices)))
         for block in range(self.block + 1, last + 1):
@@ -86,35 +86,37 @@ class Teacher:
     """Says how good every choice would have been.
 
     Args:
-        task: the task.
+        simulation: of what is ground.
         levels: number of levels of E on the student's grid.
         horizon: blocks that the planner looks ahead; 0 for the rule on the true state, which is quick.
         temperature: of the labels, in costs of a block of the best fixed plan.
         foresight: whether it foresees what comes, or expects what the state lets one expect.
     """
 
-    task: Task
+    simulation: Simulation
     levels: int
     horizon: int
     temperature: float
     foresight: bool
     rule: FullStateRule = field(init=False)
+    task: Task = field(init=False)
 
     def __post_init__(self) -> None:
+        self.task = self.simulation.task
         self.rule = FullStateRule(**tuned_arguments("full_state_rule", self.task))
         self.planner = CostPlanner(self.rule, horizon=self.horizon)
         self.choices = all_choices(self.task, self.levels)
 
     def begin(self, n: int) -> None:
         """N episodes begin."""
-        self.planner.begin(self.task, n)
+        self.planner.begin(self.simulation, n)
 
     def labels(self, episodes: Episodes) -> Table:
         """How much worse than the best choice every other one is, in costs of a block of the best fixed plan.
 
         Shape (N, levels, most executions + 1), cut at `WORST`.
         """
-        shown = reveal("future" if self.foresight else "state", self.task, episodes)
+        shown = reveal("future" if self.foresight else "state", self.simulation, episodes)
         assert shown is not None
         if self.horizon == 0:
             return self._of_rule(self.rule.act(np.empty((0, 0), np.float32), shown))
@@ -169,7 +171,7 @@ class ClonedPPO(PPO):
         super().__init__(policy, env, **arguments)
         self.labels = labels
         levels = int(env.action_space.nvec[0])
-        self.teacher = Teacher(env.view.task, levels, int(horizon), float(temperature), bool(foresight))
+        self.teacher = Teacher(env.env.simulation, levels, int(horizon), float(temperature), bool(foresight))
         self.features: list[Table] = []
         self.labelled: list[Table] = []
         self.returns = np.empty(0, np.float32)

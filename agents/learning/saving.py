@@ -10,7 +10,7 @@ from safetensors.numpy import save
 
 from agents.learning.settings import Settings
 from agents.provenance import commit, installed
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Simulation
 from grind_env.files import write_atomically
 from grind_env.policies.learned.network import acting_part
 from grind_env.policies.learned.saved import ENTRY, FORMAT, check_finite, check_sums, spaces_digest
@@ -19,13 +19,13 @@ from grind_env.policies.learned.view import LearnerView
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
 
 
-def save_policy(path: Path, model: Any, task: Task, kind: str, settings: Settings) -> None:
+def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, settings: Settings) -> None:
     """Write what acting needs of a trained model, whole or not at all; its folder is made.
 
     Args:
         path: a .safetensors file.
         model: an algorithm of Stable-Baselines3 or sb3-contrib.
-        task: what it was trained on.
+        simulation: what it was trained on.
         kind: name of the kind of agent.
         settings: that it was trained with.
 
@@ -40,12 +40,12 @@ def save_policy(path: Path, model: Any, task: Task, kind: str, settings: Setting
     check_sums(path, network, actor.tensors)
     document = {
         "format": FORMAT,
-        "task": task.name,
+        "task": simulation.task.name,
         "kind": kind,
         "memory": settings.memory,
         "actions": settings.actions,
         "network": {each.name: getattr(network, each.name) for each in fields(network)},
-        "spaces": spaces_digest(LearnerView(task, settings.memory, settings.actions)),
+        "spaces": spaces_digest(LearnerView(simulation, settings.memory, settings.actions)),
         "settings": {each.name: _plain(getattr(settings, each.name)) for each in fields(settings)},
         "versions": {package: installed(package) for package in PACKAGES},
         "commit": commit(),

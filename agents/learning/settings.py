@@ -5,7 +5,6 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.policies.learned.view import Actions, Memory
 from grind_env.policies.tuned import ConfigError
@@ -119,8 +118,8 @@ DEFAULTS: dict[str, Settings] = {
 """The kinds by name."""
 
 
-def settings_for(kind: str, task: Task, folder: Path = CONFIGS) -> Settings:
-    """The settings of a kind for a task: the defaults, and over them the table `[<kind>]` of `<task>.toml`.
+def settings_for(kind: str, name: str, folder: Path = CONFIGS) -> Settings:
+    """The settings of a kind for a problem of that name: the defaults, and over them `[<kind>]` of `<name>.toml`.
 
     The file may set any field, and in `[<kind>.hyper]` single arguments of the algorithm.
 
@@ -130,7 +129,7 @@ def settings_for(kind: str, task: Task, folder: Path = CONFIGS) -> Settings:
     if kind not in DEFAULTS:
         raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
     default = DEFAULTS[kind]
-    path = folder / f"{task.name}.toml"
+    path = folder / f"{name}.toml"
     if not path.exists():
         return default
     try:

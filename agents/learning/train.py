@@ -27,6 +27,7 @@ from agents.provenance import installed
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import tuned_arguments
 
 POINTS = 24
@@ -36,7 +37,7 @@ LIBRARIES = ("torch", "stable_baselines3", "sb3_contrib", "numpy")
 
 
 def trained_agent(
-    task: Task,
+    problem: Problem,
     kind: str,
     seed: int,
     steps: int | None = None,
@@ -45,14 +46,14 @@ def trained_agent(
     *,
     quiet: bool = False,
 ) -> Path:
-    """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the task's sub-folder of `folder`.
+    """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
     It is trained unless an agent of the same code, settings and seed is there. A training that was interrupted goes
     on from its checkpoint. The learning curve lies beside the agent, the metrics for TensorBoard in
-    `<folder>/<task>/tensorboard/`.
+    `<folder>/<problem>/tensorboard/`.
 
     Args:
-        task: to train on.
+        problem: to train on.
         kind: of the agent; see `agents.learning.settings`.
         seed: of the network, of what it draws, and of the training episodes.
         steps: environment steps; by default those of the settings.
@@ -63,14 +64,21 @@ def trained_agent(
     Raises:
         GrindError: if there is no such kind, its settings do not fit, or its checkpoint is damaged.
     """
-    settings = settings_for(kind, task)
+    settings = settings_for(kind, problem.name)
     if steps is not None:
         settings = replace(settings, steps=steps)
-    return train(task, kind, seed, settings, folder, fresh=fresh, quiet=quiet)
+    return train(problem, kind, seed, settings, folder, fresh=fresh, quiet=quiet)
 
 
 def train(
-    task: Task, kind: str, seed: int, settings: Settings, folder: Path, *, fresh: bool = False, quiet: bool = False
+    problem: Problem,
+    kind: str,
+    seed: int,
+    settings: Settings,
+    folder: Path,
+    *,
+    fresh: bool = False,
+    quiet: bool = False,
 ) -> Path:
     """As `trained_agent`, with settings of one's own."""
     if not 0 <= seed <= LAST_SEED or settings.envs > SEED_STRIDE:
@@ -78,7 +86,7 @@ def train(
             f"the seed is {seed} and there are {settings.envs} environments, but training has seeds from 0 to"
             f" {LAST_SEED} and at most {SEED_STRIDE} environments"
         )
-    stem = folder / task.name / f"{kind}-{seed}-{fingerprint(task, kind, settings, seed)}"
+    stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, kind, settings, seed)}"
     path, checkpoint = stem.with_suffix(SUFFIX), checkpoint_path(stem)
     log = stem.parent / "tensorboard" / stem.name
     if fresh:
@@ -95,28 +103,30 @@ def train(
             # what is left there is of a training that had no checkpoint yet
             with suppress(FileNotFoundError):
                 shutil.rmtree(log)
-            training = Training(new_model(task, kind, seed, settings, log), [], {})
+            training = Training(new_model(problem, kind, seed, settings, log), [], {})
         with Console(quiet=quiet) as console:
-            _finish(training, task, f"{task.name} {kind} {seed}", settings, checkpoint, console)
+            _finish(training, problem, f"{problem.name} {kind} {seed}", settings, checkpoint, console)
         write_curve(curve_path(path), training.points)
-        save_policy(path, training.model, task, kind, settings)
+        save_policy(path, training.model, problem.simulation(), kind, settings)
     remove_checkpoints(stem)
     return path
 
 
-def new_model(task: Task, kind: str, seed: int, settings: Settings, log: Path | None = None) -> BaseAlgorithm:
+def new_model(problem: Problem, kind: str, seed: int, settings: Settings, log: Path | None = None) -> BaseAlgorithm:
     """An agent that has not been trained, in its environment."""
-    env = LearnerVecEnv(task, settings.envs, settings.memory, settings.actions, settings.worst_reward)
+    env = LearnerVecEnv(problem, settings.envs, settings.memory, settings.actions, settings.worst_reward)
     model = build(settings, env, seed, log)
     # after the algorithm has seeded it, the env gets seeds of its own, far from those of evaluation
     env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)
     return model
 
 
-def _finish(training: Training, task: Task, title: str, settings: Settings, checkpoint: Path, console: Console) -> None:
+def _finish(
+    training: Training, problem: Problem, title: str, settings: Settings, checkpoint: Path, console: Console
+) -> None:
     """Train up to the last step."""
     model = training.model
-    agent, validation = LiveAgent(model, settings.memory, settings.actions), Validation(task)
+    agent, validation = LiveAgent(model, settings.memory, settings.actions), Validation(problem)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[news]}"))
     with Progress(TextColumn(title), *columns, console=console) as progress:
         bar = progress.add_task("", total=settings.steps, completed=model.num_timesteps, news="")
@@ -140,7 +150,7 @@ def _finish(training: Training, task: Task, title: str, settings: Settings, chec
         )
 
 
-def fingerprint(task: Task, kind: str, settings: Settings, seed: int) -> str:
+def fingerprint(problem: Problem, kind: str, settings: Settings, seed: int) -> str:
     """Stands for all that decides what a training ends in."""
     parts = [
         sources(training_env.__name__),
@@ -148,9 +158,13 @@ def fingerprint(task: Task, kind: str, settings: Settings, seed: int) -> str:
         bare(inspect.getsource(new_model)),
         TRAINING_SEEDS,
         SEED_STRIDE,
-        *([] if settings.algorithm != "cloned_ppo" else [sources(imitation.__name__), the_expert(task)]),
-        behaviour(task),
-        task.reference_cost,
+        *(
+            []
+            if settings.algorithm != "cloned_ppo"
+            else [sources(imitation.__name__), the_expert(problem.simulation().task)]
+        ),
+        behaviour(problem.simulation()),
+        problem.simulation().task.reference_cost,
         kind,
         settings,
         seed,

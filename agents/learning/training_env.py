@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from grind_env.envs.rows import Outcome, reward_terms
-from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import FORMS, Actions, LearnerView, Memory
+from grind_env.policies.problem import Problem
 from grind_env.sb3.adapter import SB3VecEnv
 
 Table = NDArray[np.float64]
@@ -35,6 +35,14 @@ class Notes:
     executions: list[Table] = field(default_factory=list)
     """D of every block."""
 
+    def note(self, outcomes: Table, choice: tuple[Table, ...]) -> None:
+        """Note a step of all environments."""
+        self.blocks += len(outcomes)
+        self.totals += outcomes.sum(axis=0)
+        self.burnt += int(np.count_nonzero(outcomes[:, BURN] > BURNT))
+        self.speeds.append(choice[0])
+        self.executions.append(choice[1])
+
     def metrics(self, task: Task) -> dict[str, float]:
         """Means by name: terms of the reward a block, $ a finished part, decisions, shares of blocks and parts."""
         blocks, finished = max(self.blocks, 1), max(self.totals[FINISHED], 1.0)
@@ -52,42 +60,11 @@ class Notes:
         }
 
 
-class NotedSimulation(Simulation):
-    """A simulation that notes the outcome of every step."""
-
-    def __init__(self, task: Task) -> None:
-        super().__init__(task)
-        self.notes = Notes()
-
-    def step(
-        self,
-        episodes: Episodes,
-        speeds: Table,
-        executions: Table,
-        pre_dresses: Table | None = None,
-        *,
-        active: NDArray[np.int64] | None = None,
-    ) -> tuple[Table, Table]:
-        """As `Simulation.step`."""
-        outcomes, results = super().step(episodes, speeds, executions, pre_dresses, active=active)
-        self.notes.blocks += len(outcomes)
-        self.notes.totals += outcomes.sum(axis=0)
-        self.notes.burnt += int(np.count_nonzero(outcomes[:, BURN] > BURNT))
-        self.notes.speeds.append(speeds.copy())
-        self.notes.executions.append(executions.copy())
-        return outcomes, results
-
-    def take_notes(self) -> Notes:
-        """The notes, which begin anew."""
-        notes, self.notes = self.notes, Notes()
-        return notes
-
-
 class LearnerVecEnv(SB3VecEnv):
-    """N episodes of a task as a learner sees them, with a reward made easier to learn.
+    """N episodes of a problem as a learner sees them, with a reward made easier to learn.
 
     Args:
-        task: the task.
+        problem: what is ground.
         envs: number of episodes side by side.
         memory: what the features remember.
         actions: form of the actions.
@@ -98,20 +75,17 @@ class LearnerVecEnv(SB3VecEnv):
 
     def __init__(
         self,
-        task: Task,
+        problem: Problem,
         envs: int,
         memory: Memory = "belief",
         actions: Actions = "grid",
         worst_reward: float = -10.0,
     ) -> None:
-        env = GrindVectorEnv(
-            envs, task=task.name, observation="measured", action=FORMS[actions], autoreset_mode="SameStep"
-        )
+        env = problem.make_vec(envs, action=FORMS[actions], autoreset_mode="SameStep")
         # lots, wheels and coolants of the test split stay unseen; the split holds for all later episodes
         env.reset(options={"split": "train"})
-        self.simulation = NotedSimulation(env.task)
-        env.simulation = self.simulation
-        self.view = LearnerView(task, memory, actions)
+        self.notes = Notes()
+        self.view = LearnerView(env.simulation, memory, actions)
         self.worst_reward = worst_reward
         self.seconds = {"environment": 0.0, "features": 0.0}
         """Wall time spent in steps of the environment, and on the features."""
@@ -129,11 +103,17 @@ class LearnerVecEnv(SB3VecEnv):
         """Step. The reward is one more than the environment's, so that the best fixed plan earns about 0."""
         begin = time.perf_counter()
         observations, rewards, done, infos = super().step_wait()
+        self.notes.note(*self.env.last)
         stepped = time.perf_counter()
         features = self._features(np.asarray(observations), done, infos)
         self.seconds["environment"] += stepped - begin
         self.seconds["features"] += time.perf_counter() - stepped
         return features, np.maximum(rewards + np.float32(1.0), np.float32(self.worst_reward)), done, infos
+
+    def take_notes(self) -> Notes:
+        """The notes, which begin anew."""
+        notes, self.notes = self.notes, Notes()
+        return notes
 
     def _features(
         self, observations: NDArray[np.float32], done: NDArray[np.bool_], infos: list[dict[str, Any]]

@@ -4,14 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from grind_env.envs.names import environment_id
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned.view import Actions, LearnerView, Memory
 from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
 from grind_env.scores import reference
 
@@ -27,9 +26,9 @@ class LiveAgent:
         self.name = "agent in training"
         self.model, self.memory, self.actions = model, memory, actions
 
-    def begin(self, task: Task, episodes: int) -> None:
+    def begin(self, simulation: Simulation, episodes: int) -> None:
         """That many episodes begin."""
-        self.view = LearnerView(task, self.memory, self.actions)
+        self.view = LearnerView(simulation, self.memory, self.actions)
         self.view.begin(episodes)
         self.first = np.ones(episodes, bool)
         self.state: tuple[NDArray[np.float32], ...] | None = None
@@ -46,19 +45,19 @@ class Validation:
     """Scores an agent on validation episodes.
 
     Args:
-        task: the task.
+        problem: what is ground.
         episodes: how many.
     """
 
-    def __init__(self, task: Task, episodes: int = EPISODES) -> None:
-        self.task, self.seeds = task, episode_seeds("validation", episodes)
+    def __init__(self, problem: Problem, episodes: int = EPISODES) -> None:
+        self.simulation, self.seeds = problem.simulation(), episode_seeds("validation", episodes)
         self.fixed, self.least = np.nan, np.nan
         try:
-            scale = reference(environment_id(task.name))
-            plans = [make_policy(name, task) for name in FIXED_PLANS]
+            scale = reference(problem.id)
+            plans = [make_policy(name, self.simulation) for name in FIXED_PLANS]
         except GrindError:
             return
-        self.fixed = min(float(evaluate(plan, task, self.seeds).cost.mean()) for plan in plans)
+        self.fixed = min(float(evaluate(plan, self.simulation, self.seeds).cost.mean()) for plan in plans)
         self.least = self.fixed * scale.J_plan / scale.J_fix
 
     def score(self, agent: Policy) -> tuple[float, float]:
@@ -67,5 +66,5 @@ class Validation:
         The fixed plan is run on the same episodes. What the planner, too slow for that, would save of its cost is taken
         from the reference scores; the score is NaN in a task that has none.
         """
-        cost = float(evaluate(agent, self.task, self.seeds).cost.mean())
+        cost = float(evaluate(agent, self.simulation, self.seeds).cost.mean())
         return cost, 100.0 * (self.fixed - cost) / (self.fixed - self.least)

@@ -83,7 +83,7 @@ class Watch(BaseCallback):
         for name, spent in zip(SPENT, (environment, features, elapsed - environment - features), strict=False):
             self.seconds[name] += spent
         self.rolled = now.clock
-        if self.env.simulation.notes.blocks >= self.env.num_envs * self.env.view.task.blocks:
+        if self.env.notes.blocks >= self.env.num_envs * self.env.view.task.blocks:
             self._log()
             self.show(self.num_timesteps, f"reward {self.rewards / self.batches:+.3f} a step{self.news}")
 
@@ -92,7 +92,7 @@ class Watch(BaseCallback):
             self.seconds["optimisation"] += time.perf_counter() - self.rolled
 
     def _log(self) -> None:
-        for name, value in self.env.simulation.take_notes().metrics(self.env.view.task).items():
+        for name, value in self.env.take_notes().metrics(self.env.view.task).items():
             self.logger.record(name, value)
         seconds = time.perf_counter() - self.began
         self.logger.record("time/steps_per_second", self.num_timesteps / seconds)

@@ -15,10 +15,11 @@ from agents.provenance import provenance
 from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.tune import tune
-from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.names import OTHERS, environment_id, task_names
+from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, write_whole
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
@@ -34,7 +35,7 @@ RATIO = ("slot",)
 
 
 def score(
-    name: str,
+    problem: Problem,
     *,
     episodes: int = SCORE_EPISODES,
     results: Path = RESULTS,
@@ -48,7 +49,7 @@ def score(
     What a policy did is kept below `runs`; see `agents.cells`.
 
     Args:
-        name: name of the task.
+        problem: a registered environment.
         episodes: evaluation episodes.
         results: folder of the tables.
         runs: folder of what is kept.
@@ -57,21 +58,21 @@ def score(
         console: where to print.
     """
     console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
-    task = load_task(name)
-    tune(name, evaluations=EVALUATIONS, folder=configs, runs=runs)
-    policies = [make_policy(each, task, configs) for each in policy_names(task)]
+    name, simulation = problem.name, problem.simulation()
+    tune(problem, evaluations=EVALUATIONS, folder=configs, runs=runs)
+    policies = [make_policy(each, simulation, configs) for each in policy_names(simulation)]
     seeds, found = episode_seeds("evaluation", episodes), dict[str, Evaluation]()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         bar = progress.add_task(name, total=len(policies))
         for each in policies:
             progress.update(bar, description=f"{name}: {each.name}")
-            found[each.name] = kept_evaluation(each, task, seeds, runs)
+            found[each.name] = kept_evaluation(each, problem, seeds, runs)
             progress.advance(bar)
     rows = table_rows(policies, found)
-    console.print(rich_table(rows, f"{task.title}: {episodes} evaluation episodes"))
-    write_whole(results / f"{name}.csv", csv_text(task, rows, found))
-    references = {**read_references(data), environment_id(name): reference_of(task, policies, found)}
+    console.print(rich_table(rows, f"{simulation.task.title}: {episodes} evaluation episodes"))
+    write_whole(results / f"{name}.csv", csv_text(simulation.task, rows, found))
+    references = {**read_references(data), problem.id: reference_of(simulation.task, policies, found)}
     write_whole(data, write_text(references))
     return rows
 
@@ -81,9 +82,10 @@ def score_wen(data: Path = FILE) -> None:
     write_whole(data, write_text({**read_references(data), environment_id(WEN): wen_reference()}))
 
 
-def scored_tasks() -> list[str]:
-    """Names of the tasks of G82 blocks, the shortest episodes first."""
-    return sorted(task_names(), key=lambda name: load_task(name).blocks)
+def scored_problems() -> list[Problem]:
+    """The registered environments in which E and D are chosen, the shortest episodes first."""
+    problems = [find_problem(name) for name in (*task_names(), *OTHERS) if name not in ("job", "task", WEN)]
+    return sorted(problems, key=lambda problem: problem.simulation().most_steps)
 
 
 def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:

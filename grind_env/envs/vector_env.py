@@ -110,6 +110,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.some_due = False
         self.everyone = np.arange(num_envs)
         self.history = None if render_mode is None else History(num_envs)
+        self.last: tuple[Array, tuple[Array, ...]]  # outcomes and choice of the last step
 
     def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
         """What the options of a reset give; what they do not name stays as it was `before`."""
@@ -168,6 +169,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         if self.show_block or self.history is not None:
             blocks = {i: self._block(i, tuple(values[i] for values in choice)) for i in stepping.tolist()}
         outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
+        self.last = outcomes, choice
         if self.history is not None:
             self.history.note(blocks, outcomes)
         if some:

@@ -1,7 +1,7 @@
 """What is to be decided: an environment, a task file, or a part program with its job, as one names it anywhere."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import functools
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ class Problem:
 
     name: str
     id: str
-    arguments: Mapping[str, Any] = field(default_factory=dict)
+    arguments: tuple[tuple[str, Any], ...] = ()
 
     def make(self, **arguments: Any) -> gym.Env[Any, Any]:
         """The environment, with what is measured; further arguments as for `gym.make`.
@@ -38,7 +38,7 @@ class Problem:
         Raises:
             GrindError: a file of it is faulty.
         """
-        return gym.make(self.id, **{"observation": "measured", **self.arguments, **arguments})
+        return gym.make(self.id, **{"observation": "measured", **dict(self.arguments), **arguments})
 
     def make_vec(self, num_envs: int, **arguments: Any) -> Any:
         """Its native vector environment, without wrappers; further arguments as for `gym.make_vec`.
@@ -50,7 +50,7 @@ class Problem:
             self.id,
             num_envs,
             vectorization_mode="vector_entry_point",
-            **{"observation": "measured", **self.arguments, **arguments},
+            **{"observation": "measured", **dict(self.arguments), **arguments},
         )
 
     def simulation(self) -> Simulation:
@@ -59,8 +59,14 @@ class Problem:
         Raises:
             GrindError: a file of it is faulty.
         """
-        simulation: Simulation = self.make().unwrapped.simulation  # type: ignore[attr-defined]
-        return simulation
+        return _simulation(self)
+
+
+@functools.lru_cache(maxsize=16)
+def _simulation(problem: Problem) -> Simulation:
+    made: Any = problem.make().unwrapped
+    simulation: Simulation = made.simulation
+    return simulation
 
 
 def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
@@ -83,7 +89,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         return _of_program(None, job, parts)
     path = Path(text)
     if path.suffix == ".toml":
-        return Problem(path.stem, TASK, {"task": text})
+        return Problem(path.stem, TASK, (("task", text),))
     if path.is_file():
         return _of_program(text, job, parts)
     raise ProblemError(
@@ -98,5 +104,5 @@ def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
     return Problem(
         f"{name}_x{parts}" if parts > 1 else name,
         JOB,
-        {key: value for key, value in given.items() if value is not None},
+        tuple((key, value) for key, value in given.items() if value is not None),
     )

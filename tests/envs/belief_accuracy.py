@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from grind_env.envs.actions import ActionCodec
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.actions import ActionCodec
 from grind_env.envs.memory import StackMemory
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.belief.wheel import Belief, BeliefError, WheelBelief, hypercube
-from grind_env.envs.memory import belief_entries
 from grind_env.belief.filter import adjust, learn
 from grind_env.belief.hidden import Hidden, Signals
+from grind_env.belief.wheel import Belief, BeliefError, WheelBelief, hypercube
 from grind_env.envs.contexts import Fixed, Given
+from grind_env.envs.memory import belief_entries
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical, readings
 from grind_env.envs.rows import Outcome, kind_row

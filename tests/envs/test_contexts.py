@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from grind_env.belief.hidden import CUT
 from grind_env.envs.contexts import (
     CONTEXT_FACTORS,
     SPLITS,
@@ -17,7 +18,6 @@ from grind_env.envs.contexts import (
 )
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.belief.hidden import CUT
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError

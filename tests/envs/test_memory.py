@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.belief.wheel import WheelBelief
-from grind_env.envs.memory import belief_entries
-from grind_env.envs.memory import BeliefMemory, StackMemory, WrapperError, action_numbers
+from grind_env.envs.memory import BeliefMemory, StackMemory, WrapperError, action_numbers, belief_entries
 from grind_env.envs.observations import bounds, readings
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from grind_env.envs.memory import belief_entries
-from grind_env.envs.memory import BeliefMemory
+from grind_env.envs.memory import BeliefMemory, belief_entries
 from grind_env.envs.observations import readings
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv

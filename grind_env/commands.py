@@ -1,0 +1,112 @@
+"""The commands of `grind` that run policies: `evaluate` and `play`."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from grind_env.envs.simulation import Simulation
+    from grind_env.policies.policy import Policy
+
+NamedProblem = Annotated[
+    str,
+    typer.Option(
+        "--env", "--task", "--program", help="An id, its task, a task file (.toml), or a part program (any other file)."
+    ),
+]
+JobFile = Annotated[str | None, typer.Option(help="Job file of a part program; its name with .toml by default.")]
+Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run.")]
+NamedPolicy = Annotated[
+    str | None,
+    typer.Option(help="A policy, the file of a trained agent, or a constant: E8D0; by default the shipped one."),
+]
+Configs = Annotated[
+    Path | None, typer.Option(help="Folder of the tuned parameters of the scripted policies; by default the shipped.")
+]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    app.command(epilog="Example: grind evaluate --env grind/Rush-v0 --policy adaptive_rule --episodes 64")(evaluate)
+    app.command(epilog="Example: grind play --task power_limited --policy adaptive_rule --no-window")(play)
+
+
+def evaluate(
+    env: NamedProblem = "power_limited",
+    policy: NamedPolicy = None,
+    job: JobFile = None,
+    parts: Parts = 1,
+    episodes: Annotated[int, typer.Option(min=2, help="Number of episodes.")] = 64,
+    split: Annotated[str, typer.Option(help="Seeds: training, validation, evaluation or test.")] = "evaluation",
+    first_seed: Annotated[int | None, typer.Option(min=0, help="First of other seeds than those of a split.")] = None,
+    configs: Configs = None,
+    trust: Trust = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Run a policy through many episodes: cost per good part and score, with 95 % intervals.
+
+    A score is of the same episodes as those of the best fixed plan and of the planner, 0 and 100. It is called unpaired
+    where the episodes are others than those of the reference scores.
+    """
+    from grind_env.policies.judging import evaluate as judge
+    from grind_env.policies.problem import find_problem
+
+    problem = find_problem(env, job, parts)
+    chosen = _policy(policy, problem.simulation(), configs, trust)
+    found = judge(chosen, problem, split=split, episodes=episodes, first_seed=first_seed)
+    if as_json:
+        print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
+    else:
+        print(found)
+
+
+def play(
+    env: NamedProblem = "power_limited",
+    policy: NamedPolicy = None,
+    job: JobFile = None,
+    parts: Parts = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 2_000_000,
+    program: Annotated[
+        Path | None, typer.Option("--output", help="Write the part program to this .nc file instead of showing both.")
+    ] = None,
+    window: Annotated[
+        bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
+    ] = True,
+    trust: Trust = False,
+    configs: Configs = None,
+) -> None:
+    """Show an episode, what it cost, and the part program that the policy wrote."""
+    from grind_env.files import write_atomically
+    from grind_env.policies.play import play as play_episode
+    from grind_env.policies.problem import find_problem
+
+    problem = find_problem(env, job, parts)
+    plays = _policy(policy, problem.simulation(), configs, trust)
+    shown = None if program is not None else "human" if window else "ansi"
+    played = play_episode(plays, problem, seed, shown)
+    if program is None:
+        print(played.program)
+    else:
+        write_atomically(program, lambda path: path.write_text(played.program, encoding="utf-8"))
+    each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
+    print(
+        f"{plays.name}, seed {seed}: {played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
+        f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
+    )
+
+
+def _policy(text: str | None, simulation: "Simulation", configs: Path | None, trust: bool) -> "Policy":
+    from grind_env.policies.naming import Unzip, chosen_policy
+    from grind_env.policies.tuned import CONFIGS
+
+    unzip: Unzip | None = None
+    if trust:
+        from grind_env.sb3 import load_zip
+
+        unzip = load_zip
+    return chosen_policy(text, simulation, configs or CONFIGS, unzip)

@@ -1,0 +1,130 @@
+"""What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import SPLITS, Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.registry import FIXED_PLANS, make_policy
+from grind_env.policies.statistics import Interval, bootstrap, normalised_score, percentile_interval
+from grind_env.policies.tuned import ConfigError
+from grind_env.scores import Reference, find_reference
+
+REFERENCE_SPLIT = "evaluation"
+"""Whose first episodes the reference scores are of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a policy is worth in an environment.
+
+    Attributes:
+        policy: its name.
+        sees: what it is shown.
+        problem: name of the environment.
+        split: of the episodes; a text on their seeds if they are of none.
+        evaluation: episode by episode.
+        score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
+        paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
+            else the score stands on means of others, and its interval leaves their error out.
+    """
+
+    policy: str
+    sees: Sees
+    problem: str
+    split: str
+    evaluation: Evaluation
+    score: Interval | None
+    paired: bool
+
+    def numbers(self) -> dict[str, Any]:
+        """The figures by name, for JSON."""
+        cost, run = self.evaluation.cost_per_good_part, self.evaluation
+        found: dict[str, Any] = {
+            "policy": self.policy,
+            "sees": self.sees,
+            "split": self.split,
+            "episodes": len(run.cost),
+            "cost_per_good_part": cost.value,
+            "low": cost.low,
+            "high": cost.high,
+            "scrap": run.scrap,
+            "E": run.speed,
+            "D": run.dresses,
+        }
+        if self.score is not None:
+            score = {"score": self.score.value, "score_low": self.score.low, "score_high": self.score.high}
+            found |= {**score, "paired": self.paired}
+        return found
+
+    def __str__(self) -> str:
+        cost, run = self.evaluation.cost_per_good_part, self.evaluation
+        lines = [
+            f"{self.policy} (sees {self.sees}) in {self.problem}, {len(run.cost)} episodes of {self.split}:",
+            f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f}), {100 * run.scrap:.2f} % scrap,"
+            f" E {run.speed:.1f} m/min, D {run.dresses:.2f}",
+        ]
+        if self.score is not None:
+            how = "paired" if self.paired else "unpaired: on other episodes than the reference scores"
+            lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
+        return "\n".join(lines)
+
+
+def evaluate(
+    policy: Policy,
+    problem: Problem | str,
+    *,
+    split: str = "evaluation",
+    episodes: int = 64,
+    first_seed: int | None = None,
+) -> Judgement:
+    """Run a policy on frozen seeds, and judge it.
+
+    Args:
+        policy: decides.
+        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
+        split: of the seeds, one of `SPLITS`.
+        episodes: how many.
+        first_seed: of seeds of one's own instead.
+
+    Raises:
+        GrindError: there is no such problem or split, or the policy decides what the environment does not have.
+    """
+    problem = find_problem(problem) if isinstance(problem, str) else problem
+    if episodes < 2:
+        raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
+    seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
+    simulation = problem.simulation()
+    start = start_episodes(simulation, seeds)
+    run = roll_out(policy, simulation, start)
+    known, score, paired = find_reference(problem.id), None, seeds.start == SPLITS[REFERENCE_SPLIT]
+    if known is not None and not known.ratio:
+        try:
+            plans = [make_policy(name, simulation) for name in FIXED_PLANS if name == known.fixed_plan]
+            fixed = roll_out(plans[0], simulation, start) if plans else None
+        except ConfigError:
+            fixed = None
+        paired = paired and fixed is not None
+        score = _score(run, fixed, known, simulation.task.reference_cost)
+    named = split if first_seed is None else f"seeds {seeds.start} to {seeds.stop - 1}"
+    return Judgement(policy.name, policy.sees, problem.name, named, run, score, paired)
+
+
+def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:
+    """The score; what the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
+
+    Without a fixed plan on the same episodes, the anchors are the means of the reference.
+    """
+    span = (known.hundred - known.zero) * reference_cost
+    if fixed is None:
+        index = np.random.default_rng(0).integers(0, len(run.cost), (4000, len(run.cost)))
+        zero = -known.zero * reference_cost
+        draws = 100.0 * (zero - run.cost[index].mean(axis=1)) / span
+        return percentile_interval(float(100.0 * (zero - run.cost.mean()) / span), draws)
+    share = span / (-known.zero * reference_cost)
+    planner = fixed.cost * (1.0 - share)
+    return bootstrap(normalised_score, run.cost, fixed.cost, planner)
