@@ -3,24 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from grind_env.envs.observations import readings
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import load_task
 from grind_env.policies.columns import AREA
 from grind_env.policies.columns import PRESSURE as PRESSURE_FACTOR
 from grind_env.policies.scripted.estimator import SharpnessEstimator
+from tests.policies.harness import observation, simulated
 
-TASK = load_task("power_limited")
+PLATES = simulated("power_limited")
 
 # nominal values of the set-up: 52100 with an A60 J wheel, 30 m/s at 300 mm (model.md, section 9)
 CHIP_ENERGY, PLOUGHING, FRICTION, PRESSURE, SLOPE = 13.8, 1.0, 0.4, 60.0, 7e5
-
-
-def observation(**values):
-    """One scaled observation with these readings in physical units, the others 0."""
-    entries = readings(TASK, full=False)
-    row = [(values.get(entry.name, 0.0) - entry.offset) / entry.scale for entry in entries]
-    return np.array([row], np.float32)
 
 
 def block(power, **changes):
@@ -33,7 +24,7 @@ def block(power, **changes):
         "volume": 120.0,
         "stock": 1.1,
     }
-    return observation(mean_power=power, **values | changes)
+    return observation(PLATES, mean_power=power, **values | changes)
 
 
 def power_of(area):
@@ -45,7 +36,7 @@ def power_of(area):
 
 
 def started(n=1):
-    estimator = SharpnessEstimator(TASK)
+    estimator = SharpnessEstimator(PLATES)
     estimator.begin(n)
     return estimator
 
@@ -109,8 +100,8 @@ def test_restart_forgets_the_masked_episodes_only():
 
 def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
     # wear flats press less on 1020; a block of another kind comes next
-    task = load_task("job_shop")
-    entries = readings(task, full=False)
+    shop = simulated("job_shop")
+    task = shop.task
     p = task.parameters(task.kinds[2])
     assert p.pm != task.parameters(task.kinds[0]).pm
     vw, vs, area = 250.0, 30.0, 0.02
@@ -118,40 +109,34 @@ def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
     force = p.u_ch * 0.02 * vw / vs + p.Fpl0 + p.mu * p.pm * (p.pa + p.pb * curvature) * area * math.sqrt(6.0)
     last = {"last_speed": 15.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
 
-    def seen(**values):
-        return np.array([[(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]], np.float32)
-
-    estimator = SharpnessEstimator(task)
+    estimator = SharpnessEstimator(shop)
     estimator.begin(1)
-    assert estimator.update(seen(coming_wear_plate=1.0)).kind[0] == 2.0
-    after = estimator.update(seen(coming_gauge=1.0, mean_power=20.0 * vs * force, **last))
+    assert estimator.update(observation(shop, coming_wear_plate=1.0)).kind[0] == 2.0
+    after = estimator.update(observation(shop, coming_gauge=1.0, mean_power=20.0 * vs * force, **last))
     assert after.kind[0] == 0.0
     assert after.wear_flat[0] == pytest.approx(area, rel=1e-3)
 
 
 def test_pressure_of_time_and_thrift_by_hand():
     # half the nominal time of the work is left: ln 2; 20 executions for 30 of 120 blocks: ln(2/3)
-    rush, cbn = load_task("rush"), load_task("CBN")
-    for task, values, expected in (
+    rush, cbn = simulated("rush"), simulated("CBN")
+    for simulation, values, expected in (
         (rush, {"slack": math.log(0.5)}, (math.log(2.0), 0.0)),
         (cbn, {"executions_left": 20.0, "remaining": 0.25}, (0.0, math.log(2.0 / 3.0))),
         (cbn, {"executions_left": 0.0, "remaining": 0.25}, (0.0, math.log(0.5 / 30.0))),
-        (TASK, {}, (0.0, 0.0)),
+        (PLATES, {}, (0.0, 0.0)),
     ):
-        entries = readings(task, full=False)
-        row = [(values.get(each.name, 0.0) - each.offset) / each.scale for each in entries]
-        estimator = SharpnessEstimator(task)
+        estimator = SharpnessEstimator(simulation)
         estimator.begin(1)
-        estimate = estimator.update(np.array([row], np.float32))
+        estimate = estimator.update(observation(simulation, **values))
         assert (estimate.pressed[0], estimate.thrift[0]) == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["slot", "job_shop", "wide_rails", "blades"])
 def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
-    task = load_task(name)
-    simulation = Simulation(task)
+    simulation = simulated(name)
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
-    estimator = SharpnessEstimator(task)
+    estimator = SharpnessEstimator(simulation)
     estimator.begin(200)
     estimator.update(simulation.observe(episodes))
     for _ in range(3 if name == "slot" else 6):
@@ -164,7 +149,7 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
 
 
 def test_the_estimate_follows_the_true_wear_flats():
-    simulation = Simulation(TASK)
+    simulation = PLATES
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
     estimator = started(200)
     estimator.update(simulation.observe(episodes))

@@ -6,9 +6,8 @@ import pytest
 
 import grind_env
 from grind_env.envs.actions import ActionError
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
-from grind_env.envs.tasks import Due, load_task
+from grind_env.envs.tasks import Due
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, NOISE, OF_WHEEL, STOCK, WORK
@@ -22,11 +21,12 @@ from grind_env.policies.evaluation import (
     start_episodes,
 )
 from grind_env.policies.policy import expected_dates, reveal
-from grind_env.policies.scripted.rules import Fixed, handbook
+from grind_env.policies.scripted.rules import Fixed, Handbook
+from tests.policies.harness import simulated
 
 gym.register_envs(grind_env)
 
-TASK = load_task("power_limited")
+SIMULATION = simulated("power_limited")
 LOT = [TapeRow._fields.index(name) for name in ("kA", "pm", "hf", "fc", "Gref", "ra_scale")]
 
 
@@ -38,7 +38,7 @@ class Spy:
     def __init__(self, sees):
         self.sees = sees
 
-    def begin(self, task, episodes):
+    def begin(self, simulation, episodes):
         self.shown = []
 
     def act(self, observation, episodes):
@@ -51,12 +51,12 @@ class Spy:
 
 def spied(sees, seeds=(0, 1, 2)):
     spy = Spy(sees)
-    evaluate(spy, TASK, seeds)
+    evaluate(spy, SIMULATION, seeds)
     return spy.shown
 
 
 def truth(seeds=(0, 1, 2)):
-    return start_episodes(Simulation(TASK), seeds)
+    return start_episodes(SIMULATION, seeds)
 
 
 def test_splits_have_no_seed_in_common():
@@ -73,7 +73,7 @@ def test_seeds_that_do_not_exist(split, count):
 
 def test_an_evaluation_is_what_the_environment_says():
     seeds = [2_000_000, 2_000_007]
-    result = evaluate(Fixed(10.0, 2, 2), TASK, seeds)
+    result = evaluate(Fixed(10.0, 2, 2), SIMULATION, seeds)
     env = gym.make("grind/PowerLimited-v0")
     for i, seed in enumerate(seeds):
         env.reset(seed=seed)
@@ -93,7 +93,7 @@ def test_an_evaluation_is_what_the_environment_says():
 
 def test_the_test_split_is_drawn_from_the_test_contexts():
     seed = episode_seeds("test", 1)[0]
-    (cost,) = evaluate(handbook(TASK), TASK, [seed]).cost
+    (cost,) = evaluate(Handbook(), SIMULATION, [seed]).cost
     env = gym.make("grind/PowerLimited-v0")
     costs = {}
     for split in ("test", "train", None):
@@ -114,8 +114,8 @@ def test_the_split_of_a_seed(seed, split):
 
 @pytest.mark.bits
 def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
-    alone = evaluate(handbook(TASK), TASK, [5])
-    beside = evaluate(handbook(TASK), TASK, [4, 5, 6])
+    alone = evaluate(Handbook(), SIMULATION, [5])
+    beside = evaluate(Handbook(), SIMULATION, [4, 5, 6])
     assert alone.cost[0] == beside.cost[1]
 
 
@@ -139,8 +139,8 @@ def test_a_policy_that_sees_the_state_is_not_shown_the_future():
 @pytest.mark.parametrize(("name", "changed"), [("rush", False), ("CBN", False), ("CBN", True)])
 def test_the_state_says_nothing_of_what_is_drawn_later(name, changed):
     # two episodes that agree up to the coming block, but in nothing that is drawn after it
-    task, k = load_task(name), 11
-    episodes = start_episodes(Simulation(task), [0, 0])
+    simulation, k = simulated(name), 11
+    task, episodes = simulation.task, start_episodes(simulation, [0, 0])
     episodes.block[:] = k
     episodes.memory[:, CHANGES] = float(changed)
     future = np.setdiff1d(np.arange(episodes.tape.shape[2]), LISTED)
@@ -152,15 +152,15 @@ def test_the_state_says_nothing_of_what_is_drawn_later(name, changed):
                 episodes.tape[1, row, column] = rng.uniform(0.5, 2.0)
     if not changed:
         episodes.tape[1, :, [new for _, new in OF_WHEEL]] = rng.uniform(0.5, 2.0)
-    shown = reveal("state", task, episodes)
+    shown = reveal("state", simulation, episodes)
     assert np.array_equal(shown.tape[0, k:], shown.tape[1, k:])
 
 
 def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
-    task = load_task("CBN")
-    episodes = start_episodes(Simulation(task), [0, 0])
+    simulation = simulated("CBN")
+    episodes = start_episodes(simulation, [0, 0])
     episodes.memory[1, CHANGES] = 1.0
-    shown = reveal("state", task, episodes).tape[:, 0]
+    shown = reveal("state", simulation, episodes).tape[:, 0]
     for old, new in OF_WHEEL:
         assert shown[0, new] == episodes.tape[0, 0, old] != episodes.tape[0, 0, new]
         assert shown[1, new] == episodes.tape[1, 0, new]
@@ -187,15 +187,14 @@ def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
 
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
-    assert np.array_equal(evaluate(Spy(sees), TASK, [3, 4]).cost, evaluate(handbook(TASK), TASK, [3, 4]).cost)
+    assert np.array_equal(evaluate(Spy(sees), SIMULATION, [3, 4]).cost, evaluate(Handbook(), SIMULATION, [3, 4]).cost)
 
 
 def test_a_roll_out_leaves_the_episodes_as_they_are():
-    simulation = Simulation(TASK)
-    episodes = start_episodes(simulation, [1, 2])
-    first = roll_out(handbook(TASK), simulation, episodes)
+    episodes = start_episodes(SIMULATION, [1, 2])
+    first = roll_out(Handbook(), SIMULATION, episodes)
     assert (episodes.block == 0).all()
-    assert np.array_equal(first.cost, roll_out(handbook(TASK), simulation, episodes).cost)
+    assert np.array_equal(first.cost, roll_out(Handbook(), SIMULATION, episodes).cost)
 
 
 def test_a_decision_outside_the_action_space_is_an_error():
@@ -204,4 +203,4 @@ def test_a_decision_outside_the_action_space_is_an_error():
             return Decision(np.full(len(observation), 50000.0), np.zeros(len(observation)))
 
     with pytest.raises(ActionError, match="E is 50000 mm/min"):
-        evaluate(Reckless("measurements"), TASK, [0])
+        evaluate(Reckless("measurements"), SIMULATION, [0])

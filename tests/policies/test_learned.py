@@ -12,18 +12,18 @@ from agents.learning.algorithms import build
 from agents.learning.saving import save_policy
 from agents.learning.settings import Settings, settings_for
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.naming import SHIPPED
+from grind_env.policies.problem import find_problem
 
 pytestmark = pytest.mark.bits
 
-TASK = load_task("power_limited")
+PROBLEM = find_problem("power_limited")
+SIMULATION = PROBLEM.simulation()
 KINDS = ("ppo", "ppo_stack", "recurrent_ppo", "dqn", "sac", "tqc")
 SPREAD = 2.0
 """Factor on the weights, so that the decisions of an untrained network differ."""
@@ -31,9 +31,9 @@ SPREAD = 2.0
 
 @cache
 def untrained(kind: str, task: str = "power_limited") -> tuple[BaseAlgorithm, Settings]:
-    settings = settings_for(kind, load_task(task), Path("no folder"))
+    settings = settings_for(kind, task, Path("no folder"))
     settings = replace(settings, hyper={**settings.hyper, "batch_size": 60})
-    env = LearnerVecEnv(load_task(task), 2, settings.memory, settings.actions)
+    env = LearnerVecEnv(find_problem(task), 2, settings.memory, settings.actions)
     model = build(settings, env, 3)
     with torch.no_grad():
         for name, values in model.policy.named_parameters():
@@ -44,7 +44,7 @@ def untrained(kind: str, task: str = "power_limited") -> tuple[BaseAlgorithm, Se
 def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy:
     model, settings = untrained(kind, task)
     path = folder / f"{kind}.safetensors"
-    save_policy(path, model, load_task(task), kind, settings)
+    save_policy(path, model, find_problem(task).simulation(), kind, settings)
     return load_policy(path)
 
 
@@ -54,21 +54,20 @@ def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
     policy = saved(tmp_path, kind)
     assert (policy.name, policy.sees) == (kind, "measurements")
     n = 8
-    policy.begin(TASK, n)
-    view = LearnerView(TASK, settings.memory, settings.actions)
+    policy.begin(SIMULATION, n)
+    view = LearnerView(SIMULATION, settings.memory, settings.actions)
     view.begin(n)
-    simulation = Simulation(TASK)
-    episodes = start_episodes(simulation, episode_seeds("validation", n))
+    episodes = start_episodes(SIMULATION, episode_seeds("validation", n))
     state, starts, decided = None, np.ones(n, bool), []
     for _ in range(12):
-        observation = simulation.observe(episodes)
+        observation = SIMULATION.observe(episodes)
         decision = policy.act(observation, None)
         actions, state = model.predict(view.features(observation), state, starts, deterministic=True)
         theirs = view.decide(np.asarray(actions))
         # a Box is rounded to whole mm/min
         assert decision.speeds == pytest.approx(theirs.speeds, abs=1.01 if settings.actions == "box" else 0.0)
         assert np.array_equal(decision.executions, theirs.executions)
-        simulation.step(episodes, *decision)
+        SIMULATION.step(episodes, *decision)
         starts = np.zeros(n, bool)
         decided.append(decision)
     assert len(np.unique([decision.speeds for decision in decided])) > 1
@@ -97,14 +96,14 @@ def test_a_shipped_agent_says_the_same_on_every_machine():
 def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):
     policy = saved(tmp_path, "recurrent_ppo")
     seeds = episode_seeds("validation", 3)
-    first, second = (evaluate(policy, TASK, seeds) for _ in range(2))
+    first, second = (evaluate(policy, SIMULATION, seeds) for _ in range(2))
     assert np.array_equal(first.speeds, second.speeds)
     assert np.array_equal(first.cost, second.cost)
-    assert first.cost[1:] == pytest.approx(evaluate(policy, TASK, seeds[1:]).cost, rel=1e-15)
+    assert first.cost[1:] == pytest.approx(evaluate(policy, SIMULATION, seeds[1:]).cost, rel=1e-15)
 
 
 def test_an_agent_knows_its_task_only(tmp_path: Path):
     policy = saved(tmp_path, "ppo", "slot")
-    policy.begin(load_task("slot"), 1)
+    policy.begin(find_problem("slot").simulation(), 1)
     with pytest.raises(GrindError, match="the agent ppo was trained for slot, not for power_limited"):
-        policy.begin(TASK, 1)
+        policy.begin(SIMULATION, 1)

@@ -15,8 +15,9 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.process.state import WheelState
+from tests.policies.harness import simulated
 
-ORACLE = load_task("oracle6")
+ORACLE = simulated("oracle6")
 COST = Outcome._fields.index("cost")
 A, LOADING = WheelState._fields.index("A"), WheelState._fields.index("lam")
 RULE = {"E": (11.0, 7.0), "A_dress": (0.02, 0.012), "gA": -0.4, "gF": 0.1, "gH": 0.2, "wV": 0.3, "wH": 0.6, "gK": 0.2}
@@ -57,7 +58,7 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
     policy = LookAhead(price=(price,) * len(task.kinds), growth=(growth,) * len(task.kinds))
     simulation = Simulation(task)
     episodes = simulation.start([np.random.default_rng(0)])
-    policy.begin(task, 1)
+    policy.begin(simulation, 1)
     usual = dict.fromkeys(range(len(task.kinds)), 12000.0)
     for block in range(blocks):
         decision = policy.act(simulation.observe(episodes), None)
@@ -80,12 +81,12 @@ def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
 
 
 def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
-    rush, cbn = load_task("rush"), load_task("CBN")
+    rush, cbn = simulated("rush"), simulated("CBN")
     seeds = episode_seeds("training", 4)
 
-    def run(task, **changes):
-        kinds = len(task.kinds)
-        return evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), task, seeds)
+    def run(simulation, **changes):
+        kinds = len(simulation.task.kinds)
+        return evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), simulation, seeds)
 
     assert run(rush, haste=1.0).speeds.mean() > 1.02 * run(rush, haste=0.0).speeds.mean()
     assert run(cbn, layer=0.1).executions.mean() < 0.9 * run(cbn, layer=0.0).executions.mean()
@@ -93,10 +94,10 @@ def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
 
 @pytest.mark.bits
 def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
-    task = load_task("power_limited")
+    simulation = simulated("power_limited")
     seeds = episode_seeds("training", 3)
     policy = LookAhead(price=(1.0,), growth=(1.5,))
-    together, alone = evaluate(policy, task, seeds), evaluate(policy, task, seeds[1:2])
+    together, alone = evaluate(policy, simulation, seeds), evaluate(policy, simulation, seeds[1:2])
     assert np.array_equal(together.speeds[1], alone.speeds[0])
     assert np.array_equal(together.executions[1], alone.executions[0])
 
@@ -111,7 +112,7 @@ def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
 
 
 def test_the_belief_rule_by_hand_from_what_is_believed():
-    task = load_task("power_limited")
+    simulation = simulated("power_limited")
     plain = {"E": (10.0,), "A_dress": (0.018,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 0.0}
     spread = []
 
@@ -127,28 +128,29 @@ def test_the_belief_rule_by_hand_from_what_is_believed():
             spread.append((np.std(belief.growth), np.std(belief.pressure), decision.executions.mean()))
             return decision
 
-    evaluate(Watched(**plain, gK=0.3, wK=0.4), task, episode_seeds("training", 8))
+    evaluate(Watched(**plain, gK=0.3, wK=0.4), simulation, episode_seeds("training", 8))
     # all of it was put to the test
     assert (np.mean(spread, axis=0) > 0.01).all()
 
 
 def test_the_belief_is_worth_money():
     # validation episodes: full state < belief < estimate of the sharpness alone
-    task, seeds = load_task("power_limited"), episode_seeds("validation", 48)
+    simulation, seeds = simulated("power_limited"), episode_seeds("validation", 48)
     names = ("full_state_rule", "belief_rule", "adaptive_rule")
-    cost = [float(evaluate(make_policy(name, task), task, seeds).cost.mean()) for name in names]
+    cost = [float(evaluate(make_policy(name, simulation), simulation, seeds).cost.mean()) for name in names]
     assert cost[0] < cost[1] < 0.95 * cost[2]
 
 
 def test_they_are_shown_measurements_only():
-    task = load_task("power_limited")
-    episodes = start_episodes(Simulation(task), range(2))
-    assert reveal(BeliefRule.sees, task, episodes) is None
-    assert reveal(LookAhead.sees, task, episodes) is None
+    simulation = simulated("power_limited")
+    episodes = start_episodes(simulation, range(2))
+    assert reveal(BeliefRule.sees, simulation, episodes) is None
+    assert reveal(LookAhead.sees, simulation, episodes) is None
 
 
 def test_the_speeds_tried_are_speeds_of_the_task():
     for name in ("oracle6", "blades"):
-        task = load_task(name)
-        run = evaluate(LookAhead(price=(1.0,) * len(task.kinds), growth=(1.0,) * len(task.kinds)), task, range(2))
-        assert np.array_equal(run.speeds, nearest_speed(task, run.speeds))
+        simulation = simulated(name)
+        kinds = len(simulation.task.kinds)
+        run = evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.0,) * kinds), simulation, range(2))
+        assert np.array_equal(run.speeds, nearest_speed(simulation.task, run.speeds))

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices, speed_grid
 from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
@@ -19,8 +17,10 @@ from grind_env.policies.planners.hindsight import Hindsight, cheapest_plans, mov
 from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
+from tests.policies.harness import simulated
 
-TASK, ORACLE = load_task("power_limited"), load_task("oracle6")
+SIMULATION, ORACLE = simulated("power_limited"), simulated("oracle6")
+TASK = SIMULATION.task
 EPISODES = 8
 
 
@@ -29,7 +29,7 @@ def runs():
     """Every policy on the same training episodes."""
     names = ("constant", "interval", "power_threshold", "adaptive_rule", "full_state_rule", "mpc", "hindsight")
     seeds = episode_seeds("training", EPISODES)
-    return {name: evaluate(make_policy(name, TASK), TASK, seeds) for name in names}
+    return {name: evaluate(make_policy(name, SIMULATION), SIMULATION, seeds) for name in names}
 
 
 def test_the_optimum_of_oracle6():
@@ -42,7 +42,7 @@ def test_the_optimum_of_oracle6():
 
 def test_an_optimum_needs_a_task_without_chance():
     with pytest.raises(GrindError, match="power_limited has no exact optimum"):
-        exact_optimum(TASK)
+        exact_optimum(SIMULATION)
 
 
 @pytest.mark.parametrize("policy", [Hindsight(), make_policy("mpc", ORACLE)])
@@ -77,22 +77,22 @@ def test_hindsight_is_the_cheapest_in_every_episode(runs):
 def test_never_dressing_costs_eight_times_the_best_fixed_plan(runs):
     best = min(runs[name].cost.mean() for name in ("constant", "interval"))
     for E in (3.0, 5.0, 8.0, 12.0, 20.0, 30.0):
-        assert evaluate(Fixed(E, 0), TASK, episode_seeds("training", EPISODES)).cost.mean() > 8.0 * best
+        assert evaluate(Fixed(E, 0), SIMULATION, episode_seeds("training", EPISODES)).cost.mean() > 8.0 * best
 
 
 @pytest.fixture(scope="module", params=["slot", "job_shop", "rush", "wide_rails", "blades", "CBN"])
 def suite(request):
     """A further task and what its policies did on the same training episodes; the planner plans the first two."""
-    task = load_task(request.param)
+    simulation = simulated(request.param)
     names = ("constant", "interval", "adaptive_rule")
-    runs = {name: evaluate(make_policy(name, task), task, episode_seeds("training", 16)) for name in names}
-    return task, runs, evaluate(Hindsight(sweeps=1), task, episode_seeds("training", 2)).cost.mean()
+    runs = {name: evaluate(make_policy(name, simulation), simulation, episode_seeds("training", 16)) for name in names}
+    return simulation, runs, evaluate(Hindsight(sweeps=1), simulation, episode_seeds("training", 2)).cost.mean()
 
 
 def test_the_order_of_reference_policies_in_every_task(suite):
     # scenarios, section 8: 6 < 5 < 3b, all but Slot, where the planner is within 2 % of the constant
-    task, runs, planner = suite
-    if task.name == "slot":
+    simulation, runs, planner = suite
+    if simulation.task.name == "slot":
         assert planner / runs["constant"].cost[:2].mean() == pytest.approx(1.0, abs=0.02)
     else:
         assert planner < runs["adaptive_rule"].cost[:2].mean()
@@ -100,16 +100,16 @@ def test_the_order_of_reference_policies_in_every_task(suite):
 
 
 def test_never_dressing_costs_eight_times_the_best_fixed_plan_in_every_task(suite):
-    task, runs, _ = suite
+    simulation, runs, _ = suite
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
-    for E in speed_grid(task, 6):
-        never = evaluate(Fixed(E / 1000.0, 0), task, episode_seeds("training", 16))
+    for E in speed_grid(simulation.task, 6):
+        never = evaluate(Fixed(E / 1000.0, 0), simulation, episode_seeds("training", 16))
         assert never.cost_per_good_part.value > 8.0 * best
 
 
 @pytest.mark.parametrize("name", ["rush", "CBN"])
 def test_the_cheapest_of_the_plans_with_surcharges_is_taken(name):
-    simulation = Simulation(load_task(name))
+    simulation = simulated(name)
     start = start_episodes(simulation, [0])
     plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
     costs = plan_cost(simulation, start, *(np.stack(values) for values in zip(*plans, strict=True)))
@@ -119,13 +119,13 @@ def test_the_cheapest_of_the_plans_with_surcharges_is_taken(name):
 
 
 def test_surcharges_are_of_time_with_due_dates_and_of_executions_with_wheel_changes():
-    assert surcharges(TASK) == surcharges(load_task("slot")) == [Surcharge(0.0, 0.0)]
-    assert all(each.second > 0.0 == each.execution for each in surcharges(load_task("rush")))
-    assert all(each.execution > 0.0 == each.second for each in surcharges(load_task("CBN")))
+    assert surcharges(TASK) == surcharges(simulated("slot").task) == [Surcharge(0.0, 0.0)]
+    assert all(each.second > 0.0 == each.execution for each in surcharges(simulated("rush").task))
+    assert all(each.execution > 0.0 == each.second for each in surcharges(simulated("CBN").task))
 
 
 def test_a_dearer_execution_is_used_less():
-    simulation = Simulation(load_task("CBN"))
+    simulation = simulated("CBN")
     start = start_episodes(simulation, [0])
     used = [forward_plans(simulation, start, Surcharge(execution=price)).executions.sum() for price in (0.0, 12.0)]
     assert used[1] < used[0]
@@ -133,17 +133,17 @@ def test_a_dearer_execution_is_used_less():
 
 def test_the_full_state_rule_reads_the_clock_the_layer_and_the_wheel_at_hand():
     terms = dict.fromkeys(("gA", "gF", "gH", "wV", "wH", "gR", "wK", "wP", "wB"), 0.0)
-    rush, cbn = load_task("rush"), load_task("CBN")
+    rush, cbn = simulated("rush"), simulated("CBN")
     rule = FullStateRule(E=(10.0,) * 3, A_dress=(1.0,) * 3, gK=0.0, gP=0.5, **terms)
     rule.begin(rush, 1)
-    state = start_episodes(Simulation(rush), [0])
+    state = start_episodes(rush, [0])
     row = TapeRow(*state.tape[0, 0])
     # a quarter of the nominal time is left: E doubles
     state.memory[0, CLOCK] = row.due - 0.25 * row.work
     assert rule.read(state, 96).speeds[0] == pytest.approx(20000.0, abs=1.0)
     rule = FullStateRule(E=(10.0,) * 2, A_dress=(1.0,) * 2, gK=1.0, gB=1.0, **terms)
     rule.begin(cbn, 1)
-    state = start_episodes(Simulation(cbn), [0, 0])
+    state = start_episodes(cbn, [0, 0])
     state.memory[1, CHANGES] = 1.0
     # 12 executions of 0.024 mm above 290 mm, for 24 blocks: half of E
     state.wheels[:, DIAMETER] = 290.0 + 12.0 * 0.024
@@ -154,8 +154,9 @@ def test_the_full_state_rule_reads_the_clock_the_layer_and_the_wheel_at_hand():
 
 
 def test_the_horizon_ends_with_a_due_date():
-    planner = make_policy("mpc", load_task("rush"))
-    planner.begin(load_task("rush"), 1)
+    rush = simulated("rush")
+    planner = make_policy("mpc", rush)
+    planner.begin(rush, 1)
     assert planner.horizon == 10
     ends = []
     for planner.block in (0, 6, 7, 8, 95):
@@ -164,26 +165,23 @@ def test_the_horizon_ends_with_a_due_date():
 
 
 def test_a_sweep_never_makes_a_plan_dearer():
-    simulation = Simulation(TASK)
-    start = start_episodes(simulation, episode_seeds("training", 4))
+    start = start_episodes(SIMULATION, episode_seeds("training", 4))
     plan = Decision(np.full((4, 60), 10000.0), np.ones((4, 60)))
-    better = sweep(simulation, start, plan, np.random.default_rng(0))
-    before, after = plan_cost(simulation, start, *(np.stack(pair) for pair in zip(plan, better, strict=True)))
+    better = sweep(SIMULATION, start, plan, np.random.default_rng(0))
+    before, after = plan_cost(SIMULATION, start, *(np.stack(pair) for pair in zip(plan, better, strict=True)))
     assert (after < 0.9 * before).all()
     assert (plan.speeds == 10000.0).all()
 
 
 def test_plan_cost_is_the_cost_of_following_the_plan():
-    simulation = Simulation(TASK)
-    start = start_episodes(simulation, [3, 4])
-    cost = plan_cost(simulation, start, np.full((1, 2, 60), 9000.0), np.ones((1, 2, 60)))
-    assert cost[0] == pytest.approx(evaluate(Fixed(9.0, 1), TASK, [3, 4]).cost, rel=1e-12)
+    start = start_episodes(SIMULATION, [3, 4])
+    cost = plan_cost(SIMULATION, start, np.full((1, 2, 60), 9000.0), np.ones((1, 2, 60)))
+    assert cost[0] == pytest.approx(evaluate(Fixed(9.0, 1), SIMULATION, [3, 4]).cost, rel=1e-12)
 
 
 @pytest.mark.bits
 def test_forward_plans_do_not_depend_on_the_episodes_beside():
-    simulation = Simulation(ORACLE)
-    many = forward_plans(simulation, start_episodes(simulation, range(20)))
+    many = forward_plans(ORACLE, start_episodes(ORACLE, range(20)))
     assert (many.speeds == many.speeds[0]).all()
     assert (many.executions == many.executions[0]).all()
 
@@ -201,8 +199,8 @@ def test_moves_begin_with_the_plan_and_stay_legal():
 
 def test_levels_of_speed_move_by_one():
     speeds = np.array([6000.0, 9000.0, 21000.0])
-    assert moved(ORACLE, speeds, np.array([1.05, 1.05, 1.05])).tolist() == [9000.0, 14000.0, 21000.0]
-    assert moved(ORACLE, speeds, np.array([0.9, 0.9, 0.9])).tolist() == [6000.0, 6000.0, 14000.0]
+    assert moved(ORACLE.task, speeds, np.array([1.05, 1.05, 1.05])).tolist() == [9000.0, 14000.0, 21000.0]
+    assert moved(ORACLE.task, speeds, np.array([0.9, 0.9, 0.9])).tolist() == [6000.0, 6000.0, 14000.0]
 
 
 def test_cheapest_of_each_group():
@@ -213,7 +211,7 @@ def test_cheapest_of_each_group():
 
 
 def test_all_choices_are_every_pair():
-    speeds, executions = all_choices(ORACLE, 0)
+    speeds, executions = all_choices(ORACLE.task, 0)
     pairs = set(zip(speeds.tolist(), executions.tolist(), strict=True))
     assert pairs == {(E, D) for E in (6000.0, 9000.0, 14000.0, 21000.0) for D in (0.0, 1.0)}
     assert len(all_choices(TASK, 14).speeds) == 14 * 4

@@ -21,30 +21,30 @@ from agents.learning.algorithms import build
 from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.observations import readings
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned import saved
 from grind_env.policies.learned.saved import ENTRY, load_policy
 from grind_env.policies.learned.view import FEATURE_BOUND
 from grind_env.policies.naming import SHIPPED
+from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
 
-TASK = load_task("oracle6")
-DEFAULT = settings_for("ppo", TASK, Path("no folder"))
+PROBLEM = find_problem("oracle6")
+SIMULATION = PROBLEM.simulation()
+DEFAULT = settings_for("ppo", PROBLEM.name, Path("no folder"))
 SETTINGS = replace(DEFAULT, hyper={**DEFAULT.hyper, "batch_size": 60})
 
 
 @pytest.fixture(scope="module")
 def model() -> Any:
-    return build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    return build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
 
 
 @pytest.fixture(scope="module")
 def good(model: Any, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("good") / "new" / "agent.safetensors"
-    save_policy(path, model, TASK, "ppo", SETTINGS)
+    save_policy(path, model, SIMULATION, "ppo", SETTINGS)
     assert [each.name for each in path.parent.iterdir()] == ["agent.safetensors"]
     return path.read_bytes()
 
@@ -97,7 +97,7 @@ def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
     refused(tmp_path, save(load(good), {ENTRY: "{"}), "description is damaged")
     refused(tmp_path, save(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
     refused(tmp_path, save(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
-    refused(tmp_path, good, "was trained for oracle6, not for slot", task=load_task("slot"))
+    refused(tmp_path, good, "was trained for oracle6, not for slot", simulation=find_problem("slot").simulation())
 
 
 def test_a_large_file_is_not_even_read(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -117,13 +117,13 @@ def test_a_pickle_runs_only_when_trusted(model: Any, tmp_path: Path):
     ran = tmp_path / "ran"
     refused(tmp_path, pickle.dumps(Dangerous(ran)), "holds no agent")
     with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
-        load_zip(written(tmp_path, pickle.dumps(Dangerous(ran))), TASK)
+        load_zip(written(tmp_path, pickle.dumps(Dangerous(ran))), SIMULATION)
     buffer = io.BytesIO()
     save_to_zip_file(buffer, data={"policy_class": Dangerous(ran)})
     refused(tmp_path, buffer.getvalue(), "can run code of its author: give a .safetensors file, or --trust")
     assert not ran.exists()
     with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
-        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+        load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
     assert ran.exists()
 
 
@@ -142,7 +142,7 @@ def test_a_trusted_zip_with_junk_in_it_is_refused(junk: bytes, model: Any, tmp_p
         for name in whole.namelist():
             changed.writestr(name, junk if name == "policy.pth" else whole.read(name))
     with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
-        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+        load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
 
 
 def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
@@ -151,25 +151,25 @@ def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
         made.writestr("data", "{}")
         made.writestr("policy.pth", pickle.dumps(Missing()))
     with pytest.raises(GrindError, match="holds no model of Stable-Baselines3"):
-        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+        load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
     buffer = io.BytesIO()
     serialized = base64.b64encode(pickle.dumps(Missing())).decode()
     with zipfile.ZipFile(buffer, "w") as made:
         made.writestr("data", json.dumps({"policy_class": {":serialized:": serialized}}))
     with pytest.raises(GrindError, match="a_module_that_is_not_there"):
-        load_zip(written(tmp_path, buffer.getvalue()), TASK)
+        load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
 
 
 def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes, model: Any, tmp_path: Path):
     (tmp_path / "agent.safetensors").write_bytes(good)
     model.save(tmp_path / "agent.zip")
     ours = load_policy(tmp_path / "agent.safetensors")
-    theirs = load_zip(tmp_path / "agent.zip", TASK)
+    theirs = load_zip(tmp_path / "agent.zip", SIMULATION)
     assert (theirs.memory, theirs.actions, theirs.name) == ("belief", "grid", "agent")
-    runs = [evaluate(policy, TASK, episode_seeds("validation", 2)) for policy in (ours, theirs)]
+    runs = [evaluate(policy, SIMULATION, episode_seeds("validation", 2)) for policy in (ours, theirs)]
     assert np.array_equal(runs[0].speeds, runs[1].speeds)
     with pytest.raises(GrindError, match="was not trained for rush"):
-        load_zip(tmp_path / "agent.zip", load_task("rush"))
+        load_zip(tmp_path / "agent.zip", find_problem("rush").simulation())
 
 
 @pytest.mark.parametrize(
@@ -236,10 +236,10 @@ def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
 
 
 def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
-    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model = build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
     model.policy.action_net.bias.data[0] = float("nan")
     with pytest.raises(GrindError, match="no finite number"):
-        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+        save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "ppo", SETTINGS)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -263,9 +263,9 @@ def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_p
 
 
 def test_an_lstm_that_overflows_is_refused(tmp_path: Path):
-    chosen = settings_for("recurrent_ppo", TASK, Path("no folder"))
-    model = build(chosen, LearnerVecEnv(TASK, 2, chosen.memory, chosen.actions), 3)
-    save_policy(tmp_path / "agent.safetensors", model, TASK, "recurrent_ppo", chosen)
+    chosen = settings_for("recurrent_ppo", PROBLEM.name, Path("no folder"))
+    model = build(chosen, LearnerVecEnv(PROBLEM, 2, chosen.memory, chosen.actions), 3)
+    save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "recurrent_ppo", chosen)
     data = (tmp_path / "agent.safetensors").read_bytes()
     for part in ("ih", "hh"):
         refused(
@@ -307,13 +307,13 @@ def test_the_policies_that_are_shipped_are_accepted(path: Path):
 
 
 def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path: Path):
-    model = build(SETTINGS, LearnerVecEnv(TASK, 2), 3)
+    model = build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
     model.policy.action_net.weight.data[:] = 3e38
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
-        save_policy(tmp_path / "agent.safetensors", model, TASK, "ppo", SETTINGS)
+        save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "ppo", SETTINGS)
     model.save(tmp_path / "agent.zip")
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
-        load_zip(tmp_path / "agent.zip", TASK)
+        load_zip(tmp_path / "agent.zip", SIMULATION)
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -331,5 +331,5 @@ def test_a_damaged_file_is_an_agent_or_refused(
         assert "\n" not in str(error)
     else:
         # flipped bits may spell another number or version
-        policy.begin(TASK, 1)
-        policy.act(np.zeros((1, len(readings(TASK, full=False))), np.float32), None)
+        policy.begin(SIMULATION, 1)
+        policy.act(np.zeros((1, len(SIMULATION.entries)), np.float32), None)

@@ -3,105 +3,96 @@ import math
 import numpy as np
 import pytest
 
-from grind_env.envs.observations import readings
-from grind_env.envs.tasks import load_task
 from grind_env.policies.choices import nearest_speed, speed_grid
-from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random, handbook
+from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, Handbook, PowerThreshold, Random
+from tests.policies.harness import decide, observation, simulated
 
-TASK, LEVELS = load_task("power_limited"), load_task("oracle6")
+PLATES, LEVELS = simulated("power_limited"), simulated("oracle6")
 RULE = {
     "E": (10.0,), "A_dress": (0.02,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 1.0, "gS": 0.0, "wS": 0.0,
 }  # fmt: skip
 AFTER = {"last_speed": 12.0, "last_pick": 0.02, "last_width": 50.0, "diameter": 300.0, "volume": 120.0, "stock": 1.0}
 
 
-def observation(task=TASK, **values):
-    entries = readings(task, full=False)
-    return np.array([[(values.get(e.name, 0.0) - e.offset) / e.scale for e in entries]], np.float32)
-
-
-def decide(policy, *observations, task=TASK):
-    policy.begin(task, 1)
-    decisions = [policy.act(seen, None) for seen in observations]
-    return [(float(d.speeds[0]), float(d.executions[0])) for d in decisions]
-
-
 def test_nearest_speed_is_whole_within_the_range_or_a_level():
-    assert nearest_speed(TASK, [1.0, 12345.6, 99999.0]).tolist() == [3000.0, 12346.0, 30000.0]
-    assert nearest_speed(LEVELS, [1.0, 11000.0, 11500.0, 99999.0]).tolist() == [6000.0, 9000.0, 14000.0, 21000.0]
+    assert nearest_speed(PLATES.task, [1.0, 12345.6, 99999.0]).tolist() == [3000.0, 12346.0, 30000.0]
+    assert nearest_speed(LEVELS.task, [1.0, 11000.0, 11500.0, 99999.0]).tolist() == [6000.0, 9000.0, 14000.0, 21000.0]
 
 
 def test_speed_grid_is_geometric():
-    assert speed_grid(TASK, 3).tolist() == [3000.0, 9487.0, 30000.0]
-    assert speed_grid(LEVELS, 9).tolist() == [6000.0, 9000.0, 14000.0, 21000.0]
+    assert speed_grid(PLATES.task, 3).tolist() == [3000.0, 9487.0, 30000.0]
+    assert speed_grid(LEVELS.task, 9).tolist() == [6000.0, 9000.0, 14000.0, 21000.0]
 
 
 def test_random_is_uniform_in_the_action_space():
     policy = Random(seed=1)
-    policy.begin(TASK, 20000)
+    policy.begin(PLATES, 20000)
     speeds, executions = policy.act(np.zeros((20000, 24), np.float32), None)
     assert np.bincount(executions.astype(int)) == pytest.approx(np.full(4, 5000), rel=0.05)
     assert np.median(speeds) == pytest.approx(np.sqrt(3000.0 * 30000.0), rel=0.03)
 
 
 def test_an_interval_dresses_in_every_nth_block():
-    decisions = decide(Fixed(8.0, 2, 3), *[observation()] * 6)
+    decisions = decide(Fixed(8.0, 2, 3), PLATES, *[observation(PLATES)] * 6)
     assert decisions == [(8000.0, 0), (8000.0, 0), (8000.0, 2)] * 2
 
 
 def test_constant_per_kind_follows_the_coming_kind():
     plate, gauge = observation(LEVELS, coming_plate=1.0), observation(LEVELS, coming_gauge=1.0)
-    decisions = decide(ConstantPerKind((21.0, 6.0), (1, 0)), plate, gauge, plate, task=LEVELS)
+    decisions = decide(ConstantPerKind((21.0, 6.0), (1, 0)), LEVELS, plate, gauge, plate)
     assert decisions == [(21000.0, 1), (6000.0, 0), (21000.0, 1)]
 
 
 def test_the_power_rule_dresses_from_the_upper_down_to_the_lower_threshold():
     # removal rate 0.02 * 50 * 200 = 200 mm3/s: 50, 70, 50, 39, 50 J/mm3 against 60 and 40
     powers = (10000.0, 14000.0, 10000.0, 7800.0, 10000.0)
-    seen = [observation(mean_power=power, **AFTER) for power in powers]
+    seen = [observation(PLATES, mean_power=power, **AFTER) for power in powers]
     rule = PowerThreshold(E=12.0, upper=60.0, lower=2.0 / 3.0, share=9.0)
-    assert [D for _, D in decide(rule, *seen)] == [0, 1, 1, 0, 0]
+    assert [D for _, D in decide(rule, PLATES, *seen)] == [0, 1, 1, 0, 0]
 
 
 def test_the_power_rule_slows_down_near_the_limit_only():
     rule = PowerThreshold(E=12.0, upper=1e9, lower=1.0, share=0.8)
-    low, high = (observation(mean_power=power, **AFTER) for power in (5000.0, 8000.0))
+    low, high = (observation(PLATES, mean_power=power, **AFTER) for power in (5000.0, 8000.0))
     # 8000 W at 12 m/min where 0.8 * 7500 W are allowed: 12 * 6000/8000
-    assert decide(rule, low, high) == [(12000.0, 0), (9000.0, 0)]
+    assert decide(rule, PLATES, low, high) == [(12000.0, 0), (9000.0, 0)]
 
 
 def test_the_adaptive_rule_by_hand():
     # 7000 W are a wear-flat area of 0.0152536 (test_estimator): E = 10 (0.0152536/0.015)^-0.5 = 9.9165 m/min
-    sharp = observation(mean_power=7000.0, **AFTER)
-    assert decide(AdaptiveRule(**RULE), sharp) == [(9917.0, 0.0)]
+    sharp = observation(PLATES, mean_power=7000.0, **AFTER)
+    assert decide(AdaptiveRule(**RULE), PLATES, sharp) == [(9917.0, 0.0)]
     # twice the stock adds ln 2 to the dress criterion: 0.0305 is above 0.02
-    assert decide(AdaptiveRule(**RULE), observation(mean_power=7000.0, **AFTER | {"stock": 2.0})) == [(9917.0, 1.0)]
+    assert decide(AdaptiveRule(**RULE), PLATES, observation(PLATES, mean_power=7000.0, **AFTER | {"stock": 2.0})) == [
+        (9917.0, 1.0)
+    ]
     # 8500 W: friction 2.82667 N/mm, area 0.0236042, E = 10 (0.0236042/0.015)^-0.5 = 7.9717 m/min
-    assert decide(AdaptiveRule(**RULE), observation(mean_power=8500.0, **AFTER)) == [(7972.0, 1.0)]
+    assert decide(AdaptiveRule(**RULE), PLATES, observation(PLATES, mean_power=8500.0, **AFTER)) == [(7972.0, 1.0)]
 
 
 def test_the_adaptive_rule_follows_the_clock_and_the_layer():
     rule = RULE | {"E": (10.0,) * 3, "A_dress": (0.02,) * 3, "gP": 0.5, "wP": -1.0}
-    rush, fresh = load_task("rush"), math.log(0.0095 / 0.015)
+    rush, fresh = simulated("rush"), math.log(0.0095 / 0.015)
     unhurried = 10.0 * math.exp(-0.5 * fresh)
     # with a quarter of the time left, E doubles
     for slack, E in ((0.0, unhurried), (math.log(0.25), 2.0 * unhurried)):
-        assert decide(AdaptiveRule(**rule), observation(rush, slack=slack, stock=1.0), task=rush) == [
+        assert decide(AdaptiveRule(**rule), rush, observation(rush, slack=slack, stock=1.0)) == [
             (pytest.approx(1000.0 * E, abs=1.0), 0.0)
         ]
     # much time in hand makes a dress cheap: ln(0.0095) + ln 3 is above ln(0.02)
-    assert decide(AdaptiveRule(**rule), observation(rush, slack=math.log(3.0), stock=1.0), task=rush)[0][1] == 1.0
-    cbn = load_task("CBN")
+    assert decide(AdaptiveRule(**rule), rush, observation(rush, slack=math.log(3.0), stock=1.0))[0][1] == 1.0
+    cbn = simulated("CBN")
     rule = RULE | {"E": (10.0,) * 2, "A_dress": (0.02,) * 2, "gB": 1.0, "wB": 2.0}
     few, many = (observation(cbn, executions_left=left, remaining=0.25, stock=1.0) for left in (15.0, 60.0))
-    assert decide(AdaptiveRule(**rule), few, task=cbn) == [(pytest.approx(500.0 * unhurried, abs=1.0), 0.0)]
+    assert decide(AdaptiveRule(**rule), cbn, few) == [(pytest.approx(500.0 * unhurried, abs=1.0), 0.0)]
     # twice as many executions as blocks: E doubles, and ln(0.0095) + 2 ln 2 is above ln(0.02)
-    assert decide(AdaptiveRule(**rule), many, task=cbn) == [(pytest.approx(2000.0 * unhurried, abs=1.0), 1.0)]
+    assert decide(AdaptiveRule(**rule), cbn, many) == [(pytest.approx(2000.0 * unhurried, abs=1.0), 1.0)]
 
 
 def test_handbook_speeds():
     # scenarios, section 7
     speeds = {"slot": 12, "power_limited": 12, "wide_rails": 12, "job_shop": 15, "rush": 15, "blades": 10, "CBN": 20}
     for name, E in speeds.items():
-        plan = handbook(load_task(name))
-        assert (plan.E, plan.D, plan.every) == (E, 1, 1)
+        simulation = simulated(name)
+        coming = observation(simulation, starts_part=1.0)
+        assert decide(Handbook(), simulation, coming, coming) == [(1000.0 * E, 1.0)] * 2

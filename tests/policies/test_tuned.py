@@ -4,12 +4,13 @@ import pytest
 
 from agents.coefficients import RULES, entry_names, from_vector
 from agents.tune import tunable, tune
-from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
+from tests.policies.harness import simulated
 
-TASK = load_task("power_limited")
+PLATES, ORACLE = simulated("power_limited"), simulated("oracle6")
 TUNED = Tuned(
     parameters={"E": [10.5, 7.0], "D": [1, 0], "gA": -0.5},
     training_cost=1.25,
@@ -29,7 +30,7 @@ def test_parameters_survive_the_file(tmp_path):
 def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
     assert read_tuned("job", tmp_path) == {}
     with pytest.raises(ConfigError, match="python -m agents tune --task power_limited"):
-        make_policy("adaptive_rule", TASK, tmp_path)
+        make_policy("adaptive_rule", PLATES, tmp_path)
 
 
 @pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1"])
@@ -41,7 +42,7 @@ def test_a_damaged_file_is_an_error(tmp_path, text):
 
 def test_a_file_of_another_encoding_is_an_error(tmp_path):
     (tmp_path / "power_limited.toml").write_text("# 5 µm\n", encoding="latin-1")
-    for read in (lambda: read_tuned("power_limited", tmp_path), lambda: make_policy("constant", TASK, tmp_path)):
+    for read in (lambda: read_tuned("power_limited", tmp_path), lambda: make_policy("constant", PLATES, tmp_path)):
         with pytest.raises(ConfigError, match=r"power_limited\.toml is damaged"):
             read()
 
@@ -64,7 +65,7 @@ def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, matc
     parameters = {key: value for key, value in {**tuned.parameters, **change}.items() if value is not None}
     write_tuned("oracle6", {kept: dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
     with pytest.raises(ConfigError, match=match) as caught:
-        make_policy(name, load_task("oracle6"), tmp_path)
+        make_policy(name, ORACLE, tmp_path)
     assert f"oracle6.toml: [{kept}.parameters]" in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -77,7 +78,7 @@ def test_an_interval_that_is_no_number_of_blocks_is_an_error(every, tmp_path):
     with pytest.raises(
         ConfigError, match=r"oracle6\.toml: \[interval\.parameters\] has no every that fits: give a whole number"
     ):
-        make_policy("interval", load_task("oracle6"), tmp_path)
+        make_policy("interval", ORACLE, tmp_path)
 
 
 def test_parameters_that_are_no_table_are_an_error(tmp_path):
@@ -85,7 +86,7 @@ def test_parameters_that_are_no_table_are_an_error(tmp_path):
     path = tmp_path / "oracle6.toml"
     path.write_text(path.read_text(encoding="utf-8").partition("[constant.")[0] + "parameters = 3\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"\[constant\.parameters\] does not fit"):
-        make_policy("constant", load_task("oracle6"), tmp_path)
+        make_policy("constant", ORACLE, tmp_path)
 
 
 def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
@@ -100,17 +101,17 @@ def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
 
 @pytest.mark.parametrize("task", sorted(path.stem for path in CONFIGS.glob("*.toml")))
 def test_the_files_hold_what_their_parameters_cost(task):
-    job, tuned = load_task(task), read_tuned(task)
-    assert list(tuned) == tunable(job)
+    simulation, tuned = find_problem(task).simulation(), read_tuned(task)
+    assert list(tuned) == tunable(simulation)
     # a look-ahead takes seconds an evaluation
     for name in set(tuned) - ({"look_ahead"} if task != "oracle6" else set()):
         entry = tuned[name]
-        run = evaluate(make_policy(name, job), job, episode_seeds("training", entry.training_seeds[1]))
+        run = evaluate(make_policy(name, simulation), simulation, episode_seeds("training", entry.training_seeds[1]))
         assert run.cost.mean() == pytest.approx(entry.training_cost, rel=1e-4), name
 
 
 def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
-    task = load_task("oracle6")
+    task = ORACLE.task
     start = from_vector(RULES["adaptive_rule"], task, [0.0] * 11)
     assert (start["E"], start["gA"], start["wH"]) == ([12.0, 12.0], -0.3, 0.5)
     assert from_vector(RULES["constant_per_kind"], task, [0.0, 0.0, 9.0, -9.0])["D"] == [1, 0]
@@ -118,31 +119,36 @@ def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
 
 
 def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
-    sizes = {name: sum(each.size(load_task(name)) for each in RULES["adaptive_rule"]) for name in ("rush", "CBN")}
+    sizes = {name: sum(each.size(simulated(name).task) for each in RULES["adaptive_rule"]) for name in ("rush", "CBN")}
     # 3 or 2 kinds, each with E and A_dress; 7 coefficients of every task, 2 of the task
     assert sizes == {"rush": 15, "CBN": 13}
-    rush, cbn = (set(from_vector(RULES["adaptive_rule"], load_task(name), [0.0] * sizes[name])) for name in sizes)
+    rush, cbn = (set(from_vector(RULES["adaptive_rule"], simulated(name).task, [0.0] * sizes[name])) for name in sizes)
     assert rush - cbn == {"gP", "wP"}
     assert cbn - rush == {"gB", "wB"}
 
 
 def test_every_entry_of_a_search_vector_has_its_name():
-    names = entry_names(RULES["look_ahead"], load_task("rush"))
+    names = entry_names(RULES["look_ahead"], simulated("rush").task)
     kinds = ("gauge", "plate", "wear_plate")
     assert names == [*(f"price[{kind}]" for kind in kinds), *(f"growth[{kind}]" for kind in kinds), "haste", "calm"]
-    assert entry_names(RULES["power_threshold"], TASK) == ["E", "upper", "lower", "share"]
+    assert entry_names(RULES["power_threshold"], PLATES.task) == ["E", "upper", "lower", "share"]
 
 
 def test_tuning_resumes_and_repeats(tmp_path):
+    oracle = find_problem("oracle6")
     settings = {"evaluations": 20, "episodes": 1, "folder": tmp_path, "runs": tmp_path / "runs"}
-    first = tune("oracle6", ["constant", "power_threshold"], **settings)
+    first = tune(oracle, ["constant", "power_threshold"], **settings)
     assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
     kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
-    both = tune("oracle6", ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40})
+    both = tune(
+        find_problem("oracle6"), ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40}
+    )
     assert list(both) == ["constant", "size_threshold", "power_threshold"]
     assert both["power_threshold"] == first["power_threshold"]
     again = tune(
-        "oracle6", ["constant", "power_threshold"], **settings | {"folder": tmp_path / "b", "runs": tmp_path / "c"}
+        find_problem("oracle6"),
+        ["constant", "power_threshold"],
+        **settings | {"folder": tmp_path / "b", "runs": tmp_path / "c"},
     )
     assert again == first
     assert (tmp_path / "b" / "oracle6.toml").read_text(encoding="utf-8") == kept
@@ -150,4 +156,4 @@ def test_tuning_resumes_and_repeats(tmp_path):
 
 def test_a_planner_cannot_be_tuned(tmp_path):
     with pytest.raises(ConfigError, match="'mpc' cannot be tuned"):
-        tune("oracle6", ["mpc"], folder=tmp_path, runs=tmp_path)
+        tune(find_problem("oracle6"), ["mpc"], folder=tmp_path, runs=tmp_path)

@@ -3,16 +3,15 @@ import pytest
 from gymnasium import spaces
 
 from grind_env.envs.memory import BeliefMemory, belief_entries
-from grind_env.envs.observations import readings
-from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import ESTIMATES, STACKED, LearnerView, Memory
 from grind_env.policies.scripted.rules import REFERENCE_AREA
+from tests.policies.harness import simulated
 
 pytestmark = pytest.mark.bits
 
-TASK = load_task("power_limited")
-ENTRIES = len(readings(TASK, full=False))
+PLATES = simulated("power_limited")
+ENTRIES = len(PLATES.entries)
 MEMORIES: tuple[Memory, ...] = ("belief", "stack", "estimates")
 
 
@@ -29,11 +28,11 @@ def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
 @pytest.mark.parametrize("memory", MEMORIES)
 def test_features_do_not_depend_on_the_episodes_beside(memory: Memory):
     seen = observations(3, 12)
-    together = LearnerView(TASK, memory)
+    together = LearnerView(PLATES, memory)
     together.begin(3)
     shown = [together.features(each) for each in seen]
     for i in range(3):
-        alone = LearnerView(TASK, memory)
+        alone = LearnerView(PLATES, memory)
         alone.begin(1)
         for each, features in zip(seen, shown, strict=True):
             assert np.array_equal(alone.features(each[i : i + 1])[0], features[i])
@@ -43,7 +42,7 @@ def test_features_do_not_depend_on_the_episodes_beside(memory: Memory):
 @pytest.mark.parametrize("memory", MEMORIES)
 def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: Memory):
     seen, later = observations(2, 6), observations(2, 4, seed=8)
-    view, plain, fresh = (LearnerView(TASK, memory) for _ in range(3))
+    view, plain, fresh = (LearnerView(PLATES, memory) for _ in range(3))
     for each in (view, plain, fresh):
         each.begin(2)
     for each in seen:
@@ -60,7 +59,7 @@ def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memo
 @pytest.mark.parametrize("memory", MEMORIES)
 def test_episodes_outside_the_mask_take_nothing_in(memory: Memory):
     seen, strange = observations(2, 6), observations(2, 6, seed=9)
-    view, plain = LearnerView(TASK, memory), LearnerView(TASK, memory)
+    view, plain = LearnerView(PLATES, memory), LearnerView(PLATES, memory)
     view.begin(2)
     plain.begin(2)
     second = np.array([False, True])
@@ -71,8 +70,8 @@ def test_episodes_outside_the_mask_take_nothing_in(memory: Memory):
 
 
 def test_the_belief_is_that_of_the_wrapper_beside_what_the_estimates_see():
-    view, estimates = LearnerView(TASK, "belief"), LearnerView(TASK, "estimates")
-    belief = BeliefMemory(TASK, readings(TASK, full=False), 16)
+    view, estimates = LearnerView(PLATES, "belief"), LearnerView(PLATES, "estimates")
+    belief = BeliefMemory(PLATES, 16)
     for each in (view, estimates, belief):
         each.begin(2)
     scale = belief_entries()[0].scale
@@ -87,7 +86,7 @@ def test_the_belief_is_that_of_the_wrapper_beside_what_the_estimates_see():
 
 
 def test_a_stack_shows_the_last_observations_oldest_first():
-    view = LearnerView(TASK, "stack")
+    view = LearnerView(PLATES, "stack")
     view.begin(2)
     seen = observations(2, 10)
     before = [np.zeros((2, ENTRIES), np.float32)] * (STACKED - 1)
@@ -97,7 +96,7 @@ def test_a_stack_shows_the_last_observations_oldest_first():
 
 
 def test_every_form_of_action_says_the_same_decision():
-    grid, index, box = (LearnerView(TASK, "estimates", actions) for actions in ("grid", "index", "box"))
+    grid, index, box = (LearnerView(PLATES, "estimates", actions) for actions in ("grid", "index", "box"))
     assert grid.action_space == spaces.MultiDiscrete([24, 4])
     assert index.action_space == spaces.Discrete(96)
     assert box.action_space == spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -112,8 +111,8 @@ def test_every_form_of_action_says_the_same_decision():
 
 
 def test_the_grid_of_a_task_with_levels_is_the_levels():
-    task = load_task("oracle6")
-    view = LearnerView(task)
+    simulation = simulated("oracle6")
+    view, task = LearnerView(simulation), simulation.task
     assert view.action_space == spaces.MultiDiscrete([len(task.action.speed_levels or ()), task.action.executions + 1])
     levels = np.arange(len(task.action.speed_levels or ()))
     decision = view.decide(np.stack([levels, np.zeros_like(levels)], axis=1))

@@ -1,4 +1,4 @@
-"""How well the wear-flat area can be told from measurements: `python -m tests.envs.belief_accuracy [TASK ...]`.
+"""How well the wear-flat area can be told from measurements: `python -m tests.belief.accuracy [TASK ...]`.
 
 Prints R2 of predictions of the true A before every block but the first, on episodes that nothing was fitted to:
 the sharpness formula of scenarios.md section 3 as it stands and with a fitted line, a linear regression on four
@@ -16,6 +16,7 @@ from gymnasium import spaces
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.memory import StackMemory
+from grind_env.envs.model import MemberModel
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
@@ -69,7 +70,7 @@ def stacked(data: Experiment, task: Task) -> Array:
 
 def formula(data: Experiment, task: Task) -> Array:
     """Apparent wear-flat area from mean power and nominal constants."""
-    estimator = SharpnessEstimator(task)
+    estimator = SharpnessEstimator(Simulation(task))
     estimator.begin(EPISODES)
     return np.array([estimator.update(observation).wear_flat for observation in data.measured])
 
@@ -99,11 +100,12 @@ def measure(name: str) -> None:
     growth = f"{r2(test.growth, fitted(stacks[0], train.growth, stacks[1])):6.3f}"
     print(f"  {f'linear on {STACKED} observations':34s} A {row}  growth {growth}")
     # the first call compiles
-    warm = WheelBelief(task)
+    model = MemberModel(Simulation(task))
+    warm = WheelBelief(model)
     warm.begin(EPISODES)
     warm.update(test.measured[0])
     for members in SIZES:
-        belief = WheelBelief(task, members)
+        belief = WheelBelief(model, members)
         belief.begin(EPISODES)
         began = time.process_time()
         beliefs = [belief.update(observation) for observation in test.measured]

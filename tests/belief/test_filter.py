@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.belief.filter import adjust, learn
-from grind_env.belief.hidden import Hidden, Signals
-from grind_env.belief.wheel import Belief, BeliefError, WheelBelief, hypercube
+from grind_env.belief.hidden import Belief, Hidden, Signals
+from grind_env.belief.wheel import BeliefError, WheelBelief, hypercube
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.memory import belief_entries
+from grind_env.envs.model import MemberModel
 from grind_env.envs.names import task_names
-from grind_env.envs.observations import bounds, physical, readings
+from grind_env.envs.observations import bounds, physical
 from grind_env.envs.rows import Outcome, kind_row
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
@@ -42,7 +42,7 @@ def run(
     simulation = Simulation(task, full=True, pre_dress=True)
     rngs = [np.random.default_rng(seed + i) for i in range(count)]
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
-    belief = WheelBelief(task, entries=simulation.entries)
+    belief = WheelBelief(MemberModel(simulation))
     belief.begin(count)
     found: dict[str, list[Array]] = {name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "observation")}
     rise = np.zeros(count)
@@ -200,9 +200,9 @@ def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
 
 
 def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
-    first = WheelBelief(PLATES, 64)
-    first.begin(3)
     simulation = Simulation(PLATES)
+    first = WheelBelief(MemberModel(simulation), 64)
+    first.begin(3)
     belief = first.update(simulation.observe(start(simulation, 3)))
     # variance of a standard normal number that is cut at 1.8
     c = 1.8
@@ -234,7 +234,8 @@ def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
 @pytest.mark.parametrize(("task", "least"), [(PLATES, 0.95), (RAILS, 0.94)], ids=["plates", "rails"])
 def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: float) -> None:
     found = run(task, 96, 20_000)
-    estimator, names = SharpnessEstimator(task), [entry.name for entry in readings(task, full=False)]
+    measuring = Simulation(task)
+    estimator, names = SharpnessEstimator(measuring), [entry.name for entry in measuring.entries]
     entries = Simulation(task, full=True, pre_dress=True).entries
     measured = [k for k, entry in enumerate(entries) if entry.name in names]
     estimator.begin(96)
@@ -264,7 +265,7 @@ def test_every_member_has_the_measured_diameter() -> None:
     simulation = Simulation(PLATES)
     observation = simulation.observe(start(simulation, 2))
     observation[1, [entry.name for entry in simulation.entries].index("diameter")] -= 0.25
-    belief = WheelBelief(PLATES, 4)
+    belief = WheelBelief(MemberModel(simulation), 4)
     belief.begin(2)
     belief.update(observation)
     diameters = belief.wheels[:, :, WheelState._fields.index("ds")]
@@ -274,8 +275,8 @@ def test_every_member_has_the_measured_diameter() -> None:
 # --- bookkeeping ---------------------------------------------------------------------------------------------
 
 
-def beliefs_of(entries: Any, observations: Array, masks: Array | None = None) -> list[Belief]:
-    belief = WheelBelief(BLADES, 8, entries)
+def beliefs_of(simulation: Simulation, observations: Array, masks: Array | None = None) -> list[Belief]:
+    belief = WheelBelief(MemberModel(simulation), 8)
     belief.begin(observations.shape[1])
     masks = np.ones(observations.shape[:2], bool) if masks is None else masks
     return [belief.update(each, mask) for each, mask in zip(observations, masks, strict=True)]
@@ -284,10 +285,10 @@ def beliefs_of(entries: Any, observations: Array, masks: Array | None = None) ->
 def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
     simulation = Simulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 6, 5)["observation"][:12]
-    together = beliefs_of(simulation.entries, observations)
-    turned = beliefs_of(simulation.entries, observations[:, ::-1])
+    together = beliefs_of(simulation, observations)
+    turned = beliefs_of(simulation, observations[:, ::-1])
     for i in range(6):
-        alone = beliefs_of(simulation.entries, observations[:, i : i + 1])
+        alone = beliefs_of(simulation, observations[:, i : i + 1])
         for a, b, c in zip(together, turned, alone, strict=True):
             for x, y, z in zip(a, b, c, strict=True):
                 assert x[i] == y[5 - i] == z[0]
@@ -297,16 +298,17 @@ def test_only_what_is_measured_is_read() -> None:
     full = Simulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 4, 6)["observation"][:12]
     measured = [k for k, entry in enumerate(full.entries) if entry.noise != "hidden"]
-    entries = tuple(full.entries[k] for k in measured)
-    assert len(entries) < len(full.entries)
-    assert_same(beliefs_of(full.entries, observations), beliefs_of(entries, observations[..., measured]))
+    measuring = Simulation(BLADES, pre_dress=True)
+    assert measuring.entries == tuple(full.entries[k] for k in measured)
+    assert len(measured) < len(full.entries)
+    assert_same(beliefs_of(full, observations), beliefs_of(measuring, observations[..., measured]))
 
 
 def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
     simulation = Simulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 2, 7)["observation"][:10]
-    alone = [beliefs_of(simulation.entries, observations[:, i : i + 1]) for i in range(2)]
-    belief = WheelBelief(BLADES, 8, simulation.entries)
+    alone = [beliefs_of(simulation, observations[:, i : i + 1]) for i in range(2)]
+    belief = WheelBelief(MemberModel(simulation), 8)
     belief.begin(2)
     pair = np.empty_like(observations[0])
     # episode 1 runs three blocks behind episode 0, then begins again
@@ -326,7 +328,7 @@ def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
 
 def test_an_ensemble_needs_two_members() -> None:
     with pytest.raises(BeliefError, match="members is 1, but must be at least 2"):
-        WheelBelief(PLATES, 1)
+        WheelBelief(MemberModel(Simulation(PLATES)), 1)
 
 
 def test_the_entries_are_the_fields_in_order() -> None:

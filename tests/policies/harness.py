@@ -1,0 +1,27 @@
+"""What the tests of policies share."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.policies.policy import Policy
+
+
+def simulated(task: str) -> Simulation:
+    """The simulation of a task of the catalogue, with what is measured."""
+    return Simulation(load_task(task))
+
+
+def observation(simulation: Simulation, **values: float) -> NDArray[np.float32]:
+    """One scaled observation with these readings in physical units, the others 0."""
+    return np.array([[(values.get(e.name, 0.0) - e.offset) / e.scale for e in simulation.entries]], np.float32)
+
+
+def decide(policy: Policy, simulation: Simulation, *observations: Any) -> list[tuple[float, float]]:
+    """E in mm/min and D of one episode, after each observation of it."""
+    policy.begin(simulation, 1)
+    decisions = [policy.act(seen, None) for seen in observations]
+    return [(float(d.speeds[0]), float(d.executions[0])) for d in decisions]
