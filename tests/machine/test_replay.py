@@ -18,6 +18,7 @@ from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
 from grind_env.machine.script import ScriptError, script_of
+from grind_env.machine.settings import Ranges
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job
@@ -139,7 +140,7 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
 def check(written: Written, **changes: Any) -> None:
     programs, shop_job = read(written.text), shop(**changes)
     try:
-        script_of(programs, shop_job, SPEEDS)
+        script_of(programs, shop_job, Ranges(E=SPEEDS))
     except ScriptError as why:
         reasons = (
             "where the cycle before has left it",
