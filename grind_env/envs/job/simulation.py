@@ -198,7 +198,7 @@ class JobSimulation(Simulation):
 
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
-        return self._own[np.minimum(episodes.block, self.task.blocks - 1)]
+        return self._own.take(episodes.block, axis=0, mode="clip")
 
     def _chosen(self, episodes: Episodes, settings: Table | None, active: NDArray[np.int64]) -> Table:
         """What is set in the coming blocks besides E and D."""
