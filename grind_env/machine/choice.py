@@ -49,8 +49,8 @@ def _refuse_outside(script: Script, block: Table, own: Table, settings: Table) -
     """Refuse settings for which the script is not made; those of the program itself always are right."""
     ranges, fastest = script.ranges, script.job.control.maximum_feed / 60.0
     bounds: tuple[tuple[int, str, float, float, bool], ...] = (
-        (J, "J of {:g} mm", *_ends(ranges.J), False),
-        (L, "L of {:g}", *_ends(ranges.L), True),
+        (J, "J of {:g} mm", *_ends(ranges.J, ABOVE_ZERO), False),
+        (L, "L of {:g}", *_ends(ranges.L, 0.0), True),
         (DRESS_PASSES, "dress of {:g} passes", 1.0, math.inf, True),
         (DRESS_FEED, "dress feed of {:g} mm/s", ABOVE_ZERO, fastest, False),
         (DRESS_DEPTH, "dress infeed of {:g} mm", ABOVE_ZERO, DEEPEST_INFEED, False),
@@ -67,6 +67,6 @@ def _refuse_outside(script: Script, block: Table, own: Table, settings: Table) -
             raise SettingsError(f"{place}: a {said.format(value[i])} was chosen, but {number}{legal} legal here")
 
 
-def _ends(values: Sequence[float]) -> tuple[float, float]:
-    """Of a range of a word; the lower one is above the higher one if it has none."""
-    return (max(min(values), ABOVE_ZERO), max(values)) if values else (math.inf, -math.inf)
+def _ends(values: Sequence[float], least: float) -> tuple[float, float]:
+    """Of a range of a word, of which the least is legal; the lower one is above the higher one if it has none."""
+    return (max(min(values), least), max(values)) if values else (math.inf, -math.inf)

@@ -4,8 +4,8 @@ It is what the control would make of the program with these words in its text:
 
 - The feed of the passes stands in one F: every feed move that runs at it runs at the other one.
 - The infeed before each pass changes in proportion, in the move after which the wheel is at the diamond.
-- What is done from one pass to the next is left out or repeated as often as there are fewer or more passes; what takes
-  the diamond over the wheel then goes back and forth in turn.
+- What is done from one pass to the next is left out or repeated as often as there are fewer or more passes; if it does
+  not come back by itself, it goes the other way each time, and so does the only pass of a program.
 - The moves after the last pass go to the coordinates to which they went, along the axes that they move.
 
 Arcs and dwells take the time that they take. The way back is the control's (22-11).
