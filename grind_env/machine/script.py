@@ -2,7 +2,8 @@
 
 The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
 cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
-to the next block takes. `replay` runs a script for many machines at once, with other E and D in every block.
+to the next block takes. `replay` runs a script for many machines at once, with other E, D, J, L and dress settings in
+every block.
 
 Where the strokes are not settled by the program alone, because they depend on the wheel, on the operator or on how far
 a pick has come, there is no script, and a `ScriptError` says where and why.
@@ -11,6 +12,7 @@ a pick has come, there is no script, and a `ScriptError` says where and why.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from grind_env.control import (
     Arc,
@@ -45,6 +47,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.dress_program import DressPlan, plan_dress
 from grind_env.machine.job import Job
+from grind_env.machine.settings import OWN_WORDS, Ranges
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
 
@@ -53,17 +56,13 @@ class ScriptError(GrindError):
     """A program whose strokes are not settled by it alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class Way:
-    """The time of the program with the table at rest, s, from a cycle block to the next one.
-
-    Attributes:
-        before: until the part is taken off, or up to the next block if it stays on.
-        after: from then on.
-    """
+class Way(NamedTuple):
+    """The time of the program with the table at rest, s, from a cycle block to the next one."""
 
     before: float = 0.0
+    """Until the part is taken off, or up to the next block if it stays on."""
     after: float = 0.0
+    """From then on."""
 
 
 @dataclass(slots=True)
@@ -81,7 +80,7 @@ class ScriptBlock:
         beside: motions of the program beside the table, dwells among them, in their order.
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
         at_secondary: whether the table came to rest there before the way to the next block.
-        ways: that way, from the secondary and from the primary point.
+        ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
         gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
         stops: M01 met on the way with the part on the machine.
@@ -98,7 +97,7 @@ class ScriptBlock:
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
     at_secondary: bool = True
-    ways: tuple[Way, Way] = (Way(), Way())
+    ways: tuple[Way, ...] = ()
     gauged: bool = False
     gauged_on_the_way: bool = False
     stops: int = 0
@@ -108,6 +107,16 @@ class ScriptBlock:
     def takes_dresses(self) -> bool:
         """Whether it may have a D word."""
         return self.plan.plunges and self.plan.program is not None
+
+    @property
+    def has_secondary_pick(self) -> bool:
+        """Whether it has a Q word; if not, its Q is its J."""
+        return any(word.letter == "Q" for word in self.block.words)
+
+    @property
+    def crosses(self) -> bool:
+        """Whether its strokes lie between two ends of a crossover."""
+        return self.plan.cross_axis is not None and self.plan.cross_start != self.plan.cross_end
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,21 +128,23 @@ class Script:
         job: the job.
         blocks: its cycle blocks in the order in which they are run.
         approach: time of the program up to the first of them, s.
+        ranges: with which its blocks may be run instead of their own words.
     """
 
     programs: Programs
     job: Job
     blocks: tuple[ScriptBlock, ...]
     approach: float
+    ranges: Ranges
 
 
-def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Script:
+def script_of(programs: Programs, job: Job, ranges: Ranges = OWN_WORDS) -> Script:
     """The script of a part program.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
-        speeds: lowest and highest E, mm/min, with which its blocks may be run instead of their own.
+        ranges: with which its blocks may be run instead of their own words.
 
     Raises:
         ScriptError: its strokes depend on more than the program.
@@ -142,16 +153,21 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
     """
     as_it_is = _Writer(programs, job)
     blocks = as_it_is.run()
-    turned = _Writer(programs, job, [block.takes_dresses for block in blocks] if speeds else None, elsewhere=True)
-    for block, other in zip(blocks, turned.run(), strict=True):
-        if other.start != block.start:
-            raise _error(programs, block.plan.line, "its first stroke depends on where the table came to rest before")
-        ends = block.ways[0], other.ways[0]
-        block.ways = ends if block.at_secondary else ends[::-1]
-        _refuse_slow_picks(programs, job, block, speeds)
+    dressing = [block.takes_dresses for block in blocks] if any(ranges) else None
+    corners = [blocks, _Writer(programs, job, dressing, elsewhere=True).run()]
+    if (ranges.J or ranges.L) and any(block.crosses for block in blocks):
+        corners += [_Writer(programs, job, dressing, elsewhere=turned, across=True).run() for turned in (False, True)]
+    else:
+        corners += corners
+    for block, *others in zip(*corners, strict=True):
+        _refuse_led_elsewhere(programs, block, *others)
+        across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
+        here, ways = (not block.at_secondary) + 2 * across, [each.ways[0] for each in (block, *others)]
+        block.ways = ways[here], ways[here ^ 1], ways[here ^ 2], ways[here ^ 3]
+        _refuse_slow_picks(programs, job, block, ranges)
         _refuse_turns_inside(programs, job, block)
     _refuse_judged_twice(programs, job, blocks)
-    return Script(programs, job, tuple(blocks), as_it_is.approach)
+    return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
 
 class _Writer:
@@ -162,12 +178,20 @@ class _Writer:
         job: the job.
         dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
         elsewhere: whether the table comes to rest at its other end at every stop.
+        across: whether every crossover comes to its end where it would with a traverse more.
     """
 
     def __init__(
-        self, programs: Programs, job: Job, dressing: Sequence[bool] | None = None, *, elsewhere: bool = False
+        self,
+        programs: Programs,
+        job: Job,
+        dressing: Sequence[bool] | None = None,
+        *,
+        elsewhere: bool = False,
+        across: bool = False,
     ) -> None:
-        self.programs, self.job, self.dressing, self.elsewhere = programs, job, dressing, elsewhere
+        self.programs, self.job, self.dressing = programs, job, dressing
+        self.elsewhere, self.across = elsewhere, across
         self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
@@ -193,7 +217,7 @@ class _Writer:
             case CycleStart():
                 self._begin(event.plan)
             case CycleEnd() if event.plan.plunges:
-                self.blocks[-1].end = self.execution.position
+                self._end(event.plan)
             case TableStop():
                 self._stand(event.plan)
             case ProgramStop() if not self.in_dress:
@@ -241,6 +265,13 @@ class _Writer:
         self.blocks.append(ScriptBlock(self.ahead, inch, plan, here, here, taken_over, dress))
         self.stopped = False
 
+    def _end(self, plan: CyclePlan) -> None:
+        """A cycle that plunges has come to its end."""
+        if self.across and plan.cross_axis is not None:
+            here = edge_of(self.execution.position, plan)
+            self.execution.move_axis(plan.cross_axis, plan.cross_end if here == plan.cross_start else plan.cross_start)
+        self.blocks[-1].end = self.execution.position
+
     def _move(self, event: Motion) -> None:
         """The program moves the axes, or waits."""
         table, modes = self.execution.table, self.execution.modes
@@ -266,7 +297,7 @@ class _Writer:
         self.blocks[-1].at_secondary = here == plan.secondary
         if self.elsewhere:
             there = plan.primary if here == plan.secondary else plan.secondary
-            self.execution.move_table(plan.axis, there)
+            self.execution.move_axis(plan.axis, there)
 
     def _stop(self, event: ProgramStop) -> None:
         if self.ahead is None or not self.blocks:
@@ -293,7 +324,7 @@ class _Writer:
     def _close(self) -> None:
         """The way from the last block to the next one has been gone."""
         if self.blocks:
-            self.blocks[-1].ways = (Way(*self.way), Way())
+            self.blocks[-1].ways = (Way(*self.way),)
         self.way, self.unloaded = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:
@@ -305,25 +336,55 @@ def _error(programs: Programs, line: int, reason: str) -> ScriptError:
     return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
 
 
-def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds: Sequence[float]) -> None:
-    """Refuse picks that are still under way in the middle of a stroke, or when a dress is due."""
+def _refuse_led_elsewhere(
+    programs: Programs, block: ScriptBlock, turned: ScriptBlock, across: ScriptBlock, both: ScriptBlock
+) -> None:
+    """Refuse a block of which other words in those before, or in itself, change the place.
+
+    Args:
+        programs: the program.
+        block: as it is.
+        turned: where the table has come to rest at its other end.
+        across: where the crossovers have come to their other end.
+        both: with both.
+    """
+    line = block.plan.line
+    if turned.start != block.start:
+        raise _error(programs, line, "its first stroke depends on where the table came to rest before")
+    if across.start != block.start or both.start != block.start:
+        raise _error(programs, line, "its place depends on where the crossover before came to its end, so on J and L")
+    beside, other = ([edge_of(motion.start, each.plan) for motion in each.beside] for each in (block, across))
+    if other != beside or (block.gauged_on_the_way and across.end != block.end):
+        raise _error(
+            programs, line, "the table strokes on where its crossover came to its end, which depends on J and L"
+        )
+
+
+def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, ranges: Ranges) -> None:
+    """Refuse picks that are still under way in the middle of a stroke, or when a dress or the end of the cycle is due.
+
+    The longer a pick, the longer it takes, so that the highest J settles it.
+    """
     plan, control = block.plan, job.control
     if not plan.plunges:
         return
     length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
-    most = max(plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)
-    seconds = motion_time(most, rate, control.acceleration) if most > 0.0 else 0.0
-    plunge = max(plan.primary_pick, plan.secondary_pick)
-    dressing = motion_time(plunge, rate, control.acceleration) if plunge > 0.0 else 0.0
+    plunge = max([plan.primary_pick, plan.secondary_pick, *ranges.J])
+    most = max(plunge, plan.primary_cross_pick, plan.secondary_cross_pick)
+    seconds, plunging = (motion_time(pick, rate, control.acceleration) for pick in (most, plunge))
+    ends_at_pick = not control.coverage_pass and min([plan.spark_out, *ranges.L]) == 0
     for stroke in (length, abs(plan.primary - block.start[plan.axis])):
         for speed in _speeds_between(
-            plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
+            plan.feed / 60.0, [speed / 60.0 for speed in ranges.E], length, control.acceleration
         ):
             ramp, dwell = ramp_time(stroke, speed, control.acceleration), control.reversal_dwell
+            at = f"at E{60.0 * speed:g} mm/min"
             if seconds > pick_window(ramp, dwell, motion_time(length, speed, control.acceleration)):
-                raise _error(programs, plan.line, "a pick is still under way in the middle of the stroke after it")
-            if block.takes_dresses and dressing > ramp + dwell:
-                raise _error(programs, plan.line, "a dress waits for a pick to end")
+                reason = "a pick is still under way in the middle of the stroke after it"
+                raise _error(programs, plan.line, f"{reason}, one of {most:g} mm {at}")
+            if (block.takes_dresses or ends_at_pick) and plunging > ramp + dwell:
+                waits = "a dress" if block.takes_dresses else "the end of the cycle"
+                raise _error(programs, plan.line, f"{waits} waits for a pick to end, one of {plunge:g} mm {at}")
 
 
 def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:

@@ -31,12 +31,14 @@ from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_wheel
 from grind_env.machine.script import Script, ScriptError, script_of
 from grind_env.machine.script_tables import is_whole, tables_of
+from grind_env.machine.settings import D, E, Ranges, own_settings
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
 
@@ -72,6 +74,8 @@ class JobSimulation(Simulation):
         job: the job.
         spread: factor on all that is random.
         full: whether observations show the hidden state.
+        picks: the lowest and the highest J that may be chosen, mm; none for those of the program.
+        spark_outs: the same of L.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -82,7 +86,16 @@ class JobSimulation(Simulation):
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
 
-    def __init__(self, programs: Programs, job: Job, spread: float, *, full: bool = False) -> None:
+    def __init__(
+        self,
+        programs: Programs,
+        job: Job,
+        spread: float,
+        *,
+        full: bool = False,
+        picks: Sequence[float] = (),
+        spark_outs: Sequence[int] = (),
+    ) -> None:
         refuse_many(programs, job)
         task = job_task(job, spread)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
@@ -90,7 +103,7 @@ class JobSimulation(Simulation):
         self.why: ScriptError | None = None
         self.script: Script | None = None
         try:
-            self.script = script_of(programs, job, (low, high))
+            self.script = script_of(programs, job, Ranges(E=(low, high), J=picks, L=spark_outs))
             self.tables = tables_of(self.script)
         except ScriptError as error:
             self.why = error
@@ -109,6 +122,7 @@ class JobSimulation(Simulation):
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
         self.task, self.entries = replace(task, blocks=len(self.blocks)), job_readings(task, full=full)
         self.kinds = np.array([kind_of(block, job) for block in self.blocks])
+        self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
         self._said_of = coming(self.blocks, self.entries)
         said = np.isfinite(self._said_of).all(axis=0)
@@ -183,6 +197,20 @@ class JobSimulation(Simulation):
         """The words that say a choice in a block."""
         return self.blocks[block].words(Choice(speed, int(executions)))
 
+    def own_settings(self, episodes: Episodes) -> Table:
+        """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
+        return self._own.take(episodes.block, axis=0, mode="clip")
+
+    def _chosen(self, episodes: Episodes, settings: Table | None, active: NDArray[np.int64]) -> Table:
+        """What is set in the coming blocks besides E and D."""
+        own = self.own_settings(episodes)
+        if settings is None:
+            return own
+        if self.script is None:
+            raise JobProgramError(f"J, L and dress settings can be chosen in programs with a script only: {self.why}")
+        own[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
+        return own
+
     def step(
         self,
         episodes: Episodes,
@@ -190,9 +218,14 @@ class JobSimulation(Simulation):
         executions: Table,
         pre_dresses: Table | None = None,
         *,
+        settings: Table | None = None,
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         """Run the next block of the episodes in `active`, and on to the one after it; as `Simulation.step`.
+
+        With `settings`, shape (N, fields of `BlockSettings`), J, L and dress settings are chosen as well, in place of
+        those of the program (`own_settings`); its E and D do not count. The wheel with which an episode begins is
+        dressed as the program says.
 
         Raises:
             GrindError: a block cannot be run so; every episode is then as it was before.
@@ -201,9 +234,10 @@ class JobSimulation(Simulation):
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        E, D = self.taken(episodes, (speeds, executions))
+        chosen = self._chosen(episodes, settings, active)
+        chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))
         if self.script is None:
-            self._execute(episodes, E, D, active, tallies, outcomes)
+            self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         step = step_jobs if self._whole else step_zoned_jobs
         step(
@@ -220,8 +254,7 @@ class JobSimulation(Simulation):
             episodes.parts,
             episodes.memory,
             episodes.stages,
-            E,
-            D,
+            chosen,
             active,
             tallies,
             outcomes,
@@ -236,11 +269,11 @@ class JobSimulation(Simulation):
         return observations
 
     def _execute(
-        self, episodes: JobEpisodes, E: Table, D: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
+        self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
     ) -> None:
         """Let the control execute the next block of programs without a script."""
-        programs, found = episodes.programs, np.zeros((len(E), FOUND_FIELDS))
-        words = {i: self.words(episodes.block[i], E[i], D[i]) for i in active.tolist()}
+        programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
         for i, run in step_all(programs, words).items():
             machine = programs[i].run
@@ -267,8 +300,7 @@ class JobSimulation(Simulation):
             episodes.block,
             episodes.parts,
             episodes.memory,
-            E,
-            D,
+            chosen,
             active,
             tallies,
             found,
