@@ -71,6 +71,13 @@ PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
 
 
 @inlined
+def place_on(tape: Any, first: int, block: int) -> int:
+    """Row of a block on a tape that begins with block `first`."""
+    row: int = min(block - first, tape.shape[1] - 1)
+    return row
+
+
+@inlined
 def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, WheelState]:
     """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
     starts = row.starts_part > 0.0
@@ -136,6 +143,7 @@ def settle_jobs(
     kinds: Any,
     shops: Any,
     tape: Any,
+    first: Any,
     block: Any,
     parts: Any,
     memory: Any,
@@ -151,6 +159,7 @@ def settle_jobs(
         kinds: as for `step_jobs`, like all but the next to last.
         shops: numbers of the job.
         tape: noise tape.
+        first: number of the block that it begins with.
         block: number of the block; updated.
         parts: after it.
         memory: updated.
@@ -162,7 +171,7 @@ def settle_jobs(
     """
     shop = read_shop(shops, 0)
     for i in active:
-        kind, row = read_kind(kinds, block[i]), read_row(tape[i], block[i])
+        kind, row = read_kind(kinds, block[i]), read_row(tape[i], place_on(tape, first[i], block[i]))
         part, tally, old = read_part(parts, i), read_tally(tallies, i), read_memory(memory, i)
         chosen, seen = read_settings(settings, i), read_found(found, i)
         rise = counted_rise(kind, tally)
@@ -205,6 +214,7 @@ def steps_of(
         approach: float,
         load: float,
         tape: Any,
+        first: Any,
         block: Any,
         wheels: Any,
         surfaces: Any,
@@ -229,7 +239,8 @@ def steps_of(
             shops: numbers of the job, shape (1, fields of `Shop`).
             approach: time of the program up to its first block, s.
             load: time from one part to the next until its first cycle starts, s.
-            tape: shape (N, blocks, fields of `TapeRow`).
+            tape: shape (N, blocks, fields of `TapeRow`); the last row holds for all blocks after it.
+            first: number of the block that it begins with, shape (N,), int64.
             block: number of the coming block, shape (N,), int64; updated, like the next six.
             wheels: shape (N, fields of `WheelState`).
             surfaces: of the parts; `parts` itself, or shape (N, zones, fields of `Zone`).
@@ -250,7 +261,7 @@ def steps_of(
                 lay(surfaces, i, zones)
             write_stage(stages, i, stage)
             write_wheel(wheels, i, wheel)
-            write_factored(parameters, i, base, 0, tape, block[i], False)
+            write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
         script = ScriptTables(blocks, own, ways, motions, zones)
         grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)
         found = np.empty((n, FOUND_FIELDS))
@@ -258,7 +269,7 @@ def steps_of(
             number, p = block[i], read_parameters(parameters, i)
             row, tally, wheel = read_block(blocks, number), read_tally(tallies, i), read_wheel(wheels, i)
             chosen = read_settings(settings, i)
-            stock = row.stock if row.stock > 0.0 else tape[i, number, STOCK]
+            stock = row.stock if row.stock > 0.0 else tape[i, place_on(tape, first[i], number), STOCK]
             part = gauge(surfaces, i, stock)
             write_part(parts, i, part)
             before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
@@ -281,7 +292,7 @@ def steps_of(
             write_found(
                 found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
             )
-        settle_jobs(kinds, shops, tape, block, parts, memory, settings, active, tallies, found, outcomes)
+        settle_jobs(kinds, shops, tape, first, block, parts, memory, settings, active, tallies, found, outcomes)
 
     return step_jobs
 
