@@ -9,10 +9,8 @@ Where the strokes are not settled by the program alone, because they depend on t
 a pick has come, there is no script, and a `ScriptError` says where and why.
 """
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from grind_env.control import (
     Arc,
@@ -30,7 +28,6 @@ from grind_env.control import (
     InterruptStart,
     Line,
     Motion,
-    Position,
     ProgramEnd,
     Programs,
     ProgramStop,
@@ -39,84 +36,20 @@ from grind_env.control import (
     TableStop,
     execute,
 )
-from grind_env.control.profile import ramp_time
 from grind_env.control.reciprocation import Reversal
-from grind_env.control.rules import motion_time, pick_window
 from grind_env.control.words import Block
-from grind_env.errors import GrindError
-from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.dress_program import DressPlan, plan_dress
 from grind_env.machine.job import Job
+from grind_env.machine.script_block import ScriptBlock, ScriptError, Way, edge_of, script_error
+from grind_env.machine.script_bounds import (
+    refuse_judged_twice,
+    refuse_led_elsewhere,
+    refuse_slow_picks,
+    refuse_turns_inside,
+)
 from grind_env.machine.settings import OWN_WORDS, Ranges
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
-
-
-class ScriptError(GrindError):
-    """A program whose strokes are not settled by it alone."""
-
-
-class Way(NamedTuple):
-    """The time of the program with the table at rest, s, from a cycle block to the next one."""
-
-    before: float = 0.0
-    """Until the part is taken off, or up to the next block if it stays on."""
-    after: float = 0.0
-    """From then on."""
-
-
-@dataclass(slots=True)
-class ScriptBlock:
-    """A cycle block, and what the program does up to the next one.
-
-    Attributes:
-        block: as it was read.
-        inch: whether it is read in inches.
-        plan: of its cycle.
-        start: where the axes stand when it begins, mm.
-        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
-        taken_over: whether it takes over a table that reciprocates.
-        dress: one execution of its dress program; None if it knows none.
-        beside: motions of the program beside the table, dwells among them, in their order.
-        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
-        at_secondary: whether the table came to rest there before the way to the next block.
-        ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
-        gauged: whether the operator gauges or takes off the part before the next block.
-        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
-        stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is taken off.
-    """
-
-    block: Block
-    inch: bool
-    plan: CyclePlan
-    start: Position
-    end: Position
-    taken_over: bool
-    dress: DressPlan | None
-    beside: list[Motion] = field(default_factory=list)
-    to_secondary: bool = False
-    at_secondary: bool = True
-    ways: tuple[Way, ...] = ()
-    gauged: bool = False
-    gauged_on_the_way: bool = False
-    stops: int = 0
-    ends_part: bool = False
-
-    @property
-    def takes_dresses(self) -> bool:
-        """Whether it may have a D word."""
-        return self.plan.plunges and self.plan.program is not None
-
-    @property
-    def has_secondary_pick(self) -> bool:
-        """Whether it has a Q word; if not, its Q is its J."""
-        return any(word.letter == "Q" for word in self.block.words)
-
-    @property
-    def crosses(self) -> bool:
-        """Whether its strokes lie between two ends of a crossover."""
-        return self.plan.cross_axis is not None and self.plan.cross_start != self.plan.cross_end
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,13 +93,13 @@ def script_of(programs: Programs, job: Job, ranges: Ranges = OWN_WORDS) -> Scrip
     else:
         corners += corners
     for block, *others in zip(*corners, strict=True):
-        _refuse_led_elsewhere(programs, block, *others)
+        refuse_led_elsewhere(programs, block, *others)
         across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
         here, ways = (not block.at_secondary) + 2 * across, [each.ways[0] for each in (block, *others)]
         block.ways = ways[here], ways[here ^ 1], ways[here ^ 2], ways[here ^ 3]
-        _refuse_slow_picks(programs, job, block, ranges)
-        _refuse_turns_inside(programs, job, block)
-    _refuse_judged_twice(programs, job, blocks)
+        refuse_slow_picks(programs, job, block, ranges)
+        refuse_turns_inside(programs, job, block)
+    refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
 
@@ -328,99 +261,4 @@ class _Writer:
         self.way, self.unloaded = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:
-        return _error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)
-
-
-def _error(programs: Programs, line: int, reason: str) -> ScriptError:
-    place = f"{programs.name}:{line}" if line else programs.name
-    return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
-
-
-def _refuse_led_elsewhere(
-    programs: Programs, block: ScriptBlock, turned: ScriptBlock, across: ScriptBlock, both: ScriptBlock
-) -> None:
-    """Refuse a block of which other words in those before, or in itself, change the place.
-
-    Args:
-        programs: the program.
-        block: as it is.
-        turned: where the table has come to rest at its other end.
-        across: where the crossovers have come to their other end.
-        both: with both.
-    """
-    line = block.plan.line
-    if turned.start != block.start:
-        raise _error(programs, line, "its first stroke depends on where the table came to rest before")
-    if across.start != block.start or both.start != block.start:
-        raise _error(programs, line, "its place depends on where the crossover before came to its end, so on J and L")
-    beside, other = ([edge_of(motion.start, each.plan) for motion in each.beside] for each in (block, across))
-    if other != beside or (block.gauged_on_the_way and across.end != block.end):
-        raise _error(
-            programs, line, "the table strokes on where its crossover came to its end, which depends on J and L"
-        )
-
-
-def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, ranges: Ranges) -> None:
-    """Refuse picks that are still under way in the middle of a stroke, or when a dress or the end of the cycle is due.
-
-    The longer a pick, the longer it takes, so that the highest J settles it.
-    """
-    plan, control = block.plan, job.control
-    if not plan.plunges:
-        return
-    length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
-    plunge = max([plan.primary_pick, plan.secondary_pick, *ranges.J])
-    most = max(plunge, plan.primary_cross_pick, plan.secondary_cross_pick)
-    seconds, plunging = (motion_time(pick, rate, control.acceleration) for pick in (most, plunge))
-    ends_at_pick = not control.coverage_pass and min([plan.spark_out, *ranges.L]) == 0
-    for stroke in (length, abs(plan.primary - block.start[plan.axis])):
-        for speed in _speeds_between(
-            plan.feed / 60.0, [speed / 60.0 for speed in ranges.E], length, control.acceleration
-        ):
-            ramp, dwell = ramp_time(stroke, speed, control.acceleration), control.reversal_dwell
-            at = f"at E{60.0 * speed:g} mm/min"
-            if seconds > pick_window(ramp, dwell, motion_time(length, speed, control.acceleration)):
-                reason = "a pick is still under way in the middle of the stroke after it"
-                raise _error(programs, plan.line, f"{reason}, one of {most:g} mm {at}")
-            if (block.takes_dresses or ends_at_pick) and plunging > ramp + dwell:
-                waits = "a dress" if block.takes_dresses else "the end of the cycle"
-                raise _error(programs, plan.line, f"{waits} waits for a pick to end, one of {plunge:g} mm {at}")
-
-
-def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:
-    """Table speeds, mm/s, among which that with the shortest time from a pick to the middle of a stroke is."""
-    yield own
-    yield from ends
-    if ends:
-        # the least of ramp + half a stroke, 1.5 v/a + 0.5 length/v
-        yield min(max(math.sqrt(acceleration * length / 3.0), min(ends)), max(ends))
-
-
-def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
-    """Refuse strokes that pass over some of the length of the part only."""
-    plan, part = block.plan, job.part
-    first = block.start[plan.axis]
-    for ends in ((plan.primary, plan.secondary), (first, plan.primary)):
-        if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
-            place = f"{AXES[plan.axis]} turns over the part or beside it"
-            raise _error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
-
-
-def _refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
-    """Refuse stages that end without a cycle of their own."""
-    left = len(job.part.stages)
-    for block in blocks:
-        ended = min(block.stops, left)
-        if ended + block.ends_part > 1:
-            raise _error(programs, block.plan.line, "after this cycle the part is judged more than once")
-        left = len(job.part.stages) if block.ends_part else left - ended
-
-
-def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
-    """Depth of the wheel below the touched-off surface at a position, mm."""
-    return job.part.surface - position[plunge_axis(plan.axis)]
-
-
-def edge_of(position: Position, plan: CyclePlan) -> float:
-    """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
-    return position[cross_axis(plan.axis)]
+        return script_error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)

@@ -13,7 +13,8 @@ from grind_env.control.rules import INSTANT
 from grind_env.machine.courses import COURSES
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
-from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
+from grind_env.machine.script import Script
+from grind_env.machine.script_block import ScriptBlock, depth_of, edge_of
 from grind_env.machine.settings import BlockSettings, own_settings
 from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.process.cost import Limits

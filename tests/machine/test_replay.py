@@ -19,7 +19,8 @@ from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.rows import Table
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script import ScriptError, script_of
+from grind_env.machine.script import script_of
+from grind_env.machine.script_block import ScriptError
 from grind_env.machine.settings import Ranges
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState

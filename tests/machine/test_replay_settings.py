@@ -17,7 +17,8 @@ from grind_env.errors import GrindError
 from grind_env.machine.choice import SettingsError
 from grind_env.machine.dress_program import plan_dress
 from grind_env.machine.mounting import first_wheel, new_wheel
-from grind_env.machine.script import ScriptError, script_of
+from grind_env.machine.script import script_of
+from grind_env.machine.script_block import ScriptError
 from grind_env.machine.script_tables import tables_of
 from grind_env.machine.settings import BlockSettings, Ranges
 from grind_env.machine.tally import Tally

@@ -37,7 +37,8 @@ from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
-from grind_env.machine.script import Script, ScriptError, script_of
+from grind_env.machine.script import Script, script_of
+from grind_env.machine.script_block import ScriptError
 from grind_env.machine.script_tables import is_whole, tables_of
 from grind_env.machine.settings import D, E, Ranges, own_settings
 from grind_env.machine.strips import Zone

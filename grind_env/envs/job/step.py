@@ -25,7 +25,7 @@ from grind_env.machine.rows import (
     write_wheel,
     write_zone,
 )
-from grind_env.machine.script import Way
+from grind_env.machine.script_block import Way
 from grind_env.machine.script_tables import BlockRow, ScriptTables
 from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
