@@ -130,7 +130,7 @@ def holds(path: Path, seeds: range, data: Recorded) -> bool:
     # what lies there is no dataset of ours, or a damaged one
     except (OSError, ValueError, KeyError, TypeError):
         return False
-    new = [
+    new: list[tuple[Any, ...]] = [
         (data.observations[i, : n + 1], data.actions[i, :n], data.rewards[i, :n], data.scrap[i, :n])
         for i, n in enumerate(data.steps.tolist())
     ]

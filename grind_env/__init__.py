@@ -1,9 +1,14 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
-Importing the package registers the environments `grind/<Task>-v0`.
+Importing the package registers the environments `grind/<Task>-v0`. `evaluate(policy, id)` says what a policy is worth.
 """
 
 import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from grind_env.policies.judging import evaluate
 
 try:
     from grind_env.envs import register
@@ -13,6 +18,14 @@ except KeyboardInterrupt:
         sys.exit(130)
     raise
 
+__all__ = ["__version__", "evaluate"]
 __version__ = "0.1.0"
 
 register()
+
+
+def __getattr__(name: str) -> Any:
+    """What is imported when it is asked for, because it takes long."""
+    if name == "evaluate":
+        return import_module("grind_env.policies.judging").evaluate
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

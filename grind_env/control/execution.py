@@ -42,8 +42,8 @@ class Execution(Iterator[Event]):
         """The reciprocating table; None while none is, and during a dress."""
         return self._interpreter.timeline.reciprocation
 
-    def move_table(self, axis: int, coordinate: float) -> None:
-        """Let the table that has just stopped stand elsewhere, mm: at its other reversal point."""
+    def move_axis(self, axis: int, coordinate: float) -> None:
+        """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
         x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))
         self._interpreter.timeline.position = x, y, z
 

@@ -277,7 +277,7 @@ class CycleEnd:
 
 @dataclass(frozen=True, slots=True)
 class TableStop:
-    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_table` may still move it."""
+    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
 
     time: float
     plan: CyclePlan

@@ -27,6 +27,8 @@ from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
 from grind_env.process.catalogue import materials
+from grind_env.process.cost import running_cost
+from grind_env.process.equations import dressed_volume
 from grind_env.process.state import WheelState
 
 Table = NDArray[np.float64]
@@ -165,6 +167,14 @@ class Simulation:
         return np.array([generator.wheel(float(flat)) for flat in flats])
 
     @property
+    def dress_price(self) -> float:
+        """Price of a dress execution, $."""
+        task = self.task
+        volume = dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width)
+        price: float = running_cost(task.dress_seconds, volume, 1.0, task.rates)
+        return price
+
+    @property
     def usual_dress(self) -> tuple[float, float]:
         """Traverse feed of the diamond, mm/s, and depth of a pass, mm."""
         return self.task.dress_feed, self.task.dress.depth
@@ -263,6 +273,11 @@ class Simulation:
     def rows_of(self, tape: Table) -> Numbers:
         """Row in `kinds` of the blocks on a tape, shape (..., fields of `TapeRow`)."""
         return np.asarray(tape[..., KIND] * self._materials + tape[..., MATERIAL]).astype(np.int64)
+
+    def coming_blocks(self, episodes: Episodes) -> Table:
+        """The rows of the coming blocks, or of the last ones, on the tapes; shape (N, fields of `TapeRow`)."""
+        at = np.minimum(episodes.block, episodes.tape.shape[1] - 1)
+        return np.asarray(episodes.tape[np.arange(len(at)), at])
 
     def kind_of_row(self, row: Numbers) -> Numbers:
         """Number of the kind that a row in `kinds` is of."""

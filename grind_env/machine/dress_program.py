@@ -8,7 +8,7 @@ also comes down to the diamond, it is the last plunge move, which must be a feed
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from grind_env.control import (
     Control,
@@ -49,12 +49,18 @@ class DressPlan:
         feed: of the passes, mm/s; over the wheel's speed of rotation it is the dress lead.
         depth: infeed of a pass, mm, mean over the passes.
         seconds: time with approach, retrace and the job's set-up time, s.
+        axis: the reciprocating axis.
+        motions: that the control makes of it, retrace included.
+        strokes: which of them are the passes.
     """
 
     passes: int
     feed: float
     depth: float
     seconds: float
+    axis: int = 0
+    motions: tuple[Motion, ...] = field(default=(), repr=False)
+    strokes: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         passes = "1 pass" if self.passes == 1 else f"{self.passes} passes"
@@ -152,7 +158,7 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
     if depth < STEP:
         raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
     seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
-    return DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
+    return DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds, axis, tuple(motions), tuple(passes))
 
 
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:

@@ -1,4 +1,4 @@
-"""A script run for many machines at once, in compiled code: every block with an E and a D of its own."""
+"""A script run for many machines at once, in compiled code: every block with settings of its own."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -13,8 +13,9 @@ from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FULL, Feeding, deepest_pick
 from grind_env.machine.loops import Loops
 from grind_env.machine.rows import read_part, read_zone, write_cycle
-from grind_env.machine.rules import motion_time
+from grind_env.machine.rules import depth_after_pick, motion_time
 from grind_env.machine.script_tables import NO_COURSE, NUMBERS, BlockRow, ScriptTables
+from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
 
 read_block = column_reader(BlockRow)
@@ -24,28 +25,41 @@ STROKES = Tally._fields.index("strokes")
 
 
 @inlined
-def cycle_of(row: BlockRow, E: float, D: float) -> Cycle:
-    """The cycle of a block with E (mm/min) and D."""
-    speed = E / 60.0
+def secondary_pick(row: BlockRow, settings: BlockSettings) -> float:
+    """Q, mm; as J if the block has none (ruling 4)."""
+    return row.secondary_pick if row.secondary_pick >= 0.0 else settings.J
+
+
+@inlined
+def deepest_plunge(row: BlockRow, settings: BlockSettings) -> float:
+    """The larger one of J and Q, mm."""
+    return max(settings.J, secondary_pick(row, settings))
+
+
+@inlined
+def cycle_of(row: BlockRow, settings: BlockSettings) -> Cycle:
+    """The cycle of a block with settings of its own."""
+    speed = settings.E / 60.0
+    executions = settings.D if row.takes_dresses > 0.0 else 0.0  # numba takes no condition among many keywords
     return Cycle(
         speed=speed,
         first_seconds=motion_time(row.first_length, speed, row.acceleration) + row.dwell,
         stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + row.dwell,
         start=row.start,
         target=row.target,
-        primary_pick=row.primary_pick,
-        secondary_pick=row.secondary_pick,
-        at_depth=row.at_depth,
-        executions=D,
+        primary_pick=settings.J,
+        secondary_pick=secondary_pick(row, settings),
+        at_depth=row.coverage + settings.L,
+        executions=executions,
         pre_dress=row.pre_dress,
-        full_plunge=max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE,
+        full_plunge=deepest_plunge(row, settings) - DEPTH_TOLERANCE,
         finish=row.finish,
         width=row.width,
         length=row.length,
-        dress_passes=row.dress_passes,
-        dress_feed=row.dress_feed,
-        dress_depth=row.dress_depth,
-        dress_seconds=row.dress_seconds,
+        dress_passes=settings.dress_passes,
+        dress_feed=settings.dress_feed,
+        dress_depth=settings.dress_depth,
+        dress_seconds=settings.dress_seconds,
         cross_start=row.cross_start,
         cross_end=row.cross_end,
         primary_cross_pick=row.primary_cross_pick,
@@ -54,12 +68,12 @@ def cycle_of(row: BlockRow, E: float, D: float) -> Cycle:
 
 
 @inlined
-def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feeding:
-    """The strokes beside the motions of a block with E (mm/min), after those that its cycle has `made`."""
-    speed = E / 60.0
+def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge: float) -> Feeding:
+    """The strokes beside the motions of a block, after those that its cycle has `made`."""
+    speed = settings.E / 60.0
     first = motion_time(row.first_length, speed, row.acceleration)
     travel = motion_time(row.stroke_length, speed, row.acceleration)
-    pre_dress = row.pre_dress if row.cycle == NO_COURSE else 0.0  # numba takes no condition among many keywords
+    pre_dress = row.pre_dress if row.cycle == NO_COURSE else 0.0
     return Feeding(
         speed=speed,
         first_seconds=first + row.dwell,
@@ -69,10 +83,10 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
         finish=row.finish,
         width=row.width,
         length=row.length,
-        dress_passes=row.dress_passes,
-        dress_feed=row.dress_feed,
-        dress_depth=row.dress_depth,
-        dress_seconds=row.dress_seconds,
+        dress_passes=settings.dress_passes,
+        dress_feed=settings.dress_feed,
+        dress_depth=settings.dress_depth,
+        dress_seconds=settings.dress_seconds,
         first_middle=0.5 * first,
         middle=0.5 * travel,
         acceleration=row.acceleration,
@@ -82,6 +96,20 @@ def feeding_of(row: BlockRow, E: float, made: float, full_plunge: float) -> Feed
         motion=row.motion,
         gauged_at=row.gauged_at,
     )
+
+
+@inlined
+def ends_across(row: BlockRow, settings: BlockSettings) -> bool:
+    """Whether the cycle comes to its end where its crossover ends, and not where that begins."""
+    total, plunges, depth = row.target - row.start, 0.0, 0.0
+    if row.cross_end == row.cross_start:
+        return False
+    while depth < total:
+        plunges += 1.0
+        depth = depth_after_pick(plunges, depth, total, settings.J, secondary_pick(row, settings))
+    crossed = max(plunges, 1.0) - 1.0 + row.coverage + settings.L
+    odd: bool = crossed > 2.0 * np.floor(0.5 * crossed)
+    return odd
 
 
 @inlined
@@ -118,8 +146,7 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
     def grind_blocks(
         script: ScriptTables,
         block: Any,
-        speeds: Any,
-        executions: Any,
+        settings: Any,
         parameters: Any,
         wheels: Any,
         surfaces: Any,
@@ -132,8 +159,7 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         Args:
             script: the program.
             block: number of the block of each machine, shape (N,), int64.
-            speeds: E, mm/min, shape (N,).
-            executions: D, shape (N,).
+            settings: of that block, shape (N, fields of `BlockSettings`).
             parameters: shape (N, fields of `StrokeParameters`).
             wheels: shape (N, fields of `WheelState`); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
@@ -145,25 +171,22 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
         numbers, feeding, feeds = np.full(n, NO_COURSE), np.empty(n, np.int64), 0
         for i in active:
-            row = read_block(script.blocks, block[i])
-            D = executions[i] if row.takes_dresses > 0.0 else 0.0
-            picks[i] = max(
-                min(max(row.primary_pick, row.secondary_pick), row.target - row.start), row.start - deepest(surfaces, i)
-            )
+            row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
+            picks[i] = max(min(deepest_plunge(row, chosen), row.target - row.start), row.start - deepest(surfaces, i))
             numbers[i] = row.cycle
             if row.cycle != NO_COURSE:
-                write_cycle(cycles, i, cycle_of(row, speeds[i], D))
+                write_cycle(cycles, i, cycle_of(row, chosen))
         grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
-            row = read_block(script.blocks, block[i])
+            row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
             if row.motion >= 0.0:
-                full = max(row.primary_pick, row.secondary_pick) - DEPTH_TOLERANCE
+                full = deepest_plunge(row, chosen) - DEPTH_TOLERANCE
                 made, reached = tallies[i, STROKES], deepest(surfaces, i)
-                most = deepest_pick(feeding_of(row, speeds[i], made, full), reached, script.motions)
+                most = deepest_pick(feeding_of(row, chosen, made, full), reached, script.motions)
                 if row.cycle == NO_COURSE:
                     full = FULL * most
                     picks[i] = most
-                write_feeding(feedings, i, feeding_of(row, speeds[i], made, max(full, DEPTH_TOLERANCE)))
+                write_feeding(feedings, i, feeding_of(row, chosen, made, max(full, DEPTH_TOLERANCE)))
                 feeding[feeds] = i
                 feeds += 1
         grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)

@@ -2,15 +2,15 @@
 
 The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
 cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
-to the next block takes. `replay` runs a script for many machines at once, with other E and D in every block.
+to the next block takes. `replay` runs a script for many machines at once, with other E, D, J, L and dress settings in
+every block.
 
 Where the strokes are not settled by the program alone, because they depend on the wheel, on the operator or on how far
 a pick has come, there is no script, and a `ScriptError` says where and why.
 """
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from grind_env.control import (
     Arc,
@@ -28,7 +28,6 @@ from grind_env.control import (
     InterruptStart,
     Line,
     Motion,
-    Position,
     ProgramEnd,
     Programs,
     ProgramStop,
@@ -37,77 +36,20 @@ from grind_env.control import (
     TableStop,
     execute,
 )
-from grind_env.control.profile import ramp_time
 from grind_env.control.reciprocation import Reversal
-from grind_env.control.rules import motion_time, pick_window
 from grind_env.control.words import Block
-from grind_env.errors import GrindError
-from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.dress_program import DressPlan, plan_dress
 from grind_env.machine.job import Job
+from grind_env.machine.script_block import ScriptBlock, ScriptError, Way, edge_of, script_error
+from grind_env.machine.script_bounds import (
+    refuse_judged_twice,
+    refuse_led_elsewhere,
+    refuse_slow_picks,
+    refuse_turns_inside,
+)
+from grind_env.machine.settings import OWN_WORDS, Ranges
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
-
-
-class ScriptError(GrindError):
-    """A program whose strokes are not settled by it alone."""
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """The time of the program with the table at rest, s, from a cycle block to the next one.
-
-    Attributes:
-        before: until the part is taken off, or up to the next block if it stays on.
-        after: from then on.
-    """
-
-    before: float = 0.0
-    after: float = 0.0
-
-
-@dataclass(slots=True)
-class ScriptBlock:
-    """A cycle block, and what the program does up to the next one.
-
-    Attributes:
-        block: as it was read.
-        inch: whether it is read in inches.
-        plan: of its cycle.
-        start: where the axes stand when it begins, mm.
-        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
-        taken_over: whether it takes over a table that reciprocates.
-        dress: one execution of its dress program; None if it knows none.
-        beside: motions of the program beside the table, dwells among them, in their order.
-        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
-        at_secondary: whether the table came to rest there before the way to the next block.
-        ways: that way, from the secondary and from the primary point.
-        gauged: whether the operator gauges or takes off the part before the next block.
-        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
-        stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is taken off.
-    """
-
-    block: Block
-    inch: bool
-    plan: CyclePlan
-    start: Position
-    end: Position
-    taken_over: bool
-    dress: DressPlan | None
-    beside: list[Motion] = field(default_factory=list)
-    to_secondary: bool = False
-    at_secondary: bool = True
-    ways: tuple[Way, Way] = (Way(), Way())
-    gauged: bool = False
-    gauged_on_the_way: bool = False
-    stops: int = 0
-    ends_part: bool = False
-
-    @property
-    def takes_dresses(self) -> bool:
-        """Whether it may have a D word."""
-        return self.plan.plunges and self.plan.program is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,21 +61,23 @@ class Script:
         job: the job.
         blocks: its cycle blocks in the order in which they are run.
         approach: time of the program up to the first of them, s.
+        ranges: with which its blocks may be run instead of their own words.
     """
 
     programs: Programs
     job: Job
     blocks: tuple[ScriptBlock, ...]
     approach: float
+    ranges: Ranges
 
 
-def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Script:
+def script_of(programs: Programs, job: Job, ranges: Ranges = OWN_WORDS) -> Script:
     """The script of a part program.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
-        speeds: lowest and highest E, mm/min, with which its blocks may be run instead of their own.
+        ranges: with which its blocks may be run instead of their own words.
 
     Raises:
         ScriptError: its strokes depend on more than the program.
@@ -142,16 +86,21 @@ def script_of(programs: Programs, job: Job, speeds: Sequence[float] = ()) -> Scr
     """
     as_it_is = _Writer(programs, job)
     blocks = as_it_is.run()
-    turned = _Writer(programs, job, [block.takes_dresses for block in blocks] if speeds else None, elsewhere=True)
-    for block, other in zip(blocks, turned.run(), strict=True):
-        if other.start != block.start:
-            raise _error(programs, block.plan.line, "its first stroke depends on where the table came to rest before")
-        ends = block.ways[0], other.ways[0]
-        block.ways = ends if block.at_secondary else ends[::-1]
-        _refuse_slow_picks(programs, job, block, speeds)
-        _refuse_turns_inside(programs, job, block)
-    _refuse_judged_twice(programs, job, blocks)
-    return Script(programs, job, tuple(blocks), as_it_is.approach)
+    dressing = [block.takes_dresses for block in blocks] if any(ranges) else None
+    corners = [blocks, _Writer(programs, job, dressing, elsewhere=True).run()]
+    if (ranges.J or ranges.L) and any(block.crosses for block in blocks):
+        corners += [_Writer(programs, job, dressing, elsewhere=turned, across=True).run() for turned in (False, True)]
+    else:
+        corners += corners
+    for block, *others in zip(*corners, strict=True):
+        refuse_led_elsewhere(programs, block, *others)
+        across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
+        here, ways = (not block.at_secondary) + 2 * across, [each.ways[0] for each in (block, *others)]
+        block.ways = ways[here], ways[here ^ 1], ways[here ^ 2], ways[here ^ 3]
+        refuse_slow_picks(programs, job, block, ranges)
+        refuse_turns_inside(programs, job, block)
+    refuse_judged_twice(programs, job, blocks)
+    return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
 
 class _Writer:
@@ -162,12 +111,20 @@ class _Writer:
         job: the job.
         dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
         elsewhere: whether the table comes to rest at its other end at every stop.
+        across: whether every crossover comes to its end where it would with a traverse more.
     """
 
     def __init__(
-        self, programs: Programs, job: Job, dressing: Sequence[bool] | None = None, *, elsewhere: bool = False
+        self,
+        programs: Programs,
+        job: Job,
+        dressing: Sequence[bool] | None = None,
+        *,
+        elsewhere: bool = False,
+        across: bool = False,
     ) -> None:
-        self.programs, self.job, self.dressing, self.elsewhere = programs, job, dressing, elsewhere
+        self.programs, self.job, self.dressing = programs, job, dressing
+        self.elsewhere, self.across = elsewhere, across
         self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
@@ -193,7 +150,7 @@ class _Writer:
             case CycleStart():
                 self._begin(event.plan)
             case CycleEnd() if event.plan.plunges:
-                self.blocks[-1].end = self.execution.position
+                self._end(event.plan)
             case TableStop():
                 self._stand(event.plan)
             case ProgramStop() if not self.in_dress:
@@ -241,6 +198,13 @@ class _Writer:
         self.blocks.append(ScriptBlock(self.ahead, inch, plan, here, here, taken_over, dress))
         self.stopped = False
 
+    def _end(self, plan: CyclePlan) -> None:
+        """A cycle that plunges has come to its end."""
+        if self.across and plan.cross_axis is not None:
+            here = edge_of(self.execution.position, plan)
+            self.execution.move_axis(plan.cross_axis, plan.cross_end if here == plan.cross_start else plan.cross_start)
+        self.blocks[-1].end = self.execution.position
+
     def _move(self, event: Motion) -> None:
         """The program moves the axes, or waits."""
         table, modes = self.execution.table, self.execution.modes
@@ -266,7 +230,7 @@ class _Writer:
         self.blocks[-1].at_secondary = here == plan.secondary
         if self.elsewhere:
             there = plan.primary if here == plan.secondary else plan.secondary
-            self.execution.move_table(plan.axis, there)
+            self.execution.move_axis(plan.axis, there)
 
     def _stop(self, event: ProgramStop) -> None:
         if self.ahead is None or not self.blocks:
@@ -293,73 +257,8 @@ class _Writer:
     def _close(self) -> None:
         """The way from the last block to the next one has been gone."""
         if self.blocks:
-            self.blocks[-1].ways = (Way(*self.way), Way())
+            self.blocks[-1].ways = (Way(*self.way),)
         self.way, self.unloaded = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:
-        return _error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)
-
-
-def _error(programs: Programs, line: int, reason: str) -> ScriptError:
-    place = f"{programs.name}:{line}" if line else programs.name
-    return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
-
-
-def _refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, speeds: Sequence[float]) -> None:
-    """Refuse picks that are still under way in the middle of a stroke, or when a dress is due."""
-    plan, control = block.plan, job.control
-    if not plan.plunges:
-        return
-    length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
-    most = max(plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)
-    seconds = motion_time(most, rate, control.acceleration) if most > 0.0 else 0.0
-    plunge = max(plan.primary_pick, plan.secondary_pick)
-    dressing = motion_time(plunge, rate, control.acceleration) if plunge > 0.0 else 0.0
-    for stroke in (length, abs(plan.primary - block.start[plan.axis])):
-        for speed in _speeds_between(
-            plan.feed / 60.0, [speed / 60.0 for speed in speeds], length, control.acceleration
-        ):
-            ramp, dwell = ramp_time(stroke, speed, control.acceleration), control.reversal_dwell
-            if seconds > pick_window(ramp, dwell, motion_time(length, speed, control.acceleration)):
-                raise _error(programs, plan.line, "a pick is still under way in the middle of the stroke after it")
-            if block.takes_dresses and dressing > ramp + dwell:
-                raise _error(programs, plan.line, "a dress waits for a pick to end")
-
-
-def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:
-    """Table speeds, mm/s, among which that with the shortest time from a pick to the middle of a stroke is."""
-    yield own
-    yield from ends
-    if ends:
-        # the least of ramp + half a stroke, 1.5 v/a + 0.5 length/v
-        yield min(max(math.sqrt(acceleration * length / 3.0), min(ends)), max(ends))
-
-
-def _refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
-    """Refuse strokes that pass over some of the length of the part only."""
-    plan, part = block.plan, job.part
-    first = block.start[plan.axis]
-    for ends in ((plan.primary, plan.secondary), (first, plan.primary)):
-        if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
-            place = f"{AXES[plan.axis]} turns over the part or beside it"
-            raise _error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
-
-
-def _refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
-    """Refuse stages that end without a cycle of their own."""
-    left = len(job.part.stages)
-    for block in blocks:
-        ended = min(block.stops, left)
-        if ended + block.ends_part > 1:
-            raise _error(programs, block.plan.line, "after this cycle the part is judged more than once")
-        left = len(job.part.stages) if block.ends_part else left - ended
-
-
-def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
-    """Depth of the wheel below the touched-off surface at a position, mm."""
-    return job.part.surface - position[plunge_axis(plan.axis)]
-
-
-def edge_of(position: Position, plan: CyclePlan) -> float:
-    """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
-    return position[cross_axis(plan.axis)]
+        return script_error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)

@@ -11,10 +11,11 @@ from grind_env.control import Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.courses import COURSES
-from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
-from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
+from grind_env.machine.script import Script
+from grind_env.machine.script_block import ScriptBlock, depth_of, edge_of
+from grind_env.machine.settings import BlockSettings, own_settings
 from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.process.cost import Limits
 
@@ -23,7 +24,8 @@ NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
 """Of the cycles that plunge."""
 
 NO_BLOCK = -1.0
-NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+AS_PRIMARY = -1.0
+"""In place of a Q."""
 
 Table = NDArray[Any]
 
@@ -45,9 +47,10 @@ class BlockRow(NamedTuple):
     """mm/s2."""
     start: float
     target: float
-    primary_pick: float
     secondary_pick: float
-    at_depth: float
+    """Q; `AS_PRIMARY` if the block has none."""
+    coverage: float
+    """1 if a pass over the part at full depth precedes those of L, else 0."""
     pre_dress: float
     """1 for the .1 forms, else 0."""
     takes_dresses: float
@@ -60,11 +63,6 @@ class BlockRow(NamedTuple):
     """Of the part, mm."""
     length: float
     """Of the part, mm."""
-    dress_passes: float
-    dress_feed: float
-    """mm/s."""
-    dress_depth: float
-    dress_seconds: float
     cross_start: float
     cross_end: float
     primary_cross_pick: float
@@ -75,12 +73,6 @@ class BlockRow(NamedTuple):
     """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
     to_secondary: float
     """1 if the next cycle takes over the table, else 0."""
-    before_from_secondary: float
-    """Time on the way to the next block until the part is taken off, s, if the table rests at its secondary point."""
-    before_from_primary: float
-    after_from_secondary: float
-    """Time from then on, s."""
-    after_from_primary: float
     starts_part: float
     """1 if it is the first on its part, else 0."""
     ends_part: float
@@ -105,6 +97,10 @@ class ScriptTables(NamedTuple):
 
     blocks: Table
     """Shape (blocks, fields of `BlockRow`)."""
+    own: Table
+    """What the program itself sets in them, shape (blocks, fields of `BlockSettings`)."""
+    ways: Table
+    """From each block to the next one, as of `ScriptBlock.ways`, shape (blocks, 4, fields of `Way`)."""
     motions: Table
     """Beside the tables of all blocks, shape (motions, fields of `Motion`)."""
     zones: Table
@@ -138,7 +134,10 @@ def tables_of(script: Script) -> ScriptTables:
             rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
-    return ScriptTables(_table(rows, BlockRow), _table(motions, Motion), _zones(script, rows))
+    own = [own_settings(block.plan, block.dress) for block in script.blocks]
+    ways = np.array([block.ways for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
+    zones = _zones(script, rows)
+    return ScriptTables(_table(rows, BlockRow), _table(own, BlockSettings), ways, _table(motions, Motion), zones)
 
 
 def is_whole(script: Script, tables: ScriptTables) -> bool:
@@ -158,8 +157,7 @@ def _table(rows: list[Any], kind: type[Any]) -> Table:
 
 
 def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
-    plan, dress, part = block.plan, block.dress or NO_DRESS, job.part
-    from_secondary, from_primary = block.ways
+    plan, part = block.plan, job.part
     first = block.start[plan.axis]
     start = depth_of(block.start, plan, job)
     edge = edge_of(block.start, plan)
@@ -173,19 +171,14 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         acceleration=job.control.acceleration,
         start=start,
         target=start if plan.plunge_axis is None else job.part.surface - plan.depth_target,
-        primary_pick=plan.primary_pick,
-        secondary_pick=plan.secondary_pick,
-        at_depth=float(job.control.coverage_pass + plan.spark_out),
+        secondary_pick=plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY,
+        coverage=float(job.control.coverage_pass),
         pre_dress=float(plan.pre_dress and block.dress is not None),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
         reached=reached,
         width=part.width,
         length=part.length,
-        dress_passes=float(dress.passes),
-        dress_feed=dress.feed,
-        dress_depth=dress.depth,
-        dress_seconds=dress.seconds,
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
         primary_cross_pick=plan.primary_cross_pick,
@@ -193,10 +186,6 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         motion=motion,
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
-        before_from_secondary=from_secondary.before,
-        before_from_primary=from_primary.before,
-        after_from_secondary=from_secondary.after,
-        after_from_primary=from_primary.after,
         starts_part=float(starts),
         ends_part=float(block.ends_part),
         gauged=float(block.gauged),

@@ -7,6 +7,7 @@ import numpy as np
 
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SPLITS, Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
@@ -75,7 +76,7 @@ class Judgement:
 
 
 def evaluate(
-    policy: Policy,
+    policy: Policy | str,
     problem: Problem | str,
     *,
     split: str = "evaluation",
@@ -85,20 +86,21 @@ def evaluate(
     """Run a policy on frozen seeds, and judge it.
 
     Args:
-        policy: decides.
+        policy: decides; or what `named_policy` finds: a name, a file, a constant.
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
         split: of the seeds, one of `SPLITS`.
         episodes: how many.
         first_seed: of seeds of one's own instead.
 
     Raises:
-        GrindError: there is no such problem or split, or the policy decides what the environment does not have.
+        GrindError: there is no such problem, policy or split, or the policy decides what the environment does not have.
     """
     problem = find_problem(problem) if isinstance(problem, str) else problem
     if episodes < 2:
         raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
     seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
+    policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
     start = start_episodes(simulation, seeds)
     run = roll_out(policy, simulation, start)
     known, score, paired = find_reference(problem.id), None, seeds.start == SPLITS[REFERENCE_SPLIT]

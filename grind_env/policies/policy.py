@@ -60,7 +60,7 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
     if sees == "state":
         blocks = shown.tape.shape[1]
         later = np.arange(blocks) > shown.block[:, None]
-        coming = shown.tape[np.arange(len(shown.block)), np.minimum(shown.block, blocks - 1)]
+        coming = simulation.coming_blocks(shown)
         expected = np.repeat(coming[:, None], blocks, axis=1)
         expected[..., LISTED] = shown.tape[..., LISTED]
         nominal = simulation.kinds[simulation.rows_of(expected), NOMINAL_STOCK]

@@ -7,6 +7,8 @@ from typing import Any
 
 import gymnasium as gym
 
+from grind_env.envs.job.env import EXAMPLE
+from grind_env.envs.job.program import batch_name
 from grind_env.envs.names import OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted
@@ -100,9 +102,8 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
 
 def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
     given = {"program": program, "job": job, "parts": parts}
-    name = "job" if program is None else Path(program).stem
     return Problem(
-        f"{name}_x{parts}" if parts > 1 else name,
+        batch_name(EXAMPLE if program is None else Path(program), parts),
         JOB,
         tuple((key, value) for key, value in given.items() if value is not None),
     )

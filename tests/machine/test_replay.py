@@ -12,12 +12,16 @@ from hypothesis import strategies as st
 from grind_env.control import execute, read
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.program import with_words_chosen
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.program_episode import Words
 from grind_env.envs.rows import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.rows import Table
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script import ScriptError, script_of
+from grind_env.machine.script import script_of
+from grind_env.machine.script_block import ScriptError
+from grind_env.machine.settings import Ranges
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job
@@ -93,11 +97,14 @@ def shop(**changes: Any) -> Job:
     return job(wheel_start=start, stock=0.1, **changes)
 
 
-def executed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRun:
-    """The machine after the program with those words, of which the control has announced every stroke."""
-    words = [simulation.words(number, *choice) for number, choice in enumerate(choices)]
+def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "") -> GrindingRun:
+    """The machine after the program with those words, of which the control has announced every stroke.
+
+    `dresses` is the text of programs that the words name and the file has not.
+    """
     chosen = zip((block.block for block in simulation.blocks), words, strict=True)
-    programs, control = read(with_words_chosen(simulation.programs, list(chosen))), simulation.job.control
+    programs = read(with_words_chosen(simulation.programs, list(chosen)) + dresses)
+    control = simulation.job.control
     assert not control.whole_cycles
     run, execution = GrindingRun(programs, simulation.job, control, ()), execute(programs, control)
     execution.set_wheel_radius(0.5 * run.mount.diameter)
@@ -116,9 +123,15 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
         assert tallies[0].tobytes() == tallies[2].tobytes()
         sums += tallies[0]
         good += outcomes[0, Outcome._fields.index("good")]
-    total = Tally(*sums.tolist())
-    run = executed(simulation, choices)
-    record = run.record()
+    run = executed(simulation, [simulation.words(number, *choice) for number, choice in enumerate(choices)])
+    return assert_same(simulation, episodes, sums, good, run)
+
+
+def assert_same(
+    simulation: JobSimulation, episodes: JobEpisodes, sums: Table, good: float, run: GrindingRun
+) -> GrindingRecord:
+    """The first episode, whose tallies and survivals have come to `sums` and `good`, is what a run of it has made."""
+    total, record = Tally(*sums.tolist()), run.record()
     assert (total.strokes, total.dresses) == (len(record.strokes), len(record.dresses))
     assert total.seconds == pytest.approx(record.seconds, rel=1e-9)
     assert total.worn == pytest.approx(record.parts["worn"].sum(), rel=1e-9, abs=1e-12)
@@ -139,7 +152,7 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
 def check(written: Written, **changes: Any) -> None:
     programs, shop_job = read(written.text), shop(**changes)
     try:
-        script_of(programs, shop_job, SPEEDS)
+        script_of(programs, shop_job, Ranges(E=SPEEDS))
     except ScriptError as why:
         reasons = (
             "where the cycle before has left it",

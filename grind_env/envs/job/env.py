@@ -24,7 +24,7 @@ from grind_env.envs.arguments import (
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.job.outline import BlockOutline
-from grind_env.envs.job.program import MOST_PARTS, repeated, with_words_chosen
+from grind_env.envs.job.program import MOST_PARTS, batch_name, repeated, with_words_chosen
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.tape import JobTape, barred_factors
 from grind_env.envs.job.view import RunBlock, job_view, text_of
@@ -270,7 +270,8 @@ def load_simulation(program: str | None, job: str | None, parts: int, spread: fl
     full = is_full(observation)
     path = EXAMPLE if program is None else Path(program)
     programs = repeated(read_file(path), parts)
-    return JobSimulation(programs, load_job(path.with_suffix(".toml") if job is None else job), spread, full=full)
+    settings = load_job(path.with_suffix(".toml") if job is None else job)
+    return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts))
 
 
 def read_given(simulation: JobSimulation, options: Mapping[str, Any] | None, before: Given) -> Given:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from grind_env.control import Programs, read
 from grind_env.control.rewriting import with_words
@@ -51,6 +52,11 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
         text = lines[line - 1]
         lines[line - 1] = text[: column - 1] + new + text[column - 1 + len(old) :]
     return "".join(lines)
+
+
+def batch_name(program: Path, parts: int) -> str:
+    """What a program that is run for some parts is called in tables and folders: `plate_g82_x30`."""
+    return f"{program.stem}_x{parts}" if parts > 1 else program.stem
 
 
 def repeated(programs: Programs, parts: int) -> Programs:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from grind_env.control.cycles import RULES
 from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.job.tape import WHEEL_SPREAD
 from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, readings
-from grind_env.envs.tasks import ActionRange, Spread, Task, load_task
+from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job
 
 ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
@@ -87,23 +88,65 @@ def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN))
 
 
-def job_task(job: Job, spread: float) -> Task:
-    """A task with the limits and the noise of a job, whose actions and readings have the ranges that the job needs.
+def job_task(name: str, job: Job, spread: float) -> Task:
+    """A task with the limits and the spreads of a job, whose actions and readings have the ranges that the job needs.
 
     The rest of it is that of another task: the program, not the task, says what is ground.
 
     Args:
+        name: of the program and its parts, in tables and folders.
         job: the job.
-        spread: factor on the noise of the readings.
+        spread: factor on all that is random.
     """
     task = load_task("power_limited")
     return replace(
         task,
+        name=name,
+        title=name,
         action=ACTION,
         setup=replace(task.setup, machine_changes={"power_limit": job.setup.machine.power_limit}),
-        kinds=(replace(task.kinds[0], tolerance=job.part.tolerance),),
-        spread=Spread(measurement=spread),
+        kinds=(
+            replace(
+                task.kinds[0],
+                stock=job.part.stock,
+                width=job.part.width,
+                length=job.part.length,
+                tolerance=job.part.tolerance,
+                scrap=job.part.scrap_cost,
+            ),
+        ),
+        spread=Spread(
+            measurement=spread,
+            lot_growth=spread * job.lots.growth,
+            lot_pressure=spread * job.lots.pressure,
+            wheel_growth=spread * WHEEL_SPREAD["kA"],
+            wheel_roughness=spread * WHEEL_SPREAD["ra_scale"],
+            fracture_force=spread * WHEEL_SPREAD["fc"],
+            g_ratio=spread * WHEEL_SPREAD["Gref"],
+            convection=spread * WHEEL_SPREAD["hf"],
+        ),
     )
+
+
+def kinds_of(task: Task, blocks: Sequence[BlockOutline]) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
+    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a part.
+
+    Args:
+        task: of the job.
+        blocks: of the program.
+    """
+    numbers, known, kinds, place = [], dict[tuple[int, str], int](), list[Kind](), 0
+    for block in blocks:
+        place = 1 if block.starts_part else place + 1
+        key = place, block.block.source.text
+        if key not in known:
+            known[key] = len(kinds)
+            plan = block.plan
+            kinds.append(
+                replace(task.kinds[0], name=f"block_{len(kinds) + 1}", pick=plan.primary_pick, sparkout=plan.spark_out)
+            )
+        numbers.append(known[key])
+    return np.array(numbers), tuple(kinds)
 
 
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:

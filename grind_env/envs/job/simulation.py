@@ -5,8 +5,9 @@ Both are judged and remembered by the same compiled functions.
 """
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,21 +25,26 @@ from grind_env.envs.job.outline import (
     outline_of_script,
     refuse_many,
 )
-from grind_env.envs.job.readings import ACTION, coming, job_readings, job_task
+from grind_env.envs.job.readings import ACTION, coming, job_readings, job_task, kinds_of
 from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.rows import Outcome
-from grind_env.envs.simulation import Episodes, Simulation, Table
+from grind_env.envs.simulation import KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
+from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_wheel
-from grind_env.machine.script import Script, ScriptError, script_of
+from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
+from grind_env.machine.script import Script, script_of
+from grind_env.machine.script_block import ScriptError
 from grind_env.machine.script_tables import is_whole, tables_of
+from grind_env.machine.settings import D, E, Ranges, own_settings
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
+from grind_env.process.cost import running_cost
+from grind_env.process.equations import dressed_volume
 
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
@@ -48,12 +54,13 @@ class JobEpisodes(Episodes):
     """The state of N episodes.
 
     `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `surfaces` are
-    the parts in zones, shape (N, zones, fields of `Zone`); `programs` are those under execution if the control runs
-    them.
+    the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
+    with, shape (N,); `programs` are those under execution if the control runs them.
     """
 
     stages: Table
     surfaces: Table
+    first: Numbers
     programs: list[ProgramEpisode]
 
     def pick(self, index: ArrayLike) -> "JobEpisodes":
@@ -72,6 +79,9 @@ class JobSimulation(Simulation):
         job: the job.
         spread: factor on all that is random.
         full: whether observations show the hidden state.
+        picks: the lowest and the highest J that may be chosen, mm; none for those of the program.
+        spark_outs: the same of L.
+        name: in tables and folders; that of the program without its suffix if None.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -82,15 +92,25 @@ class JobSimulation(Simulation):
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
 
-    def __init__(self, programs: Programs, job: Job, spread: float, *, full: bool = False) -> None:
+    def __init__(
+        self,
+        programs: Programs,
+        job: Job,
+        spread: float,
+        *,
+        full: bool = False,
+        picks: Sequence[float] = (),
+        spark_outs: Sequence[int] = (),
+        name: str | None = None,
+    ) -> None:
         refuse_many(programs, job)
-        task = job_task(job, spread)
+        task = job_task(name or Path(programs.name).stem, job, spread)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
         self.why: ScriptError | None = None
         self.script: Script | None = None
         try:
-            self.script = script_of(programs, job, (low, high))
+            self.script = script_of(programs, job, Ranges(E=(low, high), J=picks, L=spark_outs))
             self.tables = tables_of(self.script)
         except ScriptError as error:
             self.why = error
@@ -107,8 +127,13 @@ class JobSimulation(Simulation):
         self._whole = self.script is not None and is_whole(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
-        self.task, self.entries = replace(task, blocks=len(self.blocks)), job_readings(task, full=full)
+        self._kind_of_block, kinds = kinds_of(task, self.blocks)
+        sequence = tuple(kinds[number].name for number in self._kind_of_block.tolist())
+        self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
+        self.entries = job_readings(task, full=full)
+        self.usual = {"last_width": job.part.width, "stock": 1.0, "tolerance": job.part.tolerance}
         self.kinds = np.array([kind_of(block, job) for block in self.blocks])
+        self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
         self._said_of = coming(self.blocks, self.entries)
         said = np.isfinite(self._said_of).all(axis=0)
@@ -130,8 +155,8 @@ class JobSimulation(Simulation):
 
     def _generator_of(self, spread: float) -> JobGenerator:
         job, blocks = self.job, self.blocks
-        wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
-        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, wheel)
+        self._wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, self._wheel)
 
     def _nominal_cost(self) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
@@ -149,24 +174,110 @@ class JobSimulation(Simulation):
         """Arrays for N episodes."""
         surfaces = np.empty((n, self._zones, len(Zone._fields)))
         return JobEpisodes(
-            **super().room(n).arrays(), stages=np.zeros((n, STAGE_FIELDS)), surfaces=surfaces, programs=[]
+            **super().room(n).arrays(),
+            stages=np.zeros((n, STAGE_FIELDS)),
+            surfaces=surfaces,
+            first=np.zeros(n, np.int64),
+            programs=[],
         )
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """Put new episodes at `index`; as `Simulation.restart_all`."""
-        assert isinstance(episodes, JobEpisodes)
         super().restart_all(episodes, index, rngs, given)
-        episodes.stages[np.array(index)] = 0.0
         if self.script is None:
             for i in index:
                 conditions = self.tape(episodes, i).conditions
-                episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, self.job, conditions)]
+                _job_episodes(episodes).programs[i : i + 1] = [ProgramEpisode(self.programs, self.job, conditions)]
 
     def tape(self, episodes: Episodes, i: int) -> JobTape:
         """What was drawn for episode i."""
         return job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the program has a script; the control executes any other, one episode after the other."""
+        return self.script is not None
+
+    @property
+    def usual_dress(self) -> tuple[float, float]:
+        """As `Simulation.usual_dress`, of the first dress program; that of any new wheel without one."""
+        for block in self.blocks:
+            if block.dress is not None:
+                return block.dress.feed, block.dress.depth
+        return USUAL_LEAD * self.task.wheel_revolutions, USUAL_DEPTH
+
+    @property
+    def dress_price(self) -> float:
+        """As `Simulation.dress_price`, of the first dress program; 0 without one."""
+        for block in self.blocks:
+            if (dress := block.dress) is not None:
+                wheel = self.job.setup.wheel
+                volume = dressed_volume(dress.passes, dress.depth, wheel.diameter, wheel.width)
+                return running_cost(dress.seconds, volume, 1.0, self.job.rates)
+        return 0.0
+
+    def first_wheels(self, count: int) -> Table:
+        """As `Simulation.first_wheels`: every episode begins with the same one."""
+        return np.tile(self._wheel, (count, 1))
+
+    def nominal_parameters(self) -> Table:
+        """Those of the job, for every kind."""
+        return np.repeat(self.base, len(self.task.kinds), axis=0)
+
+    def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """Number of the coming block, from the share of the program that remains; shape (N,)."""
+        blocks = len(self.blocks)
+        return np.clip(np.rint(blocks * (1.0 - seen["remaining"])), 0, blocks - 1).astype(np.int64)
+
+    def coming_kinds(self, seen: Mapping[str, Table]) -> Numbers:
+        """As `Simulation.coming_kinds`: a cycle block of the text is a kind."""
+        return self.kind_of_row(self.coming_rows(seen))
+
+    def rows_of(self, tape: Table) -> Numbers:
+        """Number of the blocks on a tape, shape (..., fields of `TapeRow`)."""
+        return np.asarray(tape[..., KIND]).astype(np.int64)
+
+    def kind_of_row(self, row: Numbers) -> Numbers:
+        """Number of the kind of a block."""
+        return self._kind_of_block[row]
+
+    def clear(self, episodes: Episodes, index: Numbers) -> None:
+        """As `Simulation.clear`."""
+        super().clear(episodes, index)
+        mine = _job_episodes(episodes)
+        mine.stages[index] = 0.0
+        mine.first[index] = 0
+
+    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """As `Simulation.load`; rows are numbers of blocks."""
+        mine = _job_episodes(episodes)
+        mine.block[index] = mine.first[index] = rows
+        mine.tape[index, 0, KIND] = rows
+        mine.tape[index, 0, TAPE_STOCK] = stocks * self.job.part.stock
+
+    def coming_blocks(self, episodes: Episodes) -> Table:
+        """As `Simulation.coming_blocks`."""
+        at = np.minimum(episodes.block - _job_episodes(episodes).first, episodes.tape.shape[1] - 1)
+        return np.asarray(episodes.tape[np.arange(len(at)), at])
+
+    def window(self, episodes: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
+        """As `Simulation.window`; the wheel left behind is charged for after the last block of the program only."""
+        at = np.full(len(owner), first)
+        cut = {"tape": tape[owner, first : first + blocks], "block": at, "first": at.copy()}
+        return replace(episodes, **cut)
+
+    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+        """The episodes themselves: what a tape of one block says holds for those after it."""
+        return episodes
+
+    def part_from(self, block: int) -> range:
+        """As `Simulation.part_from`."""
+        last = block
+        while last + 1 < len(self.blocks) and not self.blocks[last].finished:
+            last += 1
+        return range(block, last + 1)
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it, and D where there is such a word."""
@@ -183,6 +294,20 @@ class JobSimulation(Simulation):
         """The words that say a choice in a block."""
         return self.blocks[block].words(Choice(speed, int(executions)))
 
+    def own_settings(self, episodes: Episodes) -> Table:
+        """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
+        return self._own.take(episodes.block, axis=0, mode="clip")
+
+    def _chosen(self, episodes: Episodes, settings: Table | None, active: NDArray[np.int64]) -> Table:
+        """What is set in the coming blocks besides E and D."""
+        own = self.own_settings(episodes)
+        if settings is None:
+            return own
+        if self.script is None:
+            raise JobProgramError(f"J, L and dress settings can be chosen in programs with a script only: {self.why}")
+        own[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
+        return own
+
     def step(
         self,
         episodes: Episodes,
@@ -190,9 +315,14 @@ class JobSimulation(Simulation):
         executions: Table,
         pre_dresses: Table | None = None,
         *,
+        settings: Table | None = None,
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         """Run the next block of the episodes in `active`, and on to the one after it; as `Simulation.step`.
+
+        With `settings`, shape (N, fields of `BlockSettings`), J, L and dress settings are chosen as well, in place of
+        those of the program (`own_settings`); its E and D do not count. The wheel with which an episode begins is
+        dressed as the program says.
 
         Raises:
             GrindError: a block cannot be run so; every episode is then as it was before.
@@ -201,9 +331,10 @@ class JobSimulation(Simulation):
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        E, D = self.taken(episodes, (speeds, executions))
+        chosen = self._chosen(episodes, settings, active)
+        chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))
         if self.script is None:
-            self._execute(episodes, E, D, active, tallies, outcomes)
+            self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         step = step_jobs if self._whole else step_zoned_jobs
         step(
@@ -214,14 +345,14 @@ class JobSimulation(Simulation):
             self.script.approach,
             self.job.times.load,
             episodes.tape,
+            episodes.first,
             episodes.block,
             episodes.wheels,
             episodes.parts if self._whole else episodes.surfaces,
             episodes.parts,
             episodes.memory,
             episodes.stages,
-            E,
-            D,
+            chosen,
             active,
             tallies,
             outcomes,
@@ -236,11 +367,11 @@ class JobSimulation(Simulation):
         return observations
 
     def _execute(
-        self, episodes: JobEpisodes, E: Table, D: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
+        self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
     ) -> None:
         """Let the control execute the next block of programs without a script."""
-        programs, found = episodes.programs, np.zeros((len(E), FOUND_FIELDS))
-        words = {i: self.words(episodes.block[i], E[i], D[i]) for i in active.tolist()}
+        programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
         for i, run in step_all(programs, words).items():
             machine = programs[i].run
@@ -264,11 +395,11 @@ class JobSimulation(Simulation):
             self.kinds,
             self._shops,
             episodes.tape,
+            episodes.first,
             episodes.block,
             episodes.parts,
             episodes.memory,
-            E,
-            D,
+            chosen,
             active,
             tallies,
             found,
@@ -282,3 +413,8 @@ class JobSimulation(Simulation):
         dress = program.run.dressing.plans[run.plan.program]
         wheel, p = program.run.wheel, program.run.part.p
         return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
+
+
+def _job_episodes(episodes: Episodes) -> JobEpisodes:
+    assert isinstance(episodes, JobEpisodes)
+    return episodes

@@ -14,7 +14,7 @@ from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine.cycle import PartState, dress_lead, measured
 from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.replay import grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.replay import ends_across, grind_blocks, grind_zoned_blocks, read_block
 from grind_env.machine.rows import (
     read_parameters,
     read_part,
@@ -25,7 +25,9 @@ from grind_env.machine.rows import (
     write_wheel,
     write_zone,
 )
+from grind_env.machine.script_block import Way
 from grind_env.machine.script_tables import BlockRow, ScriptTables
+from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import Limits, Rates, handover_cost, survival
 from grind_env.process.state import StrokeParameters, WheelState
@@ -64,7 +66,15 @@ read_stage, write_stage = column_reader(Stage), column_writer(Stage)
 read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS, PARAMETERS = len(Stage._fields), len(Found._fields), len(StrokeParameters._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), Memory._fields.index("survival")
+BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
 PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
+
+
+@inlined
+def place_on(tape: Any, first: int, block: int) -> int:
+    """Row of a block on a tape that begins with block `first`."""
+    row: int = min(block - first, tape.shape[1] - 1)
+    return row
 
 
 @inlined
@@ -105,22 +115,27 @@ def judged(
 
 
 @inlined
-def new_wheel(row: BlockRow, shop: Shop, worn: WheelState, p: StrokeParameters) -> WheelState:
-    """The wheel that comes in place of a worn one, dressed as the block would."""
+def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokeParameters) -> WheelState:
+    """The wheel that comes in place of a worn one, dressed as the block is: the operator runs its dress program."""
     wheel = dressed_wheel(shop.new_diameter, worn.wd, USUAL_LEAD, USUAL_DEPTH, p)
-    if row.dress_passes > 0.0:
-        wheel = dressed_wheel(shop.new_diameter, worn.wd, dress_lead(wheel, row.dress_feed, p), row.dress_depth, p)
+    if settings.dress_passes > 0.0:
+        lead = dress_lead(wheel, settings.dress_feed, p)
+        wheel = dressed_wheel(shop.new_diameter, worn.wd, lead, settings.dress_depth, p)
     return wheel
 
 
 @inlined
-def price_of_handover(row: BlockRow, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
-    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with."""
-    if row.dress_passes <= 0.0:
+def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
+    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
+
+    `own` are the program's settings of that block: who gets the wheel sharpens it as the program says, and no choice in
+    a block that perhaps dresses nothing makes that cheaper.
+    """
+    if own.dress_passes <= 0.0:
         return 0.0
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
-    lead = dress_lead(wheel, row.dress_feed, p)
-    return handover_cost(wheel, row.dress_passes, lead, row.dress_depth, row.dress_seconds, p, rates)
+    lead = dress_lead(wheel, own.dress_feed, p)
+    return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates)
 
 
 @entry
@@ -128,11 +143,11 @@ def settle_jobs(
     kinds: Any,
     shops: Any,
     tape: Any,
+    first: Any,
     block: Any,
     parts: Any,
     memory: Any,
-    speeds: Any,
-    executions: Any,
+    settings: Any,
     active: Any,
     tallies: Any,
     found: Any,
@@ -144,11 +159,11 @@ def settle_jobs(
         kinds: as for `step_jobs`, like all but the next to last.
         shops: numbers of the job.
         tape: noise tape.
+        first: number of the block that it begins with.
         block: number of the block; updated.
         parts: after it.
         memory: updated.
-        speeds: E, mm/min.
-        executions: D.
+        settings: of the blocks.
         active: indices of the episodes.
         tallies: of the blocks, with all their time.
         found: shape (N, fields of `Found`).
@@ -156,13 +171,9 @@ def settle_jobs(
     """
     shop = read_shop(shops, 0)
     for i in active:
-        kind, row = read_kind(kinds, block[i]), read_row(tape[i], block[i])
-        part, tally, old, seen = (
-            read_part(parts, i),
-            read_tally(tallies, i),
-            read_memory(memory, i),
-            read_found(found, i),
-        )
+        kind, row = read_kind(kinds, block[i]), read_row(tape[i], place_on(tape, first[i], block[i]))
+        part, tally, old = read_part(parts, i), read_tally(tallies, i), read_memory(memory, i)
+        chosen, seen = read_settings(settings, i), read_found(found, i)
         rise = counted_rise(kind, tally)
         outcome = outcome_of(
             kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
@@ -171,7 +182,7 @@ def settle_jobs(
         powers = power_readings(row, tally, seen.change)
         volume = tally.deepened * kind.length
         new = remembered(
-            kind, row, tally, old, powers, outcome, seen.good, seen.change, speeds[i], executions[i], 0.0, volume
+            kind, row, tally, old, powers, outcome, seen.good, seen.change, chosen.E, chosen.D, 0.0, volume
         )
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
@@ -193,6 +204,8 @@ def steps_of(
     @entry
     def step_jobs(
         blocks: Any,
+        own: Any,
+        ways: Any,
         motions: Any,
         zones: Any,
         kinds: Any,
@@ -201,14 +214,14 @@ def steps_of(
         approach: float,
         load: float,
         tape: Any,
+        first: Any,
         block: Any,
         wheels: Any,
         surfaces: Any,
         parts: Any,
         memory: Any,
         stages: Any,
-        speeds: Any,
-        executions: Any,
+        settings: Any,
         active: Any,
         tallies: Any,
         outcomes: Any,
@@ -216,7 +229,9 @@ def steps_of(
         """Run the next block of the episodes in `active`.
 
         Args:
-            blocks: of `ScriptTables`, like the next one.
+            blocks: of `ScriptTables`, like the next four.
+            own: settings of the program.
+            ways: between the blocks.
             motions: beside the table.
             zones: a new part.
             kinds: of each block, shape (blocks, fields of `KindRow`).
@@ -224,15 +239,15 @@ def steps_of(
             shops: numbers of the job, shape (1, fields of `Shop`).
             approach: time of the program up to its first block, s.
             load: time from one part to the next until its first cycle starts, s.
-            tape: shape (N, blocks, fields of `TapeRow`).
+            tape: shape (N, blocks, fields of `TapeRow`); the last row holds for all blocks after it.
+            first: number of the block that it begins with, shape (N,), int64.
             block: number of the coming block, shape (N,), int64; updated, like the next six.
             wheels: shape (N, fields of `WheelState`).
             surfaces: of the parts; `parts` itself, or shape (N, zones, fields of `Zone`).
             parts: as they are gauged, shape (N, fields of `PartState`).
             memory: shape (N, fields of `Memory`).
             stages: shape (N, fields of `Stage`).
-            speeds: E, mm/min, shape (N,).
-            executions: D, shape (N,).
+            settings: of the coming blocks, shape (N, fields of `BlockSettings`).
             active: indices of the episodes to step, int64.
             tallies: shape (N, fields of `Tally`); written in the rows of `active`.
             outcomes: shape (N, fields of `Outcome`); written likewise.
@@ -246,36 +261,38 @@ def steps_of(
                 lay(surfaces, i, zones)
             write_stage(stages, i, stage)
             write_wheel(wheels, i, wheel)
-            write_factored(parameters, i, base, 0, tape, block[i], False)
-        script = ScriptTables(blocks, motions, zones)
-        grind(script, block, speeds, executions, parameters, wheels, surfaces, tallies, picks, active)
+            write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
+        script = ScriptTables(blocks, own, ways, motions, zones)
+        grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)
         found = np.empty((n, FOUND_FIELDS))
         for i in active:
             number, p = block[i], read_parameters(parameters, i)
             row, tally, wheel = read_block(blocks, number), read_tally(tallies, i), read_wheel(wheels, i)
-            stock = row.stock if row.stock > 0.0 else tape[i, number, STOCK]
+            chosen = read_settings(settings, i)
+            stock = row.stock if row.stock > 0.0 else tape[i, place_on(tape, first[i], number), STOCK]
             part = gauge(surfaces, i, stock)
             write_part(parts, i, part)
             before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
             good, stage = judged(row, part, tally, read_stage(stages, i), size_error, before)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
-            on_the_way = row.before_from_secondary if even else row.before_from_primary
-            afterwards = row.after_from_secondary if even else row.after_from_primary
+            corner = (0 if even else 1) + (2 if ends_across(row, chosen) else 0)
+            on_the_way, afterwards = ways[number, corner, BEFORE], ways[number, corner, AFTER]
             came = approach if number == 0 else 0.0
             gone = approach if number == 0 else stage.gone
             waited = max(load - gone, 0.0) if row.starts_part > 0.0 else 0.0
             tallies[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
             change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
             if change > 0.0:
-                wheel = new_wheel(row, shop, wheel, p)
+                wheel = new_wheel(chosen, shop, wheel, p)
                 write_wheel(wheels, i, wheel)
-            handover = price_of_handover(row, shop, wheel, p) if number + 1 == len(blocks) else 0.0
+            last = number + 1 == len(blocks)
+            handover = price_of_handover(read_settings(own, number), shop, wheel, p) if last else 0.0
             write_stage(stages, i, Stage(power=stage.power, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
             write_found(
                 found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
             )
-        settle_jobs(kinds, shops, tape, block, parts, memory, speeds, executions, active, tallies, found, outcomes)
+        settle_jobs(kinds, shops, tape, first, block, parts, memory, settings, active, tallies, found, outcomes)
 
     return step_jobs
 

@@ -89,7 +89,7 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
         cost = np.repeat(cost, count) + outcomes[:, COST]
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
         # what a part in work has lost of its chances is charged with its last block, but decides now
-        number = simulation.rows_of(here.tape[np.arange(len(owner)), here.block])
+        number = simulation.rows_of(simulation.coming_blocks(here))
         rank = cost + np.repeat(unfinished[number], count) * (1.0 - branches.memory[:, SURVIVAL])
         whose = np.repeat(owner, count)
         kept = cheapest_of_each(rank, wheel_class(branches), whose)

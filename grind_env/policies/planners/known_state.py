@@ -56,8 +56,7 @@ class FullStateRule(SharpnessRule):
 
     def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
         """The decision for episodes whose state is known, with that many blocks still to grind."""
-        last = episodes.tape.shape[1] - 1
-        coming = episodes.tape[np.arange(len(episodes.block)), np.minimum(episodes.block, last)]
+        coming = self.simulation.coming_blocks(episodes)
         wheels, task = episodes.wheels, self.task
         rows = self.simulation.rows_of(coming)
         nominal = self.simulation.kinds[rows, NOMINAL_STOCK]

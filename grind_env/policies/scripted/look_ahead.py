@@ -18,8 +18,6 @@ from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA, handbook_speed
-from grind_env.process.cost import running_cost
-from grind_env.process.equations import dressed_volume
 
 MEMBERS = 8
 """Wheels that a choice is tried on: as many as the kernel runs at a time."""
@@ -122,14 +120,8 @@ class LookAhead:
         if task.wheel_change is not None:
             left = thrift(seen["executions_left"], np.full(len(kind), task.blocks - self.block))
             execution = self.layer * task.wheel_change.price * np.exp(-self.scarcity * left)
-        dress = running_cost(
-            task.dress_seconds,
-            dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width),
-            1.0,
-            task.rates,
-        )
         # the last part of an episode leaves a wheel that the task itself charges
-        charged = 0.0 if self.simulation.part_from(self.block)[-1] + 1 == task.blocks else dress
+        charged = 0.0 if self.simulation.part_from(self.block)[-1] + 1 == task.blocks else self.simulation.dress_price
         return Prices(charged * np.array(self.price)[kind], np.array(self.growth)[kind], second, execution)
 
     def _kind(self) -> NDArray[np.int64]:

@@ -1,0 +1,72 @@
+"""Settings that are chosen for the blocks of a script, as the blocks take them."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grind_env.errors import GrindError
+from grind_env.machine.dress_program import DEEPEST_INFEED
+from grind_env.machine.dress_times import dress_seconds
+from grind_env.machine.script import Script
+from grind_env.machine.script_tables import NO_COURSE, BlockRow, ScriptTables
+from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L, Table
+
+CYCLE = BlockRow._fields.index("cycle")
+ABOVE_ZERO = math.nextafter(0.0, 1.0)
+
+
+class SettingsError(GrindError):
+    """Settings with which a block cannot be run."""
+
+
+def taken(script: Script, tables: ScriptTables, block: Table, settings: Table) -> Table:
+    """Settings as blocks take them: their own where they have no word for them, and with the time of a dress.
+
+    Args:
+        script: the program.
+        tables: the same in numbers.
+        block: number of the block of each machine, shape (N,).
+        settings: shape (N, fields of `BlockSettings`); the time of a dress that it says does not count.
+
+    Raises:
+        SettingsError: J or L are outside the ranges of the script, or no dress program has such dress settings.
+    """
+    own, result = tables.own[block], settings.copy()
+    plunges, dresses = tables.blocks[block, CYCLE] != NO_COURSE, own[:, DRESS_PASSES] > 0.0
+    result[~plunges, J : L + 1] = own[~plunges, J : L + 1]
+    result[~dresses, DRESS_PASSES:] = own[~dresses, DRESS_PASSES:]
+    _refuse_outside(script, block, own, result)
+    for number in np.unique(block[dresses]).tolist():
+        plan, rows = script.blocks[number].dress, block == number
+        assert plan is not None
+        dress = result[rows, DRESS_PASSES:DRESS_SECONDS].T
+        result[rows, DRESS_SECONDS] = dress_seconds(plan, script.job.control, *dress)
+    return result
+
+
+def _refuse_outside(script: Script, block: Table, own: Table, settings: Table) -> None:
+    """Refuse settings for which the script is not made; those of the program itself always are right."""
+    ranges, fastest = script.ranges, script.job.control.maximum_feed / 60.0
+    bounds: tuple[tuple[int, str, float, float, bool], ...] = (
+        (J, "J of {:g} mm", *_ends(ranges.J, ABOVE_ZERO), False),
+        (L, "L of {:g}", *_ends(ranges.L, 0.0), True),
+        (DRESS_PASSES, "dress of {:g} passes", 1.0, math.inf, True),
+        (DRESS_FEED, "dress feed of {:g} mm/s", ABOVE_ZERO, fastest, False),
+        (DRESS_DEPTH, "dress infeed of {:g} mm", ABOVE_ZERO, DEEPEST_INFEED, False),
+    )
+    for column, said, low, high, whole in bounds:
+        value = settings[:, column]
+        right = (low <= value) & (value <= high) & ((np.floor(value) == value) | (not whole))
+        wrong = np.flatnonzero(~(right | (value == own[:, column])))
+        if wrong.size > 0:
+            i = wrong[0]
+            place = f"{script.programs.name}:{script.blocks[block[i]].plan.line}"
+            legal = "only that of the block is" if low > high else f"{low:g} to {high:g} are"
+            number = "whole numbers " if whole else ""
+            raise SettingsError(f"{place}: a {said.format(value[i])} was chosen, but {number}{legal} legal here")
+
+
+def _ends(values: Sequence[float], least: float) -> tuple[float, float]:
+    """Of a range of a word, of which the least is legal; the lower one is above the higher one if it has none."""
+    return (max(min(values), least), max(values)) if values else (math.inf, -math.inf)

@@ -1,0 +1,148 @@
+"""How long an execution of a dress program takes with other passes, another feed or another infeed.
+
+It is what the control would make of the program with these words in its text:
+
+- The feed of the passes stands in one F: every feed move that runs at it runs at the other one.
+- The infeed before each pass changes in proportion, in the move after which the wheel is at the diamond.
+- What is done from one pass to the next is left out or repeated as often as there are fewer or more passes; if it does
+  not come back by itself, it goes the other way each time, and so does the only pass of a program.
+- The moves after the last pass go to the coordinates to which they went, along the axes that they move.
+
+Arcs and dwells take the time that they take. The way back is the control's (22-11).
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
+from grind_env.control.dressing import REMEMBERED
+from grind_env.kernel import entry
+from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.dress_program import STEP, DressPlan
+from grind_env.machine.rules import motion_time
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Laid:
+    """Some legs of N executions, one after the other.
+
+    Attributes:
+        points: from the first begin to the last end, mm, each of shape (N, 3).
+        rates: speeds along them, mm/s, each of shape (N,); 0 along an arc.
+    """
+
+    points: list[Numbers]
+    rates: list[Numbers]
+
+
+def dress_seconds(plan: DressPlan, control: Control, passes: Numbers, feed: Numbers, depth: Numbers) -> Numbers:
+    """Time of an execution with other numbers than the program's own, s, shape (N,); exactly its own with its own.
+
+    Args:
+        plan: of the program.
+        control: settings of the control.
+        passes: at least 1, shape (N,).
+        feed: of the passes, mm/s, shape (N,).
+        depth: mean infeed of a pass, mm, shape (N,).
+    """
+    own = _seconds(plan, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
+    seconds = np.empty(len(passes))
+    for count in np.unique(passes).tolist():
+        rows = passes == count
+        seconds[rows] = plan.seconds + (_seconds(plan, control, int(count), feed[rows], depth[rows]) - own)
+    return seconds
+
+
+def _seconds(plan: DressPlan, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Numbers:
+    """Time of the straight moves of an execution, s, shape (N,)."""
+    out = _way_out(plan, control, passes, feed, depth)
+    back = _way_back(plan, control, out, feed)
+    seconds = np.zeros(len(feed))
+    for laid in (out, back):
+        for (begin, end), rate in zip(pairwise(laid.points), laid.rates, strict=True):
+            add_times(np.sqrt(((end - begin) ** 2).sum(axis=1)), rate, control.acceleration, seconds)
+    return seconds
+
+
+@entry
+def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
+    """Add the times of motions from rest to rest, s; ways in mm, rates in mm/s, the latter 0 where no time counts."""
+    for k in range(ways.size):
+        if ways[k] > 0.0 and rates[k] > 0.0:
+            seconds[k] += motion_time(ways[k], rates[k], acceleration)
+
+
+def _legs(plan: DressPlan) -> tuple[list[Motion], list[int]]:
+    """The moves before the retrace, and which of them are passes."""
+    moves = [k for k, motion in enumerate(plan.motions) if _is_leg(motion)]
+    return [plan.motions[k] for k in moves], [moves.index(k) for k in plan.strokes]
+
+
+def _is_leg(motion: Motion) -> bool:
+    return motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
+
+
+def _way_out(plan: DressPlan, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Laid:
+    legs, strokes = _legs(plan)
+    plunge, cross = plunge_axis(plan.axis), cross_axis(plan.axis)
+    infeeds = [k for k, leg in enumerate(legs) if abs(leg.end[plunge] - leg.start[plunge]) >= STEP]
+    first = max([k for k in infeeds if k < strokes[0]], default=strokes[0])
+    steps = [range(begin, end + 1) for begin, end in zip([first, *(k + 1 for k in strokes)], strokes, strict=False)]
+    laid = Laid([np.tile(np.array(legs[0].start), (len(feed), 1))], [])
+
+    def move(leg: Motion, end: Numbers) -> None:
+        laid.points.append(end)
+        laid.rates.append(_rate(leg, plan, control, feed))
+
+    def ways(step: range) -> Numbers:
+        return np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
+
+    for leg in legs[:first]:
+        move(leg, laid.points[-1] + np.subtract(leg.end, leg.start))
+    for number in range(passes):
+        step = steps[min(number, len(steps) - 1)]
+        way = ways(step)
+        if abs(way[:, cross].sum()) >= STEP:
+            way[:, cross] *= (-1.0) ** max(number + 1 - len(steps), 0)
+        infeed = max([k for k in infeeds if k in step], default=None)
+        deeper = way[:, plunge].sum() * (depth / plan.depth - 1.0)
+        for k, each in zip(step, way, strict=True):
+            end = laid.points[-1] + each
+            if k == infeed:
+                end[:, plunge] += deeper
+            move(legs[k], end)
+    for leg in legs[strokes[-1] + 1 :]:
+        moved = np.not_equal(leg.end, leg.start)
+        move(leg, np.where(moved, leg.end, laid.points[-1]))
+    return laid
+
+
+def _way_back(plan: DressPlan, control: Control, out: Laid, feed: Numbers) -> Laid:
+    """The link to the end of the last move that is remembered, and these moves run backwards."""
+    legs, _ = _legs(plan)
+    retrace = [motion for motion in plan.motions if motion.source is Source.RETRACE]
+    linked = not (len(retrace) <= min(len(legs), REMEMBERED) and legs[len(retrace) - 1].end == legs[-1].end)
+    remembered = len(retrace) - linked
+    most = REMEMBERED if remembered == len(legs) else remembered
+    arcs = [k for k, rate in enumerate(out.rates) if not rate.any()]
+    remembered = min([most, len(out.rates), *arcs])
+    link = _rate(retrace[0] if linked else legs[-1], plan, control, feed)
+    points = [out.points[-1], *out.points[remembered::-1]]
+    return Laid(points, [link, *reversed(out.rates[:remembered])])
+
+
+def _rate(leg: Motion, plan: DressPlan, control: Control, feed: Numbers) -> Numbers:
+    """Speed along a leg, mm/s, shape (N,); 0 along an arc."""
+    if isinstance(leg, Rapid):
+        return np.full(len(feed), control.rapid_feed / 60.0)
+    if isinstance(leg, Arc):
+        return np.zeros(len(feed))
+    assert isinstance(leg, Line)
+    own = leg.feed / 60.0
+    return feed if own == plan.feed else np.full(len(feed), own)

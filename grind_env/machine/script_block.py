@@ -1,0 +1,94 @@
+"""A cycle block of a script, and what the program does up to the next one."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from grind_env.control import CyclePlan, Motion, Position, Programs
+from grind_env.control.words import Block
+from grind_env.errors import GrindError
+from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.job import Job
+
+
+class ScriptError(GrindError):
+    """A program whose strokes are not settled by it alone."""
+
+
+class Way(NamedTuple):
+    """The time of the program with the table at rest, s, from a cycle block to the next one."""
+
+    before: float = 0.0
+    """Until the part is taken off, or up to the next block if it stays on."""
+    after: float = 0.0
+    """From then on."""
+
+
+@dataclass(slots=True)
+class ScriptBlock:
+    """A cycle block, and what the program does up to the next one.
+
+    Attributes:
+        block: as it was read.
+        inch: whether it is read in inches.
+        plan: of its cycle.
+        start: where the axes stand when it begins, mm.
+        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
+        taken_over: whether it takes over a table that reciprocates.
+        dress: one execution of its dress program; None if it knows none.
+        beside: motions of the program beside the table, dwells among them, in their order.
+        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
+        at_secondary: whether the table came to rest there before the way to the next block.
+        ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
+        gauged: whether the operator gauges or takes off the part before the next block.
+        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
+        stops: M01 met on the way with the part on the machine.
+        ends_part: whether the part is taken off.
+    """
+
+    block: Block
+    inch: bool
+    plan: CyclePlan
+    start: Position
+    end: Position
+    taken_over: bool
+    dress: DressPlan | None
+    beside: list[Motion] = field(default_factory=list)
+    to_secondary: bool = False
+    at_secondary: bool = True
+    ways: tuple[Way, ...] = ()
+    gauged: bool = False
+    gauged_on_the_way: bool = False
+    stops: int = 0
+    ends_part: bool = False
+
+    @property
+    def takes_dresses(self) -> bool:
+        """Whether it may have a D word."""
+        return self.plan.plunges and self.plan.program is not None
+
+    @property
+    def has_secondary_pick(self) -> bool:
+        """Whether it has a Q word; if not, its Q is its J."""
+        return any(word.letter == "Q" for word in self.block.words)
+
+    @property
+    def crosses(self) -> bool:
+        """Whether its strokes lie between two ends of a crossover."""
+        return self.plan.cross_axis is not None and self.plan.cross_start != self.plan.cross_end
+
+
+def script_error(programs: Programs, line: int, reason: str) -> ScriptError:
+    """The error for a program of which there is no script."""
+    place = f"{programs.name}:{line}" if line else programs.name
+    return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
+
+
+def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
+    """Depth of the wheel below the touched-off surface at a position, mm."""
+    return job.part.surface - position[plunge_axis(plan.axis)]
+
+
+def edge_of(position: Position, plan: CyclePlan) -> float:
+    """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
+    return position[cross_axis(plan.axis)]

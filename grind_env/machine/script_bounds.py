@@ -1,0 +1,92 @@
+"""Where a program has no script: what would depend on more than its words, or on words that may be others."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from grind_env.control import Programs
+from grind_env.control.profile import ramp_time
+from grind_env.control.rules import motion_time, pick_window
+from grind_env.machine.axes import AXES
+from grind_env.machine.job import Job
+from grind_env.machine.script_block import ScriptBlock, edge_of, script_error
+from grind_env.machine.settings import Ranges
+
+
+def refuse_led_elsewhere(
+    programs: Programs, block: ScriptBlock, turned: ScriptBlock, across: ScriptBlock, both: ScriptBlock
+) -> None:
+    """Refuse a block of which other words in those before, or in itself, change the place.
+
+    Args:
+        programs: the program.
+        block: as it is.
+        turned: where the table has come to rest at its other end.
+        across: where the crossovers have come to their other end.
+        both: with both.
+    """
+    line = block.plan.line
+    if turned.start != block.start:
+        raise script_error(programs, line, "its first stroke depends on where the table came to rest before")
+    if across.start != block.start or both.start != block.start:
+        raise script_error(
+            programs, line, "its place depends on where the crossover before came to its end: on J and L"
+        )
+    beside, other = ([edge_of(motion.start, each.plan) for motion in each.beside] for each in (block, across))
+    if other != beside or (block.gauged_on_the_way and across.end != block.end):
+        raise script_error(
+            programs, line, "the table strokes on where its crossover came to its end, which depends on J and L"
+        )
+
+
+def refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, ranges: Ranges) -> None:
+    """Refuse picks that are still under way in the middle of a stroke, or when a dress is due.
+
+    The longer a pick, the longer it takes, so that the highest J settles it.
+    """
+    plan, control = block.plan, job.control
+    if not plan.plunges:
+        return
+    length, rate = abs(plan.primary - plan.secondary), min(plan.pick_feed, control.maximum_feed) / 60.0
+    plunge = max([plan.primary_pick, plan.secondary_pick, *ranges.J])
+    most = max(plunge, plan.primary_cross_pick, plan.secondary_cross_pick)
+    seconds, plunging = (motion_time(pick, rate, control.acceleration) for pick in (most, plunge))
+    for stroke in (length, abs(plan.primary - block.start[plan.axis])):
+        for speed in _speeds_between(
+            plan.feed / 60.0, [speed / 60.0 for speed in ranges.E], length, control.acceleration
+        ):
+            ramp, dwell = ramp_time(stroke, speed, control.acceleration), control.reversal_dwell
+            at = f"at E{60.0 * speed:g} mm/min"
+            if seconds > pick_window(ramp, dwell, motion_time(length, speed, control.acceleration)):
+                reason = "a pick is still under way in the middle of the stroke after it"
+                raise script_error(programs, plan.line, f"{reason}, one of {most:g} mm {at}")
+            if block.takes_dresses and plunging > ramp + dwell:
+                raise script_error(programs, plan.line, f"a dress waits for a pick to end, one of {plunge:g} mm {at}")
+
+
+def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:
+    """Table speeds, mm/s, among which that with the shortest time from a pick to the middle of a stroke is."""
+    yield own
+    yield from ends
+    if ends:
+        # the least of ramp + half a stroke, 1.5 v/a + 0.5 length/v
+        yield min(max(math.sqrt(acceleration * length / 3.0), min(ends)), max(ends))
+
+
+def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
+    """Refuse strokes that pass over some of the length of the part only."""
+    plan, part = block.plan, job.part
+    first = block.start[plan.axis]
+    for ends in ((plan.primary, plan.secondary), (first, plan.primary)):
+        if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
+            place = f"{AXES[plan.axis]} turns over the part or beside it"
+            raise script_error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
+
+
+def refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
+    """Refuse stages that end without a cycle of their own."""
+    left = len(job.part.stages)
+    for block in blocks:
+        ended = min(block.stops, left)
+        if ended + block.ends_part > 1:
+            raise script_error(programs, block.plan.line, "after this cycle the part is judged more than once")
+        left = len(job.part.stages) if block.ends_part else left - ended

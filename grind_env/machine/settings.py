@@ -1,0 +1,69 @@
+"""What may be chosen in a cycle block of a script: its words E, D, J and L, and what its dress program does."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from grind_env.control import CyclePlan
+from grind_env.kernel.rows import column_reader
+from grind_env.machine.dress_program import DressPlan
+
+Table = NDArray[Any]
+
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+
+
+class BlockSettings(NamedTuple):
+    """The settings of a cycle block. A G81 has no J and no L; without a dress program there are no passes."""
+
+    E: float
+    """mm/min."""
+    D: float
+    J: float
+    """mm; also Q in a block that has no Q."""
+    L: float
+    dress_passes: float
+    """Diamond passes of one execution."""
+    dress_feed: float
+    """Traverse feed of the diamond, mm/s."""
+    dress_depth: float
+    """Mean infeed of a pass, mm."""
+    dress_seconds: float
+    """Time of one execution, s."""
+
+
+class Ranges(NamedTuple):
+    """The lowest and the highest of words that may be chosen in the blocks of a script.
+
+    A word of which nothing is said stays what it is; once one may be chosen, D may be, too.
+    """
+
+    E: Sequence[float] = ()
+    """mm/min."""
+    J: Sequence[float] = ()
+    """mm."""
+    L: Sequence[int] = ()
+
+
+OWN_WORDS = Ranges()
+
+read_settings = column_reader(BlockSettings)
+SETTINGS = len(BlockSettings._fields)
+E, D, J, L, DRESS_PASSES, DRESS_FEED, DRESS_DEPTH, DRESS_SECONDS = range(SETTINGS)
+"""Their columns in a table, shape (N, `SETTINGS`)."""
+
+
+def own_settings(plan: CyclePlan, dress: DressPlan | None) -> BlockSettings:
+    """Those that a block has in its program."""
+    dress = dress or NO_DRESS
+    return BlockSettings(
+        E=plan.feed,
+        D=float(plan.dresses),
+        J=plan.primary_pick,
+        L=float(plan.spark_out),
+        dress_passes=float(dress.passes),
+        dress_feed=dress.feed,
+        dress_depth=dress.depth,
+        dress_seconds=dress.seconds,
+    )
