@@ -17,12 +17,13 @@ from agents.learning.settings import (
 from agents.learning.train import new_model
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent
-from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import ConfigError
 
-TASK = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
+SIMULATION = PROBLEM.simulation()
 
 
 def tiny(kind: str) -> Settings:
@@ -37,35 +38,32 @@ def tiny(kind: str) -> Settings:
 @pytest.mark.parametrize("kind", DEFAULTS)
 def test_every_kind_learns_and_acts_the_same_when_saved(kind: str, tmp_path: Path):
     settings = tiny(kind)
-    model = new_model(TASK, kind, 0, settings)
+    model = new_model(PROBLEM, kind, 0, settings)
     before = [each.detach().clone() for each in model.policy.parameters()]
     model.learn(settings.steps)
     assert any(not old.equal(new) for old, new in zip(before, model.policy.parameters(), strict=True))
     path = tmp_path / "agent.safetensors"
-    save_policy(path, model, TASK, kind, settings)
+    save_policy(path, model, SIMULATION, kind, settings)
     seeds = episode_seeds("validation", 4)
-    live = evaluate(LiveAgent(model, settings.memory, settings.actions), TASK, seeds)
-    saved = evaluate(load_policy(path), TASK, seeds)
+    live = evaluate(LiveAgent(model, settings.memory, settings.actions), SIMULATION, seeds)
+    saved = evaluate(load_policy(path), SIMULATION, seeds)
     assert np.array_equal(live.speeds, saved.speeds)
     assert np.array_equal(live.executions, saved.executions)
 
 
 def test_a_recurrent_agent_remembers_and_forgets_with_the_episode():
     settings = tiny("recurrent_ppo")
-    agent = LiveAgent(new_model(TASK, "recurrent_ppo", 0, settings), settings.memory, settings.actions)
-    agent.begin(TASK, 2)
-    observation = np.random.default_rng(0).uniform(-1, 1, (2, len(TASK_ENTRIES))).astype(np.float32)
+    agent = LiveAgent(new_model(PROBLEM, "recurrent_ppo", 0, settings), settings.memory, settings.actions)
+    agent.begin(SIMULATION, 2)
+    observation = np.random.default_rng(0).uniform(-1, 1, (2, len(SIMULATION.entries))).astype(np.float32)
     agent.act(observation, None)
     assert agent.state is not None
     first = agent.state[0].copy()
     agent.act(observation, None)
     assert not np.array_equal(agent.state[0], first)
-    agent.begin(TASK, 2)
+    agent.begin(SIMULATION, 2)
     agent.act(observation, None)
     assert np.array_equal(agent.state[0], first)
-
-
-TASK_ENTRIES = LearnerVecEnv(TASK, 1, "estimates").simulation.entries
 
 
 def test_training_episodes_are_of_the_training_split():
@@ -76,12 +74,12 @@ def test_training_episodes_are_of_the_training_split():
 
 def test_a_file_sets_what_it_names_and_nothing_else(tmp_path: Path):
     (tmp_path / "oracle6.toml").write_text("[ppo]\nsteps = 7\nhidden = [3, 4]\n[ppo.hyper]\ngamma = 0.5\n")
-    found, default = settings_for("ppo", TASK, tmp_path), DEFAULTS["ppo"]
+    found, default = settings_for("ppo", PROBLEM.name, tmp_path), DEFAULTS["ppo"]
     assert (found.steps, found.hidden) == (7, (3, 4))
     assert found.hyper == {**default.hyper, "gamma": 0.5}
     assert replace(found, steps=default.steps, hidden=default.hidden, hyper=default.hyper) == default
-    assert settings_for("dqn", TASK, tmp_path) == DEFAULTS["dqn"]
-    assert settings_for("ppo", load_task("slot"), tmp_path) == default
+    assert settings_for("dqn", PROBLEM.name, tmp_path) == DEFAULTS["dqn"]
+    assert settings_for("ppo", "slot", tmp_path) == default
 
 
 @pytest.mark.parametrize(
@@ -101,18 +99,18 @@ def test_a_file_sets_what_it_names_and_nothing_else(tmp_path: Path):
 def test_a_damaged_file_is_told(text: str, tmp_path: Path):
     (tmp_path / "oracle6.toml").write_text(text)
     with pytest.raises(ConfigError):
-        settings_for("ppo", TASK, tmp_path)
+        settings_for("ppo", PROBLEM.name, tmp_path)
 
 
 def test_an_unknown_kind_is_told():
     with pytest.raises(ConfigError, match="no kind of agent 'a2c': choose from ppo"):
-        settings_for("a2c", TASK)
+        settings_for("a2c", PROBLEM.name)
 
 
 @pytest.mark.parametrize(("kind", "name"), [("ppo", "buffer_size"), ("dqn", "n_steps_"), ("sac", "clip_range")])
 def test_arguments_of_another_algorithm_are_told(kind: str, name: str):
     settings = tiny(kind)
-    env = LearnerVecEnv(TASK, 4, settings.memory, settings.actions)
+    env = LearnerVecEnv(PROBLEM, 4, settings.memory, settings.actions)
     with pytest.raises(ConfigError, match=name):
         build(replace(settings, hyper={**settings.hyper, name: 3}), env, 0)
 
@@ -120,4 +118,4 @@ def test_arguments_of_another_algorithm_are_told(kind: str, name: str):
 def test_actions_that_an_algorithm_does_not_know_are_told():
     settings = replace(tiny("dqn"), actions="box")
     with pytest.raises(ConfigError, match="dqn"):
-        build(settings, LearnerVecEnv(TASK, 4, settings.memory, "box"), 0)
+        build(settings, LearnerVecEnv(PROBLEM, 4, settings.memory, "box"), 0)

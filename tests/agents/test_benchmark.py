@@ -1,4 +1,3 @@
-import json
 import os
 import signal
 import subprocess
@@ -15,19 +14,20 @@ from agents import __main__
 from agents.benchmark import pool
 from agents.benchmark.judge import judged
 from agents.benchmark.measure import Measured, measure
-from agents.benchmark.plan import CORE, Cell, Request, chosen_tasks, planned
+from agents.benchmark.plan import CORE, Cell, Request, chosen_problems, planned
 from agents.benchmark.pool import KILLED, measure_all
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
 from agents.learning.curve import Point
 from grind_env.envs.names import task_names
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
 
-ORACLE = load_task("oracle6")
+PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
+ORACLE = PROBLEM.simulation()
 TINY = Request(episodes=3, test_episodes=2)
 QUIET = Console(quiet=True)
 
@@ -40,7 +40,10 @@ def evaluation(*cost):
 def found(policy, *cost, seed=None, task="oracle6", test=None, sees="measurements"):
     return result_of(
         Measured(
-            cell=Cell(task, policy, seed), sees=sees, evaluation=evaluation(*cost), test=test and evaluation(*test)
+            cell=Cell(find_problem(task), policy, seed),
+            sees=sees,
+            evaluation=evaluation(*cost),
+            test=test and evaluation(*test),
         )
     )
 
@@ -84,23 +87,27 @@ def lasting(cell, request, advance):
 
 
 def test_the_cells_of_a_plan():
-    cells = planned(chosen_tasks("slot, oracle6"), ["random", "constant_per_kind"], ["ppo", "dqn"], 2)
+    cells = planned(chosen_problems("slot, oracle6"), ["random", "constant_per_kind"], ["ppo", "dqn"], 2)
     # a slot is of one kind of block
     assert {cell for cell in cells if cell.seed is None} == {
-        *(Cell(task, name) for task in ("slot", "oracle6") for name in ("random", "constant", "interval", "hindsight")),
-        Cell("oracle6", "constant_per_kind"),
+        *(
+            Cell(problem, name)
+            for problem in (SLOT, PROBLEM)
+            for name in ("random", "constant", "interval", "hindsight")
+        ),
+        Cell(PROBLEM, "constant_per_kind"),
     }
     assert {cell for cell in cells if cell.seed is not None} == {
-        Cell(task, kind, seed) for task in ("slot", "oracle6") for kind in ("ppo", "dqn") for seed in (0, 1)
+        Cell(problem, kind, seed) for problem in (SLOT, PROBLEM) for kind in ("ppo", "dqn") for seed in (0, 1)
     }
     assert [cell.policy for cell in cells[:2]] == ["hindsight", "hindsight"]
     assert len(cells) == len(set(cells))
 
 
 def test_named_groups_of_tasks():
-    assert tuple(task.name for task in chosen_tasks("core")) == CORE
-    assert sorted(task.name for task in chosen_tasks("all")) == task_names()
-    assert [task.name for task in chosen_tasks("rush,rush")] == ["rush"]
+    assert tuple(problem.name for problem in chosen_problems("core")) == CORE
+    assert sorted(problem.name for problem in chosen_problems("all")) == task_names()
+    assert [problem.name for problem in chosen_problems("rush,rush")] == ["rush"]
 
 
 @pytest.mark.parametrize(
@@ -113,22 +120,22 @@ def test_named_groups_of_tasks():
 )
 def test_a_plan_that_cannot_be(policies, kinds, seeds, sentence):
     with pytest.raises(ConfigError, match=sentence):
-        planned([ORACLE], policies, kinds, seeds)
+        planned([PROBLEM], policies, kinds, seeds)
 
 
 def test_a_cell_is_what_an_evaluation_says(tmp_path):
-    measured = measure(Cell("oracle6", "adaptive_rule"), replace(TINY, runs=tmp_path))
+    measured = measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
     policy = make_policy("adaptive_rule", ORACLE)
     for split, run, count in (("evaluation", measured.evaluation, 3), ("test", measured.test, 2)):
         expected = evaluate(policy, ORACLE, episode_seeds(split, count))
         assert np.array_equal(run.cost, expected.cost)
         assert np.array_equal(run.executions, expected.executions)
     assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)
-    assert measure(Cell("oracle6", "random"), replace(TINY, runs=tmp_path, test_episodes=0)).test is None
+    assert measure(Cell(PROBLEM, "random"), replace(TINY, runs=tmp_path, test_episodes=0)).test is None
 
 
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
-    cell, request = Cell("oracle6", "ppo", 1), replace(TINY, runs=tmp_path, steps=600)
+    cell, request = Cell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=600)
     first = measure(cell, request)
     assert first.steps >= 600
     assert first.train_seconds > 0.0
@@ -156,7 +163,7 @@ def test_the_numbers_of_a_row():
     )  # fmt: skip
     run = evaluation(3.0, 5.0)
     run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]
-    row = result_of(Measured(cell=Cell("slot", "ppo", 3), sees="measurements", evaluation=run, curve=curve))
+    row = result_of(Measured(cell=Cell(SLOT, "ppo", 3), sees="measurements", evaluation=run, curve=curve))
     assert (row.kind, row.seed, row.episodes, row.test_episodes, row.test_scrap) == ("learned", 3, 2, 0, None)
     assert (row.scrap, row.E_mean, row.E_p10, row.E_p90) == (0.5, 6.5, 5.3, 7.7)
     assert (row.D_mean, row.dresses_per_part) == (1.0, 0.5)
@@ -214,7 +221,7 @@ def test_new_results_replace_old_ones():
 
 def test_one_cell_that_fails_does_not_stop_the_others(capsys):
     names = ["mistake", "good", "killed", "defect", "fine", "better"]
-    cells = [Cell("oracle6", name) for name in names]
+    cells = [Cell(PROBLEM, name) for name in names]
     measured, failed = measure_all(cells, TINY, 2, Console(width=100), eventful)
     assert [each.cell.policy for each in measured] == ["good", "fine", "better"]
     assert {cell.policy: sentence for cell, sentence in failed.items()} == {
@@ -231,7 +238,7 @@ def test_one_cell_that_fails_does_not_stop_the_others(capsys):
 def test_a_worker_whose_parent_has_gone_ends_and_says_nothing(tmp_path, capfd, policy):
     worker = pool._start(lasting, Request(runs=tmp_path))
     if policy is not None:
-        worker.pipe.send(Cell("slot", policy))
+        worker.pipe.send(Cell(SLOT, policy))
         assert worker.pipe.poll(120.0)
     worker.pipe.close()
     worker.process.join()
@@ -245,12 +252,13 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
     program = (
         "import signal; from pathlib import Path; from rich.console import Console\n"
         "from agents.benchmark.plan import Cell, Request; from agents.benchmark.pool import measure_all\n"
+        "from grind_env.policies.problem import find_problem\n"
         "from tests.agents.test_benchmark import lasting\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
         "    try:\n"
-        "        measure_all([Cell('slot', name) for name in ('idle', 'busy', 'sending')], request, 3,"
+        "        measure_all([Cell(find_problem('slot'), name) for name in ('idle', 'busy', 'sending')], request, 3,"
         " Console(quiet=True), lasting)\n"
         "    except KeyboardInterrupt:\n"
         "        raise SystemExit(130) from None\n"
@@ -302,23 +310,10 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "figures/cost.png").exists()
 
 
-def test_command_line_of_one_policy(tmp_path, monkeypatch, capsys):
-    evaluate = ("evaluate", "--task", "oracle6", "--episodes", 1, "--policy", "constant")
-    assert run(monkeypatch, *evaluate, "--json") == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert (answer["E"], answer["D"], answer["split"]) == (6.0, 1.0, "evaluation")
-    assert run(monkeypatch, *evaluate) == 0
-    assert "$ per good part" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("evaluate", "--policy", "handbook", "--task", "no_such"), "there is no task 'no_such'"),
-        (("evaluate", "--policy", "no_such"), "there is no policy 'no_such'"),
-        (("evaluate", "--policy", "handbook", "--split", "no_such"), "there is no split 'no_such'"),
-        (("evaluate", "--policy", "mpc", "--configs", "no_such"), "full_state_rule has no parameters in no_such"),
-        (("benchmark", "--tasks", "no_such"), "there is no task 'no_such'"),
+        (("benchmark", "--tasks", "no_such"), "there is no problem 'no_such'"),
         (("benchmark", "--policies", "no_such"), "there is no policy 'no_such'"),
         (("benchmark", "--kinds", "no_such"), "no_such"),
         (("benchmark", "--report", "--results", "no_such"), "there are no results in no_such"),

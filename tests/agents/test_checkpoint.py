@@ -14,9 +14,9 @@ from agents.learning.checkpoint import CheckpointError, Training, checkpoint_pat
 from agents.learning.curve import curve_path, read_curve
 from agents.learning.settings import DEFAULTS
 from agents.learning.train import new_model, train
-from grind_env.envs.tasks import load_task
+from grind_env.policies.problem import find_problem
 
-TASK = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
 TINY = {
     "ppo": replace(
         DEFAULTS["ppo"],
@@ -44,7 +44,7 @@ CHILD = """
 import os, signal, sys
 from pathlib import Path
 from agents.learning.training_env import LearnerVecEnv
-from tests.agents.test_checkpoint import TASK, TINY
+from tests.agents.test_checkpoint import PROBLEM, TINY
 from agents.learning.train import train
 
 kind, folder, moment, count = sys.argv[1], Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])
@@ -58,23 +58,23 @@ def mortal(self, *arguments):
     return plain(self, *arguments)
 
 setattr(owner, name, mortal)
-train(TASK, kind, 3, TINY[kind], folder, quiet=True)
+train(PROBLEM, kind, 3, TINY[kind], folder, quiet=True)
 """
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("kind", ["ppo", "dqn"])
 def test_a_killed_training_goes_on_bit_by_bit(kind: str, tmp_path: Path):
-    whole = train(TASK, kind, 3, TINY[kind], tmp_path / "whole", quiet=True)
+    whole = train(PROBLEM, kind, 3, TINY[kind], tmp_path / "whole", quiet=True)
     moments = np.random.default_rng()
     for moment, count in (("step", moments.integers(30, 60)), ("write", moments.integers(1, 8))):
         command = [sys.executable, "-c", CHILD, kind, str(tmp_path / "killed"), moment, str(count)]
         killed = subprocess.run(command, check=False, capture_output=True)
         assert killed.returncode == -signal.SIGKILL, killed.stderr
-    (checkpoint,) = (tmp_path / "killed" / TASK.name).glob("*.checkpoint")
+    (checkpoint,) = (tmp_path / "killed" / PROBLEM.name).glob("*.checkpoint")
     steps = read_checkpoint(checkpoint).model.num_timesteps
     assert 0 < steps < TINY[kind].steps
-    resumed = train(TASK, kind, 3, TINY[kind], tmp_path / "killed", quiet=True)
+    resumed = train(PROBLEM, kind, 3, TINY[kind], tmp_path / "killed", quiet=True)
     assert resumed.name == whole.name
     assert resumed.read_bytes() == whole.read_bytes()
     for one, other in zip(read_curve(curve_path(whole)), read_curve(curve_path(resumed)), strict=True):
@@ -85,7 +85,7 @@ def test_a_killed_training_goes_on_bit_by_bit(kind: str, tmp_path: Path):
 
 @pytest.mark.parametrize("kind", ["ppo", "dqn"])
 def test_a_checkpoint_changes_nothing_and_holds_everything(kind: str, tmp_path: Path):
-    model = new_model(TASK, kind, 0, TINY[kind])
+    model = new_model(PROBLEM, kind, 0, TINY[kind])
     model.learn(48)
     path = tmp_path / "a.checkpoint"
     write_checkpoint(path, Training(model, [], {"all": 1.5}))
@@ -104,7 +104,7 @@ def test_a_checkpoint_changes_nothing_and_holds_everything(kind: str, tmp_path: 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
 def test_a_damaged_checkpoint_is_told(share: float, tmp_path: Path):
     path = tmp_path / "a.checkpoint"
-    write_checkpoint(path, Training(new_model(TASK, "ppo", 0, TINY["ppo"]), [], {}))
+    write_checkpoint(path, Training(new_model(PROBLEM, "ppo", 0, TINY["ppo"]), [], {}))
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(CheckpointError, match=r"a\.checkpoint is damaged"):
@@ -112,7 +112,7 @@ def test_a_damaged_checkpoint_is_told(share: float, tmp_path: Path):
 
 
 def test_a_checkpoint_that_cannot_be_written_is_told_and_stops_nothing_else(tmp_path: Path):
-    model = new_model(TASK, "ppo", 0, TINY["ppo"])
+    model = new_model(PROBLEM, "ppo", 0, TINY["ppo"])
     model.learn(24)
     logger = model.logger
     with pytest.raises(CheckpointError, match=r"a\.checkpoint cannot be written \(.*\): ") as caught:
@@ -123,7 +123,7 @@ def test_a_checkpoint_that_cannot_be_written_is_told_and_stops_nothing_else(tmp_
 
 
 def test_a_checkpoint_of_other_code_is_not_taken_up(tmp_path: Path):
-    path = train(TASK, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
+    path = train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
     whole = path.read_bytes()
     path.unlink()
     stem = path.with_suffix("")
@@ -132,15 +132,15 @@ def test_a_checkpoint_of_other_code_is_not_taken_up(tmp_path: Path):
     for left in (other, other.with_name(f".{other.name}.partial")):
         left.write_bytes(b"objects of other code")
     assert other != ours
-    assert train(TASK, "ppo", 3, TINY["ppo"], tmp_path, quiet=True).read_bytes() == whole
+    assert train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True).read_bytes() == whole
     left_over = [each.name for each in path.parent.iterdir() if "checkpoint" in each.name]
     assert not left_over
 
 
 def test_a_damaged_checkpoint_does_not_stop_a_fresh_training(tmp_path: Path):
-    path = train(TASK, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
+    path = train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
     path.unlink()
     checkpoint_path(path.with_suffix("")).write_bytes(b"damaged")
     with pytest.raises(CheckpointError, match="train with --fresh"):
-        train(TASK, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
-    assert train(TASK, "ppo", 3, TINY["ppo"], tmp_path, fresh=True, quiet=True).exists()
+        train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
+    assert train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, fresh=True, quiet=True).exists()

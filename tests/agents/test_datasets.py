@@ -19,15 +19,16 @@ from agents import datasets
 from agents.commands import dataset as command
 from agents.dataset_writer import PLACE, Content, Recorded, write, write_apart
 from agents.datasets import alone, holds, make_dataset, recorded
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.scores import normalise
 
 NAME = "grind/oracle6/adaptive-rule-v0"
-TASK = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
+ORACLE = PROBLEM.simulation()
 SEEDS = episode_seeds("training", 3)
 ROOT = Path(__file__).parents[2]
 
@@ -40,12 +41,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(("task", "policy"), [("oracle6", "adaptive_rule"), ("rush", "random")])
 def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, folder: Path):
-    job = load_task(task)
-    path = make_dataset(make_policy(policy, job), job, SEEDS)
+    problem = find_problem(task)
+    simulation = problem.simulation()
+    path = make_dataset(make_policy(policy, simulation), problem, SEEDS)
     name = f"grind/{task}/{policy.replace('_', '-')}-v0"
     assert path == folder / name
     loaded = minari.load_dataset(name)
-    assert (loaded.total_episodes, loaded.total_steps) == (3, 3 * job.blocks)
+    assert (loaded.total_episodes, loaded.total_steps) == (3, 3 * simulation.task.blocks)
     env = loaded.recover_environment()
     assert env.unwrapped.observation_space == loaded.observation_space
     assert env.action_space == loaded.action_space
@@ -63,16 +65,17 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
 
 
 def test_a_dataset_is_what_the_evaluation_of_its_policy_was():
-    job = load_task("power_limited")
-    policy = make_policy("adaptive_rule", job)
-    data, run = recorded(policy, job, SEEDS), evaluate(policy, job, SEEDS)
-    assert -job.reference_cost * data.rewards.sum(axis=1) == pytest.approx(run.cost)
+    problem = find_problem("power_limited")
+    simulation = problem.simulation()
+    policy = make_policy("adaptive_rule", simulation)
+    data, run = recorded(policy, problem, SEEDS), evaluate(policy, simulation, SEEDS)
+    assert -simulation.task.reference_cost * data.rewards.sum(axis=1) == pytest.approx(run.cost)
     assert data.scrap.sum(axis=1) == pytest.approx(run.finished - run.good)
 
 
 def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
-    policy = make_policy("full_state_rule", TASK)
-    make_dataset(policy, TASK, SEEDS)
+    policy = make_policy("full_state_rule", ORACLE)
+    make_dataset(policy, PROBLEM, SEEDS)
     loaded = minari.load_dataset("grind/oracle6/full-state-rule-v0")
     metadata = loaded.storage.metadata
     assert (metadata["policy"], metadata["policy_sees"]) == ("full_state_rule", "state")
@@ -88,14 +91,14 @@ def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
 
 
 def test_a_dataset_is_replaced_on_request_only(folder: Path):
-    policy = make_policy("adaptive_rule", TASK)
-    make_dataset(policy, TASK, SEEDS)
+    policy = make_policy("adaptive_rule", ORACLE)
+    make_dataset(policy, PROBLEM, SEEDS)
     for others in (SEEDS[:1], episode_seeds("validation", 3)):
         with pytest.raises(
             GrindError, match=r"there is a dataset grind/oracle6/adaptive-rule-v0 in .* already: --fresh"
         ):
-            make_dataset(policy, TASK, others)
-    make_dataset(policy, TASK, SEEDS[:1], fresh=True)
+            make_dataset(policy, PROBLEM, others)
+    make_dataset(policy, PROBLEM, SEEDS[:1], fresh=True)
     assert minari.load_dataset(NAME).total_episodes == 1
     assert list(minari.list_local_datasets()) == [NAME]
     assert [each.name for each in folder.iterdir()] == ["grind"]
@@ -105,18 +108,18 @@ def test_a_folder_that_cannot_be_is_told_in_a_sentence(tmp_path: Path, monkeypat
     (tmp_path / "file").touch()
     monkeypatch.setenv(PLACE, str(tmp_path / "file" / "datasets"))
     with pytest.raises(FileError, match=r"datasets \(Not a directory\): it needs about .* another folder in MINARI"):
-        make_dataset(make_policy("handbook", TASK), TASK, SEEDS)
+        make_dataset(make_policy("handbook", ORACLE), PROBLEM, SEEDS)
 
 
 def test_a_dataset_that_is_there_already_stays_as_it_is(folder: Path):
-    policy = make_policy("adaptive_rule", TASK)
-    before = files(make_dataset(policy, TASK, SEEDS))
-    assert files(make_dataset(policy, TASK, SEEDS)) == before
+    policy = make_policy("adaptive_rule", ORACLE)
+    before = files(make_dataset(policy, PROBLEM, SEEDS))
+    assert files(make_dataset(policy, PROBLEM, SEEDS)) == before
 
 
 def test_other_numbers_under_the_same_id_are_another_dataset(folder: Path):
-    path = make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS)
-    data = recorded(make_policy("adaptive_rule", TASK), TASK, SEEDS)
+    path = make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
+    data = recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
     assert holds(path, SEEDS, data)
     for name in data._fields:
         other = np.copy(getattr(data, name))
@@ -147,8 +150,8 @@ def largest_file(size: int) -> Iterator[None]:
 
 @pytest.mark.parametrize("seen", ["before the recording", "while it is written"])
 def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
-    policy, many = make_policy("adaptive_rule", TASK), episode_seeds("training", 200)
-    path = make_dataset(policy, TASK, SEEDS)
+    policy, many = make_policy("adaptive_rule", ORACLE), episode_seeds("training", 200)
+    path = make_dataset(policy, PROBLEM, SEEDS)
     before, asked = files(folder), []
 
     def spied(*arguments: object) -> Recorded:
@@ -165,12 +168,12 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path
             FileError, match=r"cannot be written to .* \(File too large\): it needs about 4\.\d MB"
         ) as caught,
     ):
-        make_dataset(policy, TASK, many, fresh=True)
+        make_dataset(policy, PROBLEM, many, fresh=True)
     assert str(caught.value).endswith("run the same command again")
     assert "\n" not in str(caught.value)
     assert bool(asked) == (seen == "while it is written")
     assert files(folder) == before
-    assert make_dataset(policy, TASK, many, fresh=True) == path
+    assert make_dataset(policy, PROBLEM, many, fresh=True) == path
     assert minari.load_dataset(NAME).total_episodes == 200
 
 
@@ -178,20 +181,22 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path
     ("task", "policy"), [("oracle6", "adaptive_rule"), ("power_limited", "random"), ("rush", "random")]
 )
 def test_what_is_asked_for_is_what_a_dataset_takes(task: str, policy: str, monkeypatch: pytest.MonkeyPatch):
-    job, sizes = load_task(task), []
+    problem, sizes = find_problem(task), []
 
     def spied(path: Path, size: int) -> AbstractContextManager[None]:
         sizes.append(size)
         return nullcontext()
 
     monkeypatch.setattr(datasets, "reserved", spied)
-    path = make_dataset(make_policy(policy, job), job, episode_seeds("training", 30))
+    path = make_dataset(make_policy(policy, problem.simulation()), problem, episode_seeds("training", 30))
     taken = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
     assert taken <= sizes[0] <= 1.3 * taken
 
 
 def test_a_fault_that_is_no_full_disk_keeps_its_name(folder: Path):
-    content = Content("no id", "oracle6", "", "", "", SEEDS, recorded(make_policy("adaptive_rule", TASK), TASK, SEEDS))
+    content = Content(
+        "no id", PROBLEM, "", "", "", SEEDS, recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
+    )
     with alone(folder / "lock") as lock, pytest.raises(RuntimeError, match="Malformed dataset ID"):
         write_apart(content, folder, lock)
 
@@ -217,7 +222,7 @@ def made(folder: Path, fresh: bool) -> None:
 
     datasets.write_apart = write_here
     os.environ["MINARI_DATASETS_PATH"] = str(folder)
-    make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS, fresh=fresh)
+    make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS, fresh=fresh)
 
 
 @pytest.mark.parametrize("fresh", [False, True])
@@ -228,14 +233,14 @@ def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
         "import sys; from functools import partial; from pathlib import Path\n"
         "from agents import datasets; from grind_env.policies.registry import make_policy\n"
         "from tests.agents.killing import kill_until_done\n"
-        "from tests.agents.test_datasets import SEEDS, TASK, made, watch\n"
+        "from tests.agents.test_datasets import SEEDS, made, watch\n"
         "folder = Path(sys.argv[1])\n"
         "made(folder / 'whole', False)\n"
         f"print(kill_until_done(partial(made, folder / 'killed', {fresh}), watch, 0.0))\n"
     )
     if fresh:
         monkeypatch.setenv("MINARI_DATASETS_PATH", str(folder / "killed"))
-        make_dataset(make_policy("adaptive_rule", TASK), TASK, SEEDS[:2])
+        make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS[:2])
     run = subprocess.run([sys.executable, "-c", script, folder], cwd=ROOT, capture_output=True, text=True, check=True)
     assert int(run.stdout) > 20
     whole, killed = (

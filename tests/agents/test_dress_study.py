@@ -6,52 +6,55 @@ import pytest
 from agents import dress_study as studies
 from agents.dress_figure import dress_figure
 from agents.dress_study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
-from grind_env.envs.tasks import load_task
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, evaluate
-from grind_env.policies.scripted.rules import Fixed, handbook
+from grind_env.policies.problem import find_problem
+from grind_env.policies.scripted.rules import Fixed, Handbook
+from tests.policies.harness import changed
 
-ORACLE = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
+ORACLE = PROBLEM.simulation()
+TASK = ORACLE.task
 
 
 def test_overlap_of_a_round_diamond_by_hand():
     # tip radius 0.5 mm, 0.02 mm deep: chord 2 sqrt(2 * 0.5 * 0.02 - 0.02^2) = 0.28 mm; lead 0.1 mm
-    task = replace(ORACLE, dress=replace(ORACLE.dress, depth=0.02, lead=0.1))
-    assert task.parameters(task.kinds[0]).rd == 0.5
-    assert new_overlap(task) == pytest.approx(2.8, rel=1e-3)
-    assert new_overlap(replace(task, dress=replace(task.dress, lead=0.05))) == pytest.approx(5.6, rel=1e-3)
+    assert TASK.parameters(TASK.kinds[0]).rd == 0.5
+    for lead, overlap in ((0.1, 2.8), (0.05, 5.6)):
+        dressed = changed(PROBLEM, dress=replace(TASK.dress, depth=0.02, lead=lead)).simulation()
+        assert new_overlap(dressed) == pytest.approx(overlap, rel=1e-3)
 
 
 def test_the_best_plan_is_the_cheapest_of_all():
     plan = best_plan(ORACLE, (1, 2, 3))
     least = min(
         float(evaluate(Fixed(E, 1, every), ORACLE, [0]).cost[0])
-        for E in ORACLE.action.speed_levels
+        for E in TASK.action.speed_levels
         for every in (1, 2, 3)
     )
     assert float(evaluate(plan, ORACLE, [0]).cost[0]) == least
 
 
 def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
-    task, seeds = load_task("power_limited"), episode_seeds("training", 2)
+    simulation, seeds = find_problem("power_limited").simulation(), episode_seeds("training", 2)
     monkeypatch.setattr(studies, "TRAINING", len(seeds))
-    plan = best_plan(task, (1, 2))
-    low, high = speed_bounds(task)
+    plan = best_plan(simulation, (1, 2))
+    low, high = speed_bounds(simulation.task)
     grid = [Fixed(0.001 * E, 1, every) for E in np.geomspace(low, high, 30) for every in (1, 2)]
     near = [Fixed(plan.E * factor, 1, plan.every) for factor in (0.98, 1.0, 1.02)]
-    least, *costs = (float(evaluate(each, task, seeds).cost.mean()) for each in (plan, *near, *grid))
+    least, *costs = (float(evaluate(each, simulation, seeds).cost.mean()) for each in (plan, *near, *grid))
     assert least <= min(costs[:3])
     # a grid as fine as this may find a hollow that the search passed by
     assert least <= 1.01 * min(costs)
 
 
 def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
-    deciders = [handbook(ORACLE)]
+    deciders = [Handbook()]
     steps = []
-    found = dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
-    assert len(found) == len(steps) == count(ORACLE, deciders)
+    found = dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
+    assert len(found) == len(steps) == count(PROBLEM, deciders)
     assert {each.question for each in found} == {"interval", "plan", "dresser", "decision"}
-    own = [each for each in found if (each.lead, each.depth) == (ORACLE.dress.lead, ORACLE.dress.depth)]
+    own = [each for each in found if (each.lead, each.depth) == (TASK.dress.lead, TASK.dress.depth)]
     # the dresser as it is, with the best of all intervals: one of the answers to the first question
     dresser = next(each for each in own if each.question == "dresser")
     (plan,) = (each for each in own if each.question == "plan")
@@ -61,7 +64,7 @@ def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path,
 
     monkeypatch.setattr(studies, "plan_cost", None)
     monkeypatch.setattr(studies, "evaluate", None)
-    assert dress_study(ORACLE, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
+    assert dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
 
 
 def test_a_damaged_finding_is_made_anew(tmp_path):

@@ -17,6 +17,7 @@ from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
 from agents.benchmark.results import result_of
 from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.problem import find_problem
 
 COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.0}
 
@@ -24,7 +25,7 @@ COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.
 def results(tasks):
     rng = np.random.default_rng(2)
     rows = []
-    for task in tasks:
+    for task in map(find_problem, tasks):
         cells = [(Cell(task, name), cost) for name, cost in COSTS.items()]
         cells += [(Cell(task, "ppo", seed), 3.0 + 0.3 * seed) for seed in range(3)]
         noise = rng.exponential(0.5, 30)

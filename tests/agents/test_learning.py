@@ -3,11 +3,13 @@ import pytest
 
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.envs.rows import Outcome, reward_terms
-from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import LearnerView, Memory
+from grind_env.policies.problem import find_problem
 
-TASK = load_task("power_limited")
+PROBLEM = find_problem("power_limited")
+SIMULATION = PROBLEM.simulation()
+TASK = SIMULATION.task
 
 
 def native(envs: int = 3) -> GrindVectorEnv:
@@ -16,7 +18,7 @@ def native(envs: int = 3) -> GrindVectorEnv:
 
 @pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])
 def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
-    env = LearnerVecEnv(TASK, 3, memory)
+    env = LearnerVecEnv(PROBLEM, 3, memory)
     env.seed(11)
     together, ends = [env.reset()], []
     actions = np.random.default_rng(1).integers(0, [24, 4], (70, 3, 2))
@@ -26,10 +28,10 @@ def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
         ends += [info["terminal_observation"] for info in infos if "terminal_observation" in info]
         assert done.any() == (len(together) == 61)
     for i in range(3):
-        alone = LearnerVecEnv(TASK, 1, memory)
+        alone = LearnerVecEnv(PROBLEM, 1, memory)
         alone.seed(11 + i)
         assert np.array_equal(alone.reset()[0], together[0][i])
-        view = LearnerView(TASK, memory)
+        view = LearnerView(SIMULATION, memory)
         view.begin(1)
         plain = native(1)
         view.features(plain.reset(seed=11 + i, options={"split": "train"})[0])
@@ -47,11 +49,11 @@ def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
 
 
 def test_the_reward_is_shifted_and_cut():
-    env, plain = LearnerVecEnv(TASK, 3, "estimates", worst_reward=-2.0), native()
+    env, plain = LearnerVecEnv(PROBLEM, 3, "estimates", worst_reward=-2.0), native()
     env.seed(5)
     env.reset()
     plain.reset(seed=5, options={"split": "train"})
-    view = LearnerView(TASK, "estimates")
+    view = LearnerView(SIMULATION, "estimates")
     for action in np.random.default_rng(2).integers(0, [24, 4], (30, 3, 2)):
         decision = view.decide(action)
         rewards = plain.step(plain.codec.encode(decision.speeds, decision.executions))[1]
@@ -59,18 +61,18 @@ def test_the_reward_is_shifted_and_cut():
 
 
 def test_notes_are_the_means_of_what_the_environment_tells():
-    env, plain = LearnerVecEnv(TASK, 3, "estimates"), native()
+    env, plain = LearnerVecEnv(PROBLEM, 3, "estimates"), native()
     env.seed(5)
     env.reset()
     plain.reset(seed=5, options={"split": "train"})
-    view = LearnerView(TASK, "estimates")
+    view = LearnerView(SIMULATION, "estimates")
     infos, decisions, finished = [], [], 0
     for action in np.random.default_rng(4).integers(0, [24, 4], (40, 3, 2)):
         decisions.append(view.decide(action))
         infos.append(plain.step(plain.codec.encode(*decisions[-1]))[-1])
         env.step(action)
         finished += 3
-    notes = env.simulation.take_notes()
+    notes = env.take_notes()
     metrics = notes.metrics(TASK)
     for name in reward_terms(TASK):
         assert metrics[f"reward/{name}"] == pytest.approx(np.mean([info["reward_terms"][name] for info in infos]))
@@ -81,4 +83,4 @@ def test_notes_are_the_means_of_what_the_environment_tells():
     assert metrics["actions/D_mean"] == pytest.approx(np.mean([each.executions for each in decisions]))
     assert metrics["actions/dress_share"] == pytest.approx(np.mean([each.executions > 0 for each in decisions]))
     assert notes.totals[Outcome._fields.index("finished")] == finished
-    assert env.simulation.notes.blocks == 0
+    assert env.notes.blocks == 0

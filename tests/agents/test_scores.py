@@ -12,15 +12,16 @@ from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
 from agents.reference.wen_scores import losses, optimum
-from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import ConfigError
 from grind_env.process.wen import CASES
 from grind_env.scores import read_references, reference
+from tests.policies.harness import changed
 
-ORACLE = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
+ORACLE = PROBLEM.simulation()
 ROW = {"cost_per_good_part": "4.4", "cost_per_good_part_low": "4.204", "cost_per_good_part_high": "4.596"}
 
 
@@ -31,7 +32,7 @@ def evaluation(*cost):
 
 def run(folder):
     return scores.score(
-        "oracle6",
+        PROBLEM,
         episodes=4,
         results=folder / "results",
         runs=folder / "runs",
@@ -50,7 +51,7 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
     # scenarios, section 4.2: optimum 17.4850 $ for six parts
     assert scale.J_plan == pytest.approx(17.4850, rel=1e-3)
-    assert scale.hundred == pytest.approx(-17.4850 / ORACLE.reference_cost, rel=1e-3)
+    assert scale.hundred == pytest.approx(-17.4850 / ORACLE.task.reference_cost, rel=1e-3)
     assert scale.fixed_plan == "interval"
     assert float(rows["interval"]["score"]) == 0.0
     assert float(rows["constant_per_kind"]["score"]) == pytest.approx(
@@ -61,8 +62,8 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
 def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, monkeypatch):
     asked = []
 
-    def stopped(name, **settings):
-        asked.append((name, settings["runs"]))
+    def stopped(problem, **settings):
+        asked.append((problem.name, settings["runs"]))
         raise ConfigError("tuned")
 
     monkeypatch.setattr(scores, "tune", stopped)
@@ -90,13 +91,13 @@ def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
 
 def test_behaviour_follows_the_task_but_not_its_reference_cost():
     code = behaviour(ORACLE)
-    assert behaviour(replace(ORACLE, reference_cost=1.0)) == code
-    assert behaviour(replace(ORACLE, factors={"kA": 2.5001})) != code
-    assert behaviour(replace(ORACLE, dress=replace(ORACLE.dress, setup=8.001))) != code
+    assert behaviour(changed(PROBLEM, reference_cost=1.0).simulation()) == code
+    assert behaviour(changed(PROBLEM, factors={"kA": 2.5001}).simulation()) != code
+    assert behaviour(changed(PROBLEM, dress=replace(ORACLE.task.dress, setup=8.001)).simulation()) != code
 
 
 def test_references_are_anchored_on_the_episodes_of_the_planner():
-    task = replace(ORACLE, reference_cost=2.0)
+    task = replace(ORACLE.task, reference_cost=2.0)
     costs = {
         "constant": (10.0, 12.0, 30.0),
         "interval": (11.0, 13.0, 14.0),
@@ -105,7 +106,7 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
         "hindsight": (6.0, 4.0),
     }
     found = {name: evaluation(*cost) for name, cost in costs.items()}
-    scale = reference_of(task, [make_policy(name, task) for name in costs], found)
+    scale = reference_of(task, [make_policy(name, ORACLE) for name in costs], found)
     assert (scale.fixed_plan, scale.best_scripted) == ("interval", "adaptive_rule")
     assert (scale.zero, scale.hundred) == (-6.0, -2.5)
     assert (scale.J_fix, scale.J_plan) == (pytest.approx(38.0 / 3.0, abs=1e-4), 5.0)
@@ -130,11 +131,11 @@ def checked_in(table):
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("name", scores.scored_tasks())
-def test_the_checked_in_tables_have_every_policy_of_their_task(name):
-    names = policy_names(load_task(name))
-    assert [row["policy"] for row in checked_in(name)] == names
-    assert list(reference(environment_id(name)).returns) == names
+@pytest.mark.parametrize("problem", scores.scored_problems(), ids=lambda problem: problem.name)
+def test_the_checked_in_tables_have_every_policy_of_their_task(problem):
+    names = policy_names(problem.simulation())
+    assert [row["policy"] for row in checked_in(problem.name)] == names
+    assert list(reference(problem.id).returns) == names
 
 
 def test_policies_that_see_measurements_may_cost_less_than_planners_that_see_the_state():
@@ -180,7 +181,7 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     assert command("--task", "oracle6", "--episodes", 2, *data) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
     row = "slot,{},6.2,6.1,6.3\n"
-    policies = [name for name in policy_names(load_task("slot")) if name != "power_threshold"]
+    policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
     header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high\n"
     (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
     capsys.readouterr()
@@ -188,4 +189,4 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [("differs" in line) for line in lines if "constant" in line or "random" in line] == [True, False]
     assert command("--task", "no_such", *data) == 2
-    assert "there is no task 'no_such'" in capsys.readouterr().err
+    assert "there is no problem 'no_such'" in capsys.readouterr().err

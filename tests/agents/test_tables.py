@@ -18,6 +18,7 @@ from agents.cells import RESULTS
 from agents.provenance import ROOT
 from agents.reference.table import table_rows
 from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
 from grind_env.policies.tuned import ConfigError
@@ -33,7 +34,9 @@ def evaluation(cost, good=None):
 
 
 def row(task, policy, cost, seed=None, sees="measurements", good=None):
-    return result_of(Measured(cell=Cell(task, policy, seed), sees=sees, evaluation=evaluation(cost, good)))
+    return result_of(
+        Measured(cell=Cell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
+    )
 
 
 def table_of(task, learned, noise=1.0):

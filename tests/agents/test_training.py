@@ -18,15 +18,17 @@ from agents.learning.curve import SPENT, Point, curve_path, read_curve, seconds_
 from agents.learning.settings import DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
 from grind_env.policies.tuned import ConfigError
 from grind_env.scores import reference
+from tests.policies.harness import changed
 
-TASK = load_task("oracle6")
+PROBLEM = find_problem("oracle6")
+SIMULATION = PROBLEM.simulation()
 TINY = replace(
     DEFAULTS["ppo"], steps=144, envs=4, hidden=(8,), hyper={**DEFAULTS["ppo"].hyper, "n_steps": 6, "batch_size": 12}
 )
@@ -34,18 +36,18 @@ TINY = replace(
 
 @pytest.mark.bits
 def test_training_is_reproducible_and_its_agent_sees_measurements_only(tmp_path: Path):
-    paths = [train(TASK, "ppo", 3, TINY, tmp_path / name, quiet=True) for name in ("one", "two")]
+    paths = [train(PROBLEM, "ppo", 3, TINY, tmp_path / name, quiet=True) for name in ("one", "two")]
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert load_policy(paths[0]).sees == "measurements"
-    other = train(TASK, "ppo", 4, TINY, tmp_path / "one", quiet=True)
+    other = train(PROBLEM, "ppo", 4, TINY, tmp_path / "one", quiet=True)
     assert other.read_bytes() != paths[0].read_bytes()
 
 
 def test_the_curve_tells_what_the_agent_costs_and_where_the_time_went(tmp_path: Path):
-    path = train(TASK, "ppo", 3, TINY, tmp_path, quiet=True)
+    path = train(PROBLEM, "ppo", 3, TINY, tmp_path, quiet=True)
     points = read_curve(curve_path(path))
     assert [point.steps for point in points] == list(range(24, 145, 24))
-    cost = evaluate(load_policy(path), TASK, episode_seeds("validation", EPISODES)).cost.mean()
+    cost = evaluate(load_policy(path), SIMULATION, episode_seeds("validation", EPISODES)).cost.mean()
     assert points[-1].cost == pytest.approx(cost)
     for point in points:
         spent = sum(getattr(point, name) for name in SPENT)
@@ -55,9 +57,9 @@ def test_the_curve_tells_what_the_agent_costs_and_where_the_time_went(tmp_path: 
 
 
 def test_validation_scores_as_the_reference_scores_do():
-    task = load_task("power_limited")
-    validation = Validation(task, 16)
-    costs = {name: validation.score(make_policy(name, task)) for name in (*FIXED_PLANS, "adaptive_rule")}
+    problem = find_problem("power_limited")
+    validation, simulation = Validation(problem, 16), problem.simulation()
+    costs = {name: validation.score(make_policy(name, simulation)) for name in (*FIXED_PLANS, "adaptive_rule")}
     assert max(costs[name][1] for name in FIXED_PLANS) == pytest.approx(0.0)
     scale = reference("grind/PowerLimited-v0")
     fixed = min(costs[name][0] for name in FIXED_PLANS)
@@ -102,7 +104,7 @@ def test_a_curve_is_read_as_it_was_written(tmp_path: Path):
 
 
 def test_tensorboard_shows_metrics_of_the_algorithm_and_terms_of_the_reward(tmp_path: Path):
-    path = train(TASK, "ppo", 3, TINY, tmp_path, quiet=True)
+    path = train(PROBLEM, "ppo", 3, TINY, tmp_path, quiet=True)
     events = EventAccumulator(str(tmp_path / "oracle6" / "tensorboard" / path.stem))
     events.Reload()
     tags = set(events.Tags()["scalars"])
@@ -114,33 +116,33 @@ def test_tensorboard_shows_metrics_of_the_algorithm_and_terms_of_the_reward(tmp_
 
 
 def test_an_agent_of_the_same_settings_is_kept_and_a_fresh_one_is_the_same(tmp_path: Path):
-    path = train(TASK, "ppo", 3, TINY, tmp_path, quiet=True)
+    path = train(PROBLEM, "ppo", 3, TINY, tmp_path, quiet=True)
     made, text = path.stat().st_mtime_ns, path.read_bytes()
-    assert train(TASK, "ppo", 3, TINY, tmp_path, quiet=True) == path
+    assert train(PROBLEM, "ppo", 3, TINY, tmp_path, quiet=True) == path
     assert path.stat().st_mtime_ns == made
-    train(TASK, "ppo", 3, TINY, tmp_path, fresh=True, quiet=True)
+    train(PROBLEM, "ppo", 3, TINY, tmp_path, fresh=True, quiet=True)
     assert path.stat().st_mtime_ns != made
     assert path.read_bytes() == text
 
 
 def test_the_name_of_an_agent_stands_for_all_that_decides():
     names = {
-        fingerprint(TASK, "ppo", TINY, 0),
-        fingerprint(TASK, "ppo", TINY, 1),
-        fingerprint(TASK, "ppo_stack", TINY, 0),
-        fingerprint(TASK, "ppo", replace(TINY, steps=145), 0),
-        fingerprint(TASK, "ppo", replace(TINY, hyper={**TINY.hyper, "gamma": 0.5}), 0),
-        fingerprint(load_task("slot"), "ppo", TINY, 0),
-        fingerprint(replace(TASK, reference_cost=2.0), "ppo", TINY, 0),
+        fingerprint(PROBLEM, "ppo", TINY, 0),
+        fingerprint(PROBLEM, "ppo", TINY, 1),
+        fingerprint(PROBLEM, "ppo_stack", TINY, 0),
+        fingerprint(PROBLEM, "ppo", replace(TINY, steps=145), 0),
+        fingerprint(PROBLEM, "ppo", replace(TINY, hyper={**TINY.hyper, "gamma": 0.5}), 0),
+        fingerprint(find_problem("slot"), "ppo", TINY, 0),
+        fingerprint(changed(PROBLEM, reference_cost=2.0), "ppo", TINY, 0),
     }
     assert len(names) == 7
-    assert fingerprint(TASK, "ppo", replace(TINY, hyper=dict(reversed(TINY.hyper.items()))), 0) in names
+    assert fingerprint(PROBLEM, "ppo", replace(TINY, hyper=dict(reversed(TINY.hyper.items()))), 0) in names
 
 
 @pytest.mark.parametrize("seed", [0, 3, LAST_SEED])
 def test_an_agent_trains_on_the_training_split_and_on_seeds_of_its_own(seed: int):
-    task, plates = load_task("power_limited"), gym.make_vec("grind/PowerLimited-v0", num_envs=4)
-    model = new_model(task, "ppo", seed, TINY)
+    problem, plates = find_problem("power_limited"), gym.make_vec("grind/PowerLimited-v0", num_envs=4)
+    model = new_model(problem, "ppo", seed, TINY)
     assert model.env is not None
     features = np.asarray(model.env.reset())
     seeds = [TRAINING_SEEDS + SEED_STRIDE * seed + i for i in range(4)]
@@ -155,7 +157,7 @@ def test_an_agent_trains_on_the_training_split_and_on_seeds_of_its_own(seed: int
 @pytest.mark.parametrize("seed", [-1, LAST_SEED + 1])
 def test_a_seed_beyond_the_training_split_is_refused(seed: int, tmp_path: Path):
     with pytest.raises(GrindError, match="training has seeds from 0 to"):
-        trained_agent(TASK, "ppo", seed, 20, tmp_path)
+        trained_agent(PROBLEM, "ppo", seed, 20, tmp_path)
 
 
 @pytest.fixture

@@ -13,11 +13,11 @@ from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
 from agents.search import evolve, grid_search
 from agents.studies import KeptCosts, open_study, sqlite_url
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import ConfigError, read_tuned
 
-PLATES, ORACLE = load_task("power_limited"), load_task("oracle6")
+PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
 
 class Killed(Exception):
@@ -91,7 +91,7 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
 def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, monkeypatch):
     names = ["constant", "size_threshold"]
     settings = {"evaluations": 10, "starts": 2, "episodes": 1}
-    tune.tune("oracle6", names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
+    tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
     count = {"roll_out": 0}
     roll_out = tune.roll_out
 
@@ -104,10 +104,10 @@ def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, mo
     monkeypatch.setattr(tune, "roll_out", killed_once)
     again = {"folder": tmp_path / "b", "runs": tmp_path / "b", **settings}
     with pytest.raises(Killed):
-        tune.tune("oracle6", names, **again)
+        tune.tune(ORACLE, names, **again)
     assert list(read_tuned("oracle6", tmp_path / "b")) == ["constant"]
     done = count["roll_out"] - 1
-    tune.tune("oracle6", names, **again)
+    tune.tune(ORACLE, names, **again)
     files = [(tmp_path / each / "oracle6.toml").read_text(encoding="utf-8") for each in "ab"]
     assert files[0] == files[1]
     # nothing that was kept is evaluated again
@@ -127,7 +127,7 @@ def test_validation_decides_between_starts(tmp_path, monkeypatch):
 
     monkeypatch.setattr(tune.Tuner, "cost", spied)
     settings = {"evaluations": 10, "starts": 3, "episodes": 1}
-    found = tune.tune("oracle6", ["power_threshold"], folder=tmp_path, runs=tmp_path, **settings)
+    found = tune.tune(ORACLE, ["power_threshold"], folder=tmp_path, runs=tmp_path, **settings)
     # one candidate a start, and the chosen one again for the file
     assert [split for _, split in asked].count("validation") == 4
     candidates = [policy for policy, split in asked if split == "validation"]
@@ -139,7 +139,7 @@ def test_validation_decides_between_starts(tmp_path, monkeypatch):
 def stand_in(costs, killed=None):
     """In place of a training: the cost falls with the learning rate; `costs` collects the settings."""
 
-    def cost(task, kind, settings, search):
+    def cost(problem, kind, settings, search):
         if len(costs) == killed:
             raise Killed
         costs.append(settings)
@@ -157,10 +157,10 @@ def test_settings_of_a_learner_are_tuned_kept_and_read(tmp_path, monkeypatch):
     # the defaults come first, but for the length of the training
     assert (tried[0].hyper, tried[0].hidden, tried[0].steps) == (DEFAULTS["ppo"].hyper, DEFAULTS["ppo"].hidden, 1000)
     assert cost == min(100.0 + 1000.0 * abs(each.hyper["learning_rate"] - 4e-4) for each in tried) < 100.6
-    found = settings_for("ppo", PLATES, tmp_path)
+    found = settings_for("ppo", PLATES.name, tmp_path)
     assert (found.hyper, found.hidden) == (settings.hyper, settings.hidden)
     assert found.steps == DEFAULTS["ppo"].steps
-    assert settings_for("sac", PLATES, tmp_path) == DEFAULTS["sac"]
+    assert settings_for("sac", PLATES.name, tmp_path) == DEFAULTS["sac"]
     tune_learner(PLATES, "ppo", search)
     assert len(tried) == 8
 
@@ -185,8 +185,8 @@ def diverging(costs, numbers, failure):
     """As `stand_in`, but the trainings of these numbers fail."""
     cost = stand_in(costs)
 
-    def failing(task, kind, settings, search):
-        found = cost(task, kind, settings, search)
+    def failing(problem, kind, settings, search):
+        found = cost(problem, kind, settings, search)
         if len(costs) - 1 in numbers:
             raise failure
         return found
@@ -248,23 +248,23 @@ def test_a_clone_is_tuned_as_one_whose_every_step_is_labelled(tmp_path, monkeypa
         tune_learner(PLATES, kind, Search(trials=3, steps=1000, configs=tmp_path, runs=tmp_path))
         assert {(each.steps, each.hyper["labels"]) for each in tried} == {(1000, labels)}
     # those of a whole training stay
-    found = settings_for("bc", PLATES, tmp_path)
+    found = settings_for("bc", PLATES.name, tmp_path)
     assert (found.steps, found.hyper["labels"]) == (60000, 60000)
-    assert settings_for("bc_ppo", PLATES, tmp_path).hyper["labels"] == DEFAULTS["bc_ppo"].hyper["labels"]
+    assert settings_for("bc_ppo", PLATES.name, tmp_path).hyper["labels"] == DEFAULTS["bc_ppo"].hyper["labels"]
 
 
 def test_what_was_set_by_hand_stays_and_what_was_tuned_before_goes(tmp_path):
     path, default = tmp_path / "power_limited.toml", DEFAULTS["bc"]
     path.write_text("[bc.hyper]\nlabels = 60000\nhorizon = 5\ngamma = 0.5\nn_epochs = 2\n", encoding="utf-8")
     write_settings(path, "bc", dataclasses.replace(default, hyper={**default.hyper, "n_epochs": 9}), default)
-    hyper = settings_for("bc", PLATES, tmp_path).hyper
+    hyper = settings_for("bc", PLATES.name, tmp_path).hyper
     assert hyper == {**default.hyper, "labels": 60000, "horizon": 5, "n_epochs": 9}
 
 
 def test_the_best_settings_may_be_the_defaults(tmp_path, monkeypatch):
-    monkeypatch.setattr(hyperparameters, "validation_cost", lambda task, kind, settings, search: 1.0)
+    monkeypatch.setattr(hyperparameters, "validation_cost", lambda problem, kind, settings, search: 1.0)
     tune_learner(PLATES, "dqn", Search(trials=3, steps=10, configs=tmp_path, runs=tmp_path))
-    assert settings_for("dqn", PLATES, tmp_path) == DEFAULTS["dqn"]
+    assert settings_for("dqn", PLATES.name, tmp_path) == DEFAULTS["dqn"]
 
 
 def test_what_a_settings_file_says_of_other_kinds_stays(tmp_path):
@@ -272,7 +272,7 @@ def test_what_a_settings_file_says_of_other_kinds_stays(tmp_path):
     path.write_text("[ppo]\nsteps = 5\nhidden = [8]\n[sac]\nenvs = 3\n[sac.hyper]\ngamma = 0.5\n", encoding="utf-8")
     default = DEFAULTS["ppo"]
     write_settings(path, "ppo", dataclasses.replace(default, hyper={**default.hyper, "gamma": 0.9}), default)
-    ppo, sac = (settings_for(kind, PLATES, tmp_path) for kind in ("ppo", "sac"))
+    ppo, sac = (settings_for(kind, PLATES.name, tmp_path) for kind in ("ppo", "sac"))
     assert (ppo.steps, ppo.hidden, ppo.hyper["gamma"]) == (5, default.hidden, 0.9)
     assert (sac.envs, sac.hyper["gamma"]) == (3, 0.5)
 
@@ -299,9 +299,9 @@ def test_a_damaged_file_is_replaced_on_request_only(text, tmp_path):
     path.write_bytes(text)
     places = {"folder": tmp_path, "runs": tmp_path, "episodes": 1}
     with pytest.raises(ConfigError, match=r"oracle6\.toml is damaged .*: tune again with --fresh"):
-        tune.tune("oracle6", ["constant"], **places)
+        tune.tune(ORACLE, ["constant"], **places)
     assert path.read_bytes() == text
-    tuned = tune.tune("oracle6", ["constant", "interval"], fresh=True, **places)
+    tuned = tune.tune(ORACLE, ["constant", "interval"], fresh=True, **places)
     assert read_tuned("oracle6", tmp_path) == tuned
     assert list(tuned) == ["constant", "interval"]
 

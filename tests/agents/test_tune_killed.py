@@ -12,12 +12,12 @@ from agents import hyperparameters
 from agents.hyperparameters import Search, ended, tune_learner
 from agents.search import evolve
 from agents.studies import KeptCosts, open_study, sqlite_url
-from grind_env.envs.tasks import load_task
+from grind_env.policies.problem import find_problem
 
 ROOT = Path(__file__).parents[2]
 
 
-def cheap(task, kind, settings, search):
+def cheap(problem, kind, settings, search):
     """In place of a training; some settings diverge."""
     if settings.hyper["n_epochs"] in (5, 9):
         raise ValueError("no finite number")
@@ -27,7 +27,7 @@ def cheap(task, kind, settings, search):
 def tuned(folder):
     """A tuning of a learner by trainings that are stood in for."""
     hyperparameters.validation_cost = cheap
-    tune_learner(load_task("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
+    tune_learner(find_problem("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
 
 
 def opened(folder):
@@ -81,16 +81,16 @@ def test_a_tuning_killed_in_every_training_tries_what_it_would_have_tried(tmp_pa
     tried = {"whole": [], "killed": []}
 
     def tune(name, killed):
-        def cost(task, kind, settings, search):
+        def cost(problem, kind, settings, search):
             if killed and (not tried[name] or settings != tried[name][-1]):
                 tried[name].append(settings)
                 raise Killed
             tried[name].append(settings)
-            return cheap(task, kind, settings, search)
+            return cheap(problem, kind, settings, search)
 
         monkeypatch.setattr(hyperparameters, "validation_cost", cost)
         folder = tmp_path / name
-        return tune_learner(load_task("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
+        return tune_learner(find_problem("oracle6"), "ppo", Search(trials=7, steps=1000, configs=folder, runs=folder))
 
     whole = tune("whole", killed=False)
     for _ in range(7):

@@ -5,22 +5,23 @@ import pytest
 from PIL import Image
 
 from agents.video import Film, record, watch
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import evaluate
 from grind_env.policies.naming import named_policy
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.frames import TALL, render
 
-TASK = load_task("oracle6")
+PROBLEM, PLATES = find_problem("oracle6"), find_problem("power_limited")
+SIMULATION = PROBLEM.simulation()
 SEED = 2_000_003
 
 
 def test_the_film_ends_as_the_evaluation_does() -> None:
-    task = load_task("power_limited")
-    (*_, last) = watch(make_policy("adaptive_rule", task), task, SEED, 1)
-    result = evaluate(make_policy("adaptive_rule", task), task, [SEED])
+    simulation = PLATES.simulation()
+    (*_, last) = watch(make_policy("adaptive_rule", simulation), PLATES, SEED, 1)
+    result = evaluate(make_policy("adaptive_rule", simulation), simulation, [SEED])
     assert last.cost == pytest.approx(result.cost[0])
     assert last.good_parts == pytest.approx(result.good[0])
     assert [block.speed for block in last.ground] == result.speeds[0].tolist()
@@ -29,9 +30,9 @@ def test_the_film_ends_as_the_evaluation_does() -> None:
 
 @pytest.mark.parametrize("executions", [0, 1, 2, 3])
 def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(executions: int) -> None:
-    task, frames = load_task("power_limited"), 12
-    views = list(watch(Fixed(10.0, executions), task, SEED, frames))
-    assert len(views) == 1 + task.blocks * frames
+    frames = 12
+    views = list(watch(Fixed(10.0, executions), PLATES, SEED, frames))
+    assert len(views) == 1 + PLATES.simulation().task.blocks * frames
     for start in (1, 1 + 7 * frames):
         *moving, rest = views[start : start + frames]
         left = [view.part.left for view in moving]
@@ -44,36 +45,39 @@ def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(ex
 
 
 def test_both_see_the_same_stock() -> None:
-    task = load_task("power_limited")
-    first, second = (list(watch(Fixed(speed, 1), task, SEED, 1)) for speed in (6.0, 12.0))
+    first, second = (list(watch(Fixed(speed, 1), PLATES, SEED, 1)) for speed in (6.0, 12.0))
     assert [view.part.stock for view in first] == [view.part.stock for view in second]
 
 
 def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
     path = tmp_path / "two.gif"
-    left, right = named_policy("constant", TASK), named_policy("E21D0", TASK)
-    size = record([left, right], TASK, 0, path, Film(frames=2, fps=20.0, hold=2.0))
+    left, right = named_policy("constant", SIMULATION), named_policy("E21D0", SIMULATION)
+    size = record([left, right], PROBLEM, 0, path, Film(frames=2, fps=20.0, hold=2.0))
     assert size == path.stat().st_size
     with Image.open(path) as film:
-        assert (film.size, film.n_frames, film.info["loop"]) == ((2 * TALL[0], TALL[1]), 1 + 2 * TASK.blocks, 0)
+        assert (film.size, film.n_frames, film.info["loop"]) == (
+            (2 * TALL[0], TALL[1]),
+            1 + 2 * SIMULATION.task.blocks,
+            0,
+        )
         durations = []
         for k in range(film.n_frames):
             film.seek(k)
             durations.append(film.info["duration"])
         last = np.array(film.convert("RGB")).astype(int)
-    assert durations == [50] * (2 * TASK.blocks) + [2000]
-    ends = [list(watch(policy, TASK, 0, 2))[-1] for policy in (left, right)]
+    assert durations == [50] * (2 * SIMULATION.task.blocks) + [2000]
+    ends = [list(watch(policy, PROBLEM, 0, 2))[-1] for policy in (left, right)]
     drawn = np.hstack([render(view, TALL) for view in ends]).astype(int)
     assert np.abs(last - drawn).mean() < 2.0
     assert np.quantile(np.abs(last - drawn), 0.99) < 24
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
-    policy = named_policy("E6D0", TASK)
+    policy = named_policy("E6D0", SIMULATION)
     with pytest.raises(GrindError, match=r"film\.mp4: an animation is written as \.gif; name such a file"):
-        record([policy], TASK, 0, tmp_path / "film.mp4")
+        record([policy], PROBLEM, 0, tmp_path / "film.mp4")
     with pytest.raises(GrindError, match=r"would have 0\.\d\d MB, more than 0\.01: ask for fewer pictures a block"):
-        record([policy], TASK, 0, tmp_path / "film.gif", Film(most_bytes=10_000))
+        record([policy], PROBLEM, 0, tmp_path / "film.gif", Film(most_bytes=10_000))
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(GrindError, match="an animation cannot have 0 pictures a block at 10 a second: give at least 1"):
         Film(frames=0)
@@ -82,13 +86,13 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
 
 
 def test_policies_are_named_as_everywhere_or_as_a_constant() -> None:
-    fixed = named_policy("E9.5D1", load_task("power_limited"))
+    fixed = named_policy("E9.5D1", PLATES.simulation())
     assert isinstance(fixed, Fixed) and (fixed.E, fixed.D, fixed.every) == (9.5, 1, 1)
     assert fixed.name == "constant E 9.5 m/min, D 1"
-    assert named_policy("handbook", TASK).name == "handbook"
+    assert named_policy("handbook", SIMULATION).name == "handbook"
     with pytest.raises(GrindError, match="E40D0: E is 40 m/min, but power_limited has 3 to 30"):
-        named_policy("E40D0", load_task("power_limited"))
+        named_policy("E40D0", PLATES.simulation())
     with pytest.raises(GrindError, match="there is no policy 'E9'"):
-        named_policy("E9", TASK)
+        named_policy("E9", SIMULATION)
     with pytest.raises(GrindError, match=r"there is no trained agent at nowhere\.safetensors"):
-        named_policy("nowhere.safetensors", TASK)
+        named_policy("nowhere.safetensors", SIMULATION)

@@ -1,13 +1,15 @@
 """What the tests of policies share."""
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import load_task
+from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
 
 
 def simulated(task: str) -> Simulation:
@@ -25,3 +27,20 @@ def decide(policy: Policy, simulation: Simulation, *observations: Any) -> list[t
     policy.begin(simulation, 1)
     decisions = [policy.act(seen, None) for seen in observations]
     return [(float(d.speeds[0]), float(d.executions[0])) for d in decisions]
+
+
+@dataclass(frozen=True)
+class Changed(Problem):
+    """A problem whose task is another one than that of its name."""
+
+    task: Task | None = None
+
+    def simulation(self) -> Simulation:
+        """The simulation of the other task."""
+        assert self.task is not None
+        return Simulation(self.task)
+
+
+def changed(problem: Problem, **fields: Any) -> Problem:
+    """The problem with another task, which differs in these fields."""
+    return Changed(problem.name, problem.id, problem.arguments, replace(problem.simulation().task, **fields))
