@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.observations import Reading
 from grind_env.envs.rows import KindRow
-from grind_env.envs.simulation import Episodes, EpisodesT, Numbers, Simulation, Table
+from grind_env.envs.simulation import NOISE, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.envs.stroke.observe import observe_strokes
 from grind_env.envs.stroke.readings import stroke_readings
 from grind_env.envs.stroke.rules import Pace
@@ -78,8 +78,9 @@ class StrokeSimulation(Simulation):
         return self._most
 
     def without_noise(self, episodes: EpisodesT) -> EpisodesT:
-        """As `Simulation.without_noise`; that of the strokes is apart."""
-        _stroke_episodes(episodes).noise[:] = 0.0
+        """As `Simulation.without_noise`; that of the strokes is apart, and the part in work has a row of its own."""
+        mine = _stroke_episodes(episodes)
+        mine.noise[:] = mine.rows[:, NOISE] = 0.0
         return super().without_noise(episodes)
 
     def window(self, episodes: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
