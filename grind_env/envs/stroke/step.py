@@ -123,7 +123,8 @@ def settle_stroke(
     kind = kind_of(kinds, materials, row.material, LAST if last else WITHIN)
     power, counted = max(done.power, result.peak_power), max(done.rise, counted_rise(kind, result))
     size_error = 1000.0 * (row.stock - part.S)
-    good = chance(kind, counted, power, part.Rs, size_error)
+    # later strokes grind off what is rough and what is left
+    good = chance(kind, counted, power, part.Rs, size_error) if last else chance(kind, counted, power, 0.0, 0.0)
     # heat that later strokes grind off is shown, but does not count
     rise = counted if last else result.plunge_rise
     handover = 0.0

@@ -75,7 +75,6 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
     count = len(choices.speeds)
     owner, cost, state = np.arange(len(start.block)), np.zeros(len(start.block)), start
     ends, scrap = simulation.kinds[:, ENDS_PART], simulation.kinds[:, SCRAP]
-    unfinished = np.where(ends > 0.0, 0.0, scrap)
     margin = MARGIN + 2.0 * surcharge.execution
     parents, taken = [], []
     for k in range(simulation.most_steps):
@@ -90,7 +89,10 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
         # what a part in work has lost of its chances is charged with its last block, but decides now
         number = simulation.rows_of(simulation.coming_blocks(here))
-        rank = cost + np.repeat(unfinished[number], count) * (1.0 - branches.memory[:, SURVIVAL])
+        # a step that is a stroke ends its part only where the block moves on
+        finished = (branches.block > np.repeat(here.block, count)) & np.repeat(ends[number] > 0.0, count)
+        at_stake = np.where(finished | simulation.over(branches), 0.0, np.repeat(scrap[number], count))
+        rank = cost + at_stake * (1.0 - branches.memory[:, SURVIVAL])
         whose = np.repeat(owner, count)
         kept = cheapest_of_each(rank, wheel_class(branches), whose)
         kept = kept[rank[kept] <= rank[cheapest_of_each(rank, whose)][whose[kept]] + margin]
