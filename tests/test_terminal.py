@@ -23,7 +23,7 @@ COMMANDS = {
     "facts": [*GRIND, "facts"],
     "help": [*GRIND, "--help"],
     "agents": [*AGENTS, "--help"],
-    "evaluate": [*AGENTS, "evaluate", "--policy", "handbook", "--episodes", "1"],
+    "evaluate": [*GRIND, "evaluate", "--policy", "handbook", "--episodes", "2"],
 }
 
 
@@ -74,7 +74,7 @@ main()
         ("grind_env.__main__", "numba", ["grind", "run", PLATE]),
         ("grind_env.__main__", "grind_env.control", ["grind", "check", PLATE]),
         ("agents.__main__", "grind_env", ["agents", "--help"]),
-        ("agents.__main__", "safetensors", ["agents", "evaluate", "--policy", "a.safetensors"]),
+        ("grind_env.__main__", "safetensors", ["grind", "evaluate", "--policy", "a.safetensors"]),
     ],
 )
 def test_an_interrupted_import_says_nothing(entry: str, module: str, arguments: list[str]) -> None:

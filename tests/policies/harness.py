@@ -6,10 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.coefficients import RULES, entry_names, from_vector
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
+from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.registry import FIXED_PLANS, TUNED, UNTUNED
+from grind_env.policies.tuned import arguments
 
 
 def simulated(task: str) -> Simulation:
@@ -44,3 +48,22 @@ class Changed(Problem):
 def changed(problem: Problem, **fields: Any) -> Problem:
     """The problem with another task, which differs in these fields."""
     return Changed(problem.name, problem.id, problem.arguments, replace(problem.simulation().task, **fields))
+
+
+def shortened(name: str, blocks: int) -> Simulation:
+    """The simulation of a problem with only so many blocks, or parts where a step is a stroke."""
+    whole = find_problem(name).simulation()
+    return type(whole)(replace(whole.task, blocks=blocks))
+
+
+def untuned(name: str, simulation: Simulation) -> Any:
+    """The policy of that name where the search for its parameters would begin."""
+    if name in UNTUNED:
+        return UNTUNED[name]()
+    if name in FIXED_PLANS:
+        return TUNED[name](E=12.0, D=1, every=2)
+    if name == "mpc":
+        return ModelPredictive(untuned("full_state_rule", simulation), horizon=2)
+    coefficients = RULES[name]
+    start = np.zeros(len(entry_names(coefficients, simulation.task)))
+    return TUNED[name](**arguments(from_vector(coefficients, simulation.task, start)))

@@ -3,38 +3,37 @@ import shutil
 from pathlib import Path
 
 import pytest
-import typer
-from PIL import Image
 
 from agents.benchmark.plan import CORE
-from agents.commands import play as command
 from agents.learning.algorithms import build
 from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
 from agents.video import watch
+from grind_env.cli import main
 from grind_env.envs.names import task_names
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import evaluate
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.naming import SHIPPED, chosen_policy
 from grind_env.policies.play import play
+from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.sb3 import load_zip
 
-TASK = load_task("oracle6")
+PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
+SIMULATION = PROBLEM.simulation()
 SEED, TEST_SEED = 2_000_007, 3_000_007
 CYCLE = re.compile(r"^G82 .*E(\d+)\. P\d+ D(\d+)$", re.MULTILINE)
 
 
 @pytest.fixture
 def agent(tmp_path: Path) -> Path:
-    settings = settings_for("ppo", TASK, tmp_path)
-    model = build(settings, LearnerVecEnv(TASK, 64), 0)
+    settings = settings_for("ppo", PROBLEM.name, tmp_path)
+    model = build(settings, LearnerVecEnv(PROBLEM, 64), 0)
     path = tmp_path / "oracle6.safetensors"
-    save_policy(path, model, TASK, "ppo", settings)
+    save_policy(path, model, SIMULATION, "ppo", settings)
     model.save(tmp_path / "oracle6.zip")
     return path
 
@@ -48,9 +47,10 @@ def agent(tmp_path: Path) -> Path:
     ],
 )
 def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
-    task = load_task("power_limited") if name == "adaptive_rule" else TASK
-    played = play(chosen_policy(name, task), task, seed)
-    run = evaluate(chosen_policy(name, task), task, [seed])
+    problem = PLATES if name == "adaptive_rule" else PROBLEM
+    simulation = problem.simulation()
+    played = play(chosen_policy(name, simulation), problem, seed)
+    run = evaluate(chosen_policy(name, simulation), simulation, [seed])
     assert played.cost == pytest.approx(run.cost[0])
     assert (played.good, played.finished) == pytest.approx((run.good[0], run.finished[0]))
     assert played.dresses == run.executions.sum()
@@ -63,22 +63,22 @@ def test_the_shipped_policy_is_the_default(
     agent: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setattr(naming, "SHIPPED", agent.parent)
-    assert chosen_policy(None, TASK).name == "ppo"
+    assert chosen_policy(None, SIMULATION).name == "ppo"
     assert capsys.readouterr().err == ""
-    assert chosen_policy(None, load_task("slot")).name == "adaptive_rule"
+    assert chosen_policy(None, SLOT.simulation()).name == "adaptive_rule"
     said = capsys.readouterr().err
     assert said == "no trained policy is shipped for slot: adaptive_rule plays in its place\n"
     with pytest.raises(GrindError, match="was trained for oracle6, not for slot"):
-        chosen_policy(str(agent), load_task("slot"))
+        chosen_policy(str(agent), SLOT.simulation())
 
 
 def test_a_model_of_stable_baselines_is_played_when_trusted(agent: Path):
     path = str(agent.with_suffix(".zip"))
     with pytest.raises(GrindError, match="--trust"):
-        chosen_policy(path, TASK)
+        chosen_policy(path, SIMULATION)
     runs = [
-        play(policy, TASK, SEED)
-        for policy in (chosen_policy(path, TASK, unzip=load_zip), chosen_policy(str(agent), TASK))
+        play(policy, PROBLEM, SEED)
+        for policy in (chosen_policy(path, SIMULATION, unzip=load_zip), chosen_policy(str(agent), SIMULATION))
     ]
     assert runs[0] == runs[1]
 
@@ -90,7 +90,7 @@ def misfits(folder: Path) -> list[str]:
         try:
             assert path.stem in task_names()
             assert path.stat().st_size < 1_000_000
-            load_policy(path, task=load_task(path.stem))
+            load_policy(path, simulation=find_problem(path.stem).simulation())
         except (AssertionError, GrindError):
             wrong.append(path.name)
     return wrong
@@ -108,28 +108,26 @@ def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
 
 
 def test_a_film_of_a_test_seed_is_of_the_episode_that_is_played():
-    task = load_task("power_limited")
-    *_, last = watch(make_policy("constant", task), task, TEST_SEED, 1)
-    played = play(make_policy("constant", task), task, TEST_SEED)
+    plan = make_policy("constant", PLATES.simulation())
+    *_, last = watch(plan, PLATES, TEST_SEED, 1)
+    played = play(plan, PLATES, TEST_SEED)
     assert last.cost == pytest.approx(played.cost)
 
 
 def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.CaptureFixture[str], tmp_path: Path):
-    app = typer.Typer()
-    command.register(app)
-    played = play(make_policy("constant", TASK), TASK, SEED)
-    arguments = ["oracle6", "--policy", "constant", "--seed", str(SEED)]
-    app([*arguments, "--no-window"], standalone_mode=False)
-    printed = capsys.readouterr().out
-    assert played.program in printed
-    assert f"constant, seed {SEED}: {played.cost:.2f} $ for " in printed
+    played = play(make_policy("constant", SIMULATION), PROBLEM, SEED)
+
+    def printed(*options: str) -> str:
+        with pytest.raises(SystemExit) as ended:
+            main(["play", "--env", "oracle6", "--policy", "constant", "--seed", str(SEED), *options])
+        assert not ended.value.code
+        return capsys.readouterr().out
+
+    shown = printed("--no-window")
+    assert played.program in shown
+    assert f"constant, seed {SEED}: {played.cost:.2f} $ for " in shown
     for speed, dresses in CYCLE.findall(played.program):
         # the text picture of each block
-        assert re.search(rf"E{speed}\. P\d+ D{dresses}", printed.partition(played.program)[0])
-    app([*arguments, "--output", str(tmp_path / "played.gif")], standalone_mode=False)
-    assert played.program in capsys.readouterr().out
-    with Image.open(tmp_path / "played.gif") as film:
-        assert film.n_frames > TASK.blocks
-    app([*arguments, "--program", str(tmp_path / "played.nc")], standalone_mode=False)
-    assert "G82" not in capsys.readouterr().out
+        assert re.search(rf"E{speed}\. P\d+ D{dresses}", shown.partition(played.program)[0])
+    assert "G82" not in printed("--output", str(tmp_path / "played.nc"))
     assert (tmp_path / "played.nc").read_text("utf-8") == played.program

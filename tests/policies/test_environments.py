@@ -1,0 +1,155 @@
+"""Every policy in every environment, and what it is shown there."""
+
+import numpy as np
+import pytest
+
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tape import TapeRow
+from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.columns import LISTED
+from grind_env.policies.evaluation import Evaluation, evaluate, roll_out, start_episodes
+from grind_env.policies.planners.hindsight import Hindsight
+from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import policy_names
+from grind_env.policies.scripted.rules import Fixed, Handbook, Random
+from tests.policies.harness import shortened, untuned
+
+LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2, "stroke": 1}
+"""Environments, and the blocks or parts of the short episodes in which all policies are tried."""
+BESIDES = ("reciprocation", "wide_plates", "stroke")
+"""Those that are no task of cycle blocks."""
+NAMES = [(env, name) for env in LENGTHS for name in policy_names(find_problem(env).simulation())]
+
+
+class Watched:
+    """A policy whose every decision is looked at."""
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy, self.name, self.sees = policy, policy.name, policy.sees
+        self.decided: list[Decision] = []
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Let it begin."""
+        self.task = simulation.task
+        self.policy.begin(simulation, episodes)
+
+    def act(self, observation: np.ndarray, episodes: Episodes | None) -> Decision:
+        """Let it decide, and look."""
+        assert (episodes is None) == (self.sees == "measurements")
+        decision = self.policy.act(observation, episodes)
+        for values in decision:
+            assert (values.shape, values.dtype) == ((len(observation),), np.float64)
+        assert np.array_equal(decision.speeds, nearest_speed(self.task, decision.speeds))
+        assert np.isin(decision.executions, np.arange(self.task.action.executions + 1)).all()
+        self.decided.append(decision)
+        return decision
+
+
+@pytest.mark.parametrize(("env", "name"), NAMES)
+def test_every_policy_decides_in_the_action_space_of_every_environment(env: str, name: str) -> None:
+    simulation = shortened(env, LENGTHS[env])
+    policy = Watched(untuned(name, simulation))
+    # again with another number of episodes: nothing is left of the first run
+    for seeds in (range(2), range(3)):
+        policy.decided.clear()
+        run = evaluate(policy, simulation, seeds)
+        for decided, done in zip(zip(*policy.decided, strict=True), (run.speeds, run.executions), strict=True):
+            wanted = np.where(np.isnan(done), np.nan, np.array(decided).T)
+            np.testing.assert_array_equal(done, wanted)
+        assert (run.cost > 0.0).all()
+        assert run.finished.tolist() == [simulation.task.blocks] * len(seeds)
+
+
+def halfway(simulation: Simulation, seeds: range, steps: int) -> Episodes:
+    """Episodes after some steps of a random policy."""
+    episodes, plan = start_episodes(simulation, seeds), Random()
+    plan.begin(simulation, len(seeds))
+    for _ in range(steps):
+        simulation.step(episodes, *plan.act(simulation.observe(episodes), None))
+    return episodes
+
+
+def on_tape(episodes: Episodes) -> list[np.ndarray]:
+    """The arrays whose columns are the fields of `TapeRow`."""
+    return [array for array in episodes.arrays().values() if array.shape[-1] == len(TapeRow._fields)]
+
+
+@pytest.mark.parametrize("steps", [0, 7])
+@pytest.mark.parametrize("sees", ["state", "future"])
+@pytest.mark.parametrize("env", LENGTHS)
+def test_noise_is_never_handed_out(env: str, sees: str, steps: int) -> None:
+    simulation = find_problem(env).simulation()
+    episodes = halfway(simulation, range(2), steps)
+    other, rng = episodes.pick(np.arange(2)), np.random.default_rng(0)
+    changed = 0
+    for table in on_tape(other):
+        for column, name in enumerate(TapeRow._fields):
+            if name.endswith("_noise"):
+                table[..., column], changed = rng.normal(size=table.shape[:-1]), changed + 1
+    for name, table in other.arrays().items():
+        if "noise" in name:
+            table[:], changed = rng.normal(size=table.shape), changed + 1
+    assert changed >= 5
+    one, two = (reveal(sees, simulation, each) for each in (episodes, other))
+    for (name, mine), yours in zip(one.arrays().items(), two.arrays().values(), strict=True):
+        np.testing.assert_array_equal(mine, yours, err_msg=name)
+
+
+@pytest.mark.parametrize("steps", [0, 7])
+@pytest.mark.parametrize("env", LENGTHS)
+def test_the_state_shows_nothing_that_is_drawn_for_later(env: str, steps: int) -> None:
+    simulation = find_problem(env).simulation()
+    episodes = halfway(simulation, range(2), steps)
+    other, rng = episodes.pick(np.arange(2)), np.random.default_rng(0)
+    drawn = np.setdiff1d(np.arange(len(TapeRow._fields)), LISTED)
+    for i, block in enumerate(episodes.block):
+        later = other.tape[i, block + 1 :]
+        later[:, drawn] = rng.uniform(0.5, 2.0, (len(later), len(drawn)))
+    one, two = (reveal("state", simulation, each) for each in (episodes, other))
+    for (name, mine), yours in zip(one.arrays().items(), two.arrays().values(), strict=True):
+        np.testing.assert_array_equal(mine, yours, err_msg=name)
+    # not so to one who sees the future
+    known = [reveal("future", simulation, each).tape for each in (episodes, other)]
+    assert not np.array_equal(*known)
+
+
+@pytest.mark.parametrize("sees", ["state", "future"])
+@pytest.mark.parametrize("env", LENGTHS)
+def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
+    # the coming step of the episodes, and with the future all of them
+    simulation = shortened(env, 3)
+    episodes = halfway(simulation, range(3), 1)
+    shown = reveal(sees, simulation, episodes)
+    if sees == "future":
+        costs = [roll_out(Fixed(11.0, 1, 2), simulation, each).cost for each in (episodes, shown)]
+    else:
+        choice = np.full(3, 11_000.0), np.ones(3)
+        costs = [simulation.step(each, *choice)[0] for each in (episodes, shown)]
+    np.testing.assert_array_equal(*costs)
+
+
+@pytest.mark.parametrize("env", BESIDES)
+def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env: str) -> None:
+    simulation, seeds = shortened(env, {"stroke": 2}.get(env, 5)), range(3)
+    planned = evaluate(Hindsight(sweeps=1), simulation, seeds)
+    plans = [Fixed(E, D, every) for E in (6.0, 12.0, 20.0) for D in (0, 1) for every in (1, 2, 4)]
+    fixed = np.array([evaluate(plan, simulation, seeds).cost for plan in plans])
+    assert (planned.cost <= fixed.min(axis=0)).all()
+    # there is something to gain
+    assert planned.cost.mean() < 0.98 * fixed.mean(axis=1).min()
+
+
+def test_episodes_of_different_lengths_are_joined() -> None:
+    simulation = shortened("stroke", 2)
+    seeds = range(6)
+    parts = [evaluate(Handbook(), simulation, [seed]) for seed in seeds]
+    lengths = [part.speeds.shape[1] for part in parts]
+    assert len(set(lengths)) > 1
+    joined, together = Evaluation.joined(parts), evaluate(Handbook(), simulation, seeds)
+    assert joined.speeds.shape == joined.executions.shape == (6, max(lengths))
+    assert (~np.isnan(joined.speeds)).sum(axis=1).tolist() == lengths
+    for name in ("cost", "good", "finished", "speeds", "executions"):
+        np.testing.assert_array_equal(getattr(joined, name), getattr(together, name))
+    # means are of the steps that there were
+    assert joined.dresses == pytest.approx(sum(float(part.executions.sum()) for part in parts) / sum(lengths))
