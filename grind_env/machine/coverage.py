@@ -26,14 +26,24 @@ class Coverage:
         self._short: dict[tuple[int, int, int, int], float] = {}
         self._known: Strips | None = None
 
+    def is_whole(self, ends: tuple[float, float]) -> bool:
+        """Whether a table between these reversal points passes over the whole length."""
+        low, high = self._passed(ends)
+        return high - low == self._cells
+
+    def written(self) -> Strips:
+        """Depth of the deepest stroke over the whole length of each strip, mm, to be written to."""
+        self._known = None
+        return self._whole
+
     def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
         """A stroke at depth `Z`, mm, between two reversal points has passed over the strips `first` to `last - 1`."""
         low, high = self._passed(ends)
-        self._known = None
         if high - low == self._cells:
-            np.maximum(self._whole[first:last], Z, out=self._whole[first:last])
+            np.maximum(self._whole[first:last], Z, out=self.written()[first:last])
         elif low < high:
             place = first, last, low, high
+            self._known = None
             self._short[place] = max(self._short.get(place, 0.0), Z)
 
     def least(self) -> Strips:

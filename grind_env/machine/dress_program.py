@@ -8,7 +8,7 @@ also comes down to the diamond, it is the last plunge move, which must be a feed
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from grind_env.control import (
     Control,
@@ -40,25 +40,25 @@ class DressProgramError(GrindError):
     """A dress program whose motions do not dress the wheel."""
 
 
-@dataclass(frozen=True, slots=True)
-class DressPlan:
-    """One execution of a dress program.
-
-    Attributes:
-        passes: diamond passes over the wheel.
-        feed: of the passes, mm/s; over the wheel's speed of rotation it is the dress lead.
-        depth: infeed of a pass, mm, mean over the passes.
-        seconds: time with approach, retrace and the job's set-up time, s.
-    """
+class DressPlan(NamedTuple):
+    """One execution of a dress program."""
 
     passes: int
+    """Of the diamond over the wheel."""
     feed: float
+    """Of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
     depth: float
+    """Infeed of a pass, mm, mean over the passes."""
     seconds: float
+    """Time with approach, retrace and the job's set-up time, s."""
 
     def __str__(self) -> str:
         passes = "1 pass" if self.passes == 1 else f"{self.passes} passes"
         return f"{passes} of {self.depth:g} mm at {60.0 * self.feed:g} mm/min"
+
+
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+"""Of a cycle without one."""
 
 
 def plan_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressPlan:

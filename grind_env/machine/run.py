@@ -33,7 +33,7 @@ from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
@@ -46,7 +46,6 @@ from grind_env.machine.record import (
     WHEEL_FIELDS,
     GrindingRecord,
     Log,
-    results_of,
 )
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
@@ -197,34 +196,31 @@ class GrindingRun:
         self.watch.diameter(ds)
 
     def _strokes(self, event: CycleStrokes) -> None:
-        """A whole cycle: its strokes from dress to dress."""
-        made, program = 0, event.plan.program
+        """A whole cycle: its strokes and the dresses between them."""
+        part, plan, count = self.part, event.plan, len(event.begins)
+        dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
+        due, began, delays = [after for after, _ in event.dresses], [], np.full(count, self.delay)
         for after, time in event.dresses:
-            self._make(event, made, after)
-            assert program is not None  # a D is not accepted without P
-            self._dress(self.dressing.plans[program], program, "auto", time, time)
-            made = after
-        self._make(event, made, len(event.begins))
-        self.position = event.end
-
-    def _make(self, event: CycleStrokes, made: int, upto: int) -> None:
-        """Make strokes of a whole cycle after those that it has `made`, up to a number of them."""
-        if made == upto:
-            return
-        part, plan, some = self.part, event.plan, slice(made, upto)
-        rows = np.empty(upto - made, STROKE_ROW)
+            began.append(self.clock(time))
+            self.delay += dress.seconds
+            delays[after:] = self.delay
+        rows = np.empty(count, STROKE_ROW)
         rows["part"], rows["line"], rows["groove"] = part.number, plan.line, 0
-        rows["number"] = np.arange(made + 1, upto + 1)
-        rows["time"] = np.array(event.begins[some]) + self.delay
-        rows["seconds"], rows["E"] = event.seconds[some], event.feed
-        rows["Z"] = part.job.part.surface - np.array(event.plunge[some])
+        rows["number"] = np.arange(1, count + 1)
+        rows["time"], rows["seconds"], rows["E"] = delays + event.begins, event.seconds, event.feed
+        rows["Z"] = part.job.part.surface - np.array(event.plunge)
         ends = plan.secondary, plan.primary
-        first_ends = ends if made else (event.start[plan.axis], plan.primary)
+        first_ends = event.start[plan.axis], plan.primary
         before = self.mount.present(part.p)
-        self.mount.wheel = wheel = part.grind_all(before, rows, first_ends, ends, np.array(event.cross[some]))
-        self._require_numbers(sum(wheel) + results_of(rows).sum(), plan.line)
+        wheel, extremes, dressed = part.grind_all(before, rows, first_ends, ends, np.array(event.cross), due, dress)
+        self.mount.wheel = wheel
+        self._require_numbers(sum(wheel) + extremes.total, plan.line)
+        for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
+            made = len(self.strokes) + after
+            self.dresses.add((part.number, made, time, "auto", plan.program, dress.seconds, ds, removed))
         self.strokes.extend(rows)
-        self.watch.strokes(event, made + 1, rows, before)
+        self.watch.strokes(event, rows, extremes, before, wheel, dressed)
+        self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
         self._begin_cutting(event.begin)

@@ -11,7 +11,7 @@ from grind_env.control import Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.courses import COURSES
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import NO_DRESS
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
 from grind_env.machine.script import Script, ScriptBlock, depth_of, edge_of
@@ -23,7 +23,6 @@ NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
 """Of the cycles that plunge."""
 
 NO_BLOCK = -1.0
-NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
 
 Table = NDArray[Any]
 
