@@ -67,7 +67,8 @@ class Coverage:
     @property
     def unground(self) -> float:
         """Share of the surface that no stroke has reached, from 0 to 1."""
-        return float((self._depths() <= 0.0).mean())
+        depths = self._depths()
+        return float(np.count_nonzero(depths <= 0.0) / depths.size)
 
     def _passed(self, ends: tuple[float, float]) -> tuple[int, int]:
         """The first cell whose middle lies between two coordinates, and the one after the last."""
@@ -76,8 +77,10 @@ class Coverage:
 
     def _depths(self) -> Strips:
         """Depths of the cells, mm, shape (strips, cells); of one cell for all if strokes were over the whole length."""
+        if not self._short:
+            return self._whole[:, None]
         if self._known is None:
-            self._known = np.repeat(self._whole[:, None], self._cells if self._short else 1, axis=1)
+            self._known = np.repeat(self._whole[:, None], self._cells, axis=1)
             for (first, last, low, high), Z in self._short.items():
                 np.maximum(self._known[first:last, low:high], Z, out=self._known[first:last, low:high])
         return self._known

@@ -15,7 +15,7 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
-from grind_env.machine.passes import Dressed, Extremes, Swept, grind_passes
+from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips, grind_strips
 from grind_env.machine.tally import NOTHING
@@ -65,7 +65,8 @@ class PartConditions:
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
         """The parameters that hold for this part, under the first wheel or after a change of it."""
         factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
-        return nominal._replace(**{name: getattr(nominal, name) * f for name, f in factors.items()})
+        changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
+        return nominal._replace(**changed) if changed else nominal
 
 
 class Pass(NamedTuple):
@@ -137,12 +138,12 @@ class PartRun:
         Returns:
             The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
         """
-        part, Lw = self.job.part, self._ground_length(ends)
+        Lw = self._way(ends).Lw
         first, last = self._under(edge)
         if Lw == 0.0 or first == last:
             return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
         wheel, stroke, b, plunged = grind_strips(
-            wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
+            wheel, self._S, self._Rs, self._reached, first, last, Z, vw, self.job.part.width, Lw, self.p
         )
         self.deepest = max(self.deepest, Z)
         self._coverage.add(first, last, ends, Z)
@@ -175,9 +176,7 @@ class PartRun:
             The wheel after them, what the strokes have come to, and the dresses, shape (dresses, fields of `Dressed`).
         """
         first, last = self._under(edges)
-        rows["Lw"], rows["Lw"][0] = self._ground_length(ends), self._ground_length(first_ends)
-        whole = np.full(rows.size, self._coverage.is_whole(ends))
-        whole[0] = self._coverage.is_whole(first_ends)
+        first_way, later_way = self._way(first_ends), self._way(ends)
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
         wheel, self.tally, extremes = grind_passes(
@@ -187,7 +186,10 @@ class PartRun:
             self._reached,
             self._coverage.written(),
             numbers_of(rows),
-            Swept(first, last, whole),
+            first_way,
+            later_way,
+            first,
+            last,
             plunged,
             np.array(due, np.int64),
             dress,
@@ -198,15 +200,18 @@ class PartRun:
         )
         self.deepest = max(self.deepest, extremes.ground)
         self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
-        if not whole.all():
-            for k in np.flatnonzero(~whole & (rows["Lw"] > 0.0)).tolist():
-                self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(rows["Z"][k]))
+        if not (first_way.whole and later_way.whole):
+            columns = first, last, rows["Lw"], rows["Z"]
+            for k, (near, far, Lw, Z) in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
+                if Lw > 0.0 and not (later_way if k else first_way).whole:
+                    self._coverage.add(near, far, ends if k else first_ends, Z)
         return wheel, extremes, dressed
 
-    def _ground_length(self, ends: Ends) -> float:
-        """Length of the part that the table passes over between two reversal points, mm; 0 if it is beside the part."""
+    def _way(self, ends: Ends) -> Way:
+        """What the table passes over between two reversal points."""
         part = self.job.part
-        return max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
+        Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
+        return Way(Lw, self._coverage.is_whole(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.

@@ -80,15 +80,13 @@ UNMADE = Extremes(0.0, math.inf, -math.inf, -math.inf, 0.0, 0.0, math.inf, -math
 """Before the first stroke."""
 
 
-class Swept(NamedTuple):
-    """What strokes pass over, an array with one value a stroke each."""
+class Way(NamedTuple):
+    """What the table passes over between two reversal points."""
 
-    first: NDArray[np.int64]
-    """First strip under the wheel."""
-    last: NDArray[np.int64]
-    """The one after the last."""
-    whole: NDArray[np.bool_]
-    """Whether the table passes over the whole length of the part."""
+    Lw: float
+    """Ground length, mm; 0 if it is beside the part."""
+    whole: bool
+    """Whether that is the whole length of the part."""
 
 
 read_table_stroke, write_table_stroke = column_reader(TableStroke), column_writer(TableStroke)
@@ -121,7 +119,10 @@ def grind_passes(
     reached: Strips,
     covered: Strips,
     rows: Table,
-    swept: Swept,
+    first_way: Way,
+    later_way: Way,
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
     plunged: NDArray[np.bool_],
     due: NDArray[np.int64],
     dress: DressPlan,
@@ -139,7 +140,10 @@ def grind_passes(
         reached: updated.
         covered: deepest Z so far of a stroke over the whole length, mm; updated.
         rows: shape (strokes, fields of `TableStroke`, `Stroke`, `WheelSeen`); how they lie is read, the rest written.
-        swept: what they pass over.
+        first_way: of the first one.
+        later_way: of the others.
+        first: first strip under the wheel in each.
+        last: the strip after the last one.
         plunged: whether the wheel went deeper into a strip than before in each; written.
         due: after how many strokes each dress falls due.
         dress: what each of them does.
@@ -162,14 +166,14 @@ def grind_passes(
         if k == len(rows):
             break
         made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
-        first, last = swept.first[k], swept.last[k]
-        Lw = made.Lw if first < last else 0.0
+        way = first_way if k == 0 else later_way
+        Lw = way.Lw if first[k] < last[k] else 0.0
         if Lw > 0.0:
             wheel, stroke, b, plunged[k] = grind_strips(
-                wheel, S, Rs, reached, first, last, made.Z, made.E / 60.0, width, Lw, p
+                wheel, S, Rs, reached, first[k], last[k], made.Z, made.E / 60.0, width, Lw, p
             )
-            if swept.whole[k]:
-                for i in range(first, last):
+            if way.whole:
+                for i in range(first[k], last[k]):
                     covered[i] = max(covered[i], made.Z)
         tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False)
         made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
