@@ -11,13 +11,13 @@ from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
 from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
-from grind_env.machine.strips import IDLE, Strips, grind_strips
+from grind_env.machine.strips import IDLE, Strips
 from grind_env.machine.tally import NOTHING
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
@@ -70,7 +70,7 @@ class PartConditions:
 
 
 class Pass(NamedTuple):
-    """What a stroke of the table or an infeed amounts to on the part."""
+    """What an infeed amounts to on the part."""
 
     stroke: Stroke
     b: float
@@ -123,45 +123,16 @@ class PartRun:
         return int(self.tally.strokes) - self.infeeds
 
     def grind(
-        self, wheel: WheelState, Z: float, vw: float, ends: Ends, edge: float, seconds: float
-    ) -> tuple[WheelState, Pass]:
-        """Pass over the part once.
-
-        Args:
-            wheel: state before the stroke.
-            Z: depth of the wheel below the touched-off surface, mm.
-            vw: table speed, mm/s.
-            ends: reversal points between which the table moves, mm.
-            edge: cross coordinate of the wheel's edge on the minus side, mm.
-            seconds: time of the stroke.
-
-        Returns:
-            The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
-        """
-        Lw = self._way(ends).Lw
-        first, last = self._under(edge)
-        if Lw == 0.0 or first == last:
-            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
-        wheel, stroke, b, plunged = grind_strips(
-            wheel, self._S, self._Rs, self._reached, first, last, Z, vw, self.job.part.width, Lw, self.p
-        )
-        self.deepest = max(self.deepest, Z)
-        self._coverage.add(first, last, ends, Z)
-        if plunged:
-            self._plunges.append((Z, stroke.T))
-        return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
-
-    def grind_all(
         self,
         wheel: WheelState,
         rows: Table,
         first_ends: Ends,
         ends: Ends,
         edges: Strips,
-        due: Sequence[int],
-        dress: DressPlan,
+        due: Sequence[int] = (),
+        dress: DressPlan = NO_DRESS,
     ) -> tuple[WheelState, Extremes, Table]:
-        """Pass over the part many times, with dresses between.
+        """Pass over the part once or many times, with dresses between.
 
         Args:
             wheel: state before the strokes.

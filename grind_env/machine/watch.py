@@ -13,7 +13,7 @@ from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.clearance import CRASH, into_part
 from grind_env.machine.job import Job
-from grind_env.machine.part import PartRun, Pass
+from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.process import state
@@ -119,26 +119,24 @@ class Watch:
             self._moves = [move for move in self._moves if move.finish <= event.begin + INSTANT]
             self._judge_moves(event.axis)
 
-    def stroke(self, event: Stroke, Z: float, done: Pass, before: WheelState, after: WheelState) -> None:
-        """A stroke has been made.
-
-        Args:
-            event: the stroke.
-            Z: depth of the wheel below the touched-off surface, mm.
-            done: what it has done to the part.
-            before: the wheel before it.
-            after: the wheel after it.
-        """
+    def stroke(self, event: Stroke, made: Extremes, before: WheelState, after: WheelState) -> None:
+        """A stroke has been made; what it has come to, and the wheel before and after it."""
         assert self.part is not None and self._cycle is not None
         pick = self._pick
         if pick is not None and pick.begin < event.begin:
             if pick.finish > advice.middle_time(event, self.control):
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
-        self._judge_stroke(event, Z, done.stroke.ae, before.A, after.A, after.ds)
-        cycle, self._stroke = self._cycle, event
-        cycle.stroke, cycle.highest, cycle.deepest = event, min(cycle.highest, Z), max(cycle.deepest, Z)
-        cycle.over, cycle.removed = cycle.over or done.b > 0.0, cycle.removed + done.stroke.ae
+        self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
+        self._count(event, made)
+
+    def _count(self, last: Stroke, made: Extremes) -> None:
+        """Count strokes of the cycle, up to its last one so far."""
+        assert self._cycle is not None
+        cycle, self._stroke = self._cycle, last
+        cycle.stroke = last
+        cycle.highest, cycle.deepest = min(cycle.highest, made.highest), max(cycle.deepest, made.deepest)
+        cycle.over, cycle.removed = cycle.over or made.ground > -math.inf, cycle.removed + made.removed
 
     def strokes(
         self,
@@ -160,7 +158,7 @@ class Watch:
             dressed: the dresses between them, shape (dresses, fields of `Dressed`).
         """
         assert self.part is not None and self._cycle is not None
-        cycle, plan, least = self._cycle, event.plan, self.job.setup.wheel.minimum_diameter
+        plan, least = event.plan, self.job.setup.wheel.minimum_diameter
         shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
         alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
         inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
@@ -171,10 +169,8 @@ class Watch:
                 self.diameter(ds)
                 made, A = upto, dressed_A
             self._judge_strokes(event, made, rows[made:], A)
-        self._pick, self._stroke = None, event.stroke(rows.size)
-        cycle.stroke = self._stroke
-        cycle.highest, cycle.deepest = min(cycle.highest, extremes.highest), max(cycle.deepest, extremes.deepest)
-        cycle.over, cycle.removed = cycle.over or extremes.ground > -math.inf, cycle.removed + extremes.removed
+        self._pick = None
+        self._count(event.stroke(rows.size), extremes)
 
     def _judge_strokes(self, event: CycleStrokes, made: int, rows: Table, A: float) -> None:
         """Warn of strokes of a whole cycle after those that it has `made`; wear flats `A` before them."""
