@@ -1,9 +1,10 @@
-"""Check a core install: without torch and Stable-Baselines3, every environment is made and stepped.
+"""Check a core install: without torch and Stable-Baselines3, environments are stepped, and policies judged and played.
 
 Run by `make core` from outside the checkout, with the Python of the environment that holds the install alone.
 """
 
 import importlib.util
+import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from gymnasium.vector import AutoresetMode
 
 import grind_env
 
+SHIPPED = Path(grind_env.__file__).parent / "policies" / "shipped"
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pandas")
 
 
@@ -34,7 +36,23 @@ def main() -> str | None:
             vector = gym.make_vec(name, num_envs=4, autoreset_mode=mode)
             vector.reset(seed=0)
             vector.step(vector.action_space.sample())
-    print(f"OK: core install of grind_env {grind_env.__version__}, {len(ids)} environments stepped")
+    rule = grind_env.evaluate("adaptive_rule", "grind/PowerLimited-v0", episodes=8)
+    agent = grind_env.evaluate(str(SHIPPED / "power_limited.safetensors"), "power_limited", episodes=8)
+    if not rule.score or not agent.score or agent.score.value < rule.score.value:
+        return f"the shipped agent is no better than a rule: {agent}, {rule}"
+    task = Path("shop.toml")
+    task.write_text('base = "power_limited"\nblocks = 6\n', encoding="utf-8")
+    command = [sys.executable, "-m", "grind_env", "play", "--no-window", "--policy", "E12D1", "--task", task]
+    played = subprocess.run(command, capture_output=True, text=True, check=False)
+    if played.returncode != 0 or "good parts of 6" not in played.stdout:
+        return f"a task file is not played: {played.stderr or played.stdout}"
+    shipped = [sys.executable, "-m", "grind_env", "play", "--output", "played.nc"]
+    if (
+        subprocess.run(shipped, capture_output=True, check=False).returncode != 0
+        or "G82" not in Path("played.nc").read_text()
+    ):
+        return "the shipped policy is not played"
+    print(f"OK: core install of grind_env {grind_env.__version__}, {len(ids)} environments stepped, {agent}")
     return None
 
 

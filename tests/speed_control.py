@@ -41,11 +41,11 @@ def measure(blocks: int, compensated: bool) -> None:
     print(seconds, motions, most)
 
 
-def write_parts(path: Path) -> None:
+def write_parts(path: Path, parts: int = PARTS) -> None:
     """The example plate, again and again, with a dress so shallow that the wheel lasts."""
     _, text, _ = PLATE.read_text(encoding="utf-8").split("%\n")
     assert "N100 M30\n" in text
-    calls = f"M98 P2001 L{PARTS // 4}\n" * 4  # L is 999 at most
+    calls = f"M98 P2001 L{parts // 4}\n" * 4  # L is 999 at most
     text = text.replace("N100 M30\n", "N100 M00\nM99\n").replace("Y-.02 F60.", "Y-.005 F60.")
     path.write_text(calls + "M30\n" + text, encoding="utf-8")
 

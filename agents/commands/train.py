@@ -1,6 +1,7 @@
 """`python -m agents train`."""
 
 import sys
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -61,8 +62,8 @@ def train(
     points = read_curve(curve_path(path))
     last = points[-1]
     print(
-        f"validation cost {last.cost:.2f} $ an episode, score {last.score:.1f}, after {last.steps} steps and"
-        f" {last.seconds:.0f} s; 95 % of the score from {seconds_to(points):.0f} s on"
+        f"validation cost {last.cost:.2f} $ an episode after {last.steps} steps and {last.seconds:.0f} s"
+        + (f"; score {last.score:.1f}, 95 % of it from {seconds_to(points):.0f} s on" if isfinite(last.score) else "")
     )
     print("time: " + ", ".join(f"{100.0 * getattr(last, name) / last.seconds:.0f} % {name}" for name in SPENT))
     print(f"trained agent: {path}")

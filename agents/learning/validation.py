@@ -64,7 +64,7 @@ class Validation:
         """Mean cost of an episode in $, and an estimate of the normalised score.
 
         The fixed plan is run on the same episodes. What the planner, too slow for that, would save of its cost is taken
-        from the reference scores; the score is NaN in a task that has none.
+        from the reference scores; the score is NaN in a problem that has none.
         """
         cost = float(evaluate(agent, self.simulation, self.seeds).cost.mean())
         return cost, 100.0 * (self.fixed - cost) / (self.fixed - self.least)

@@ -114,7 +114,7 @@ class Watch(BaseCallback):
         )
         self.logger.record("validation/cost", cost)
         self.logger.record("validation/score", score)
-        self.news = f", validation score {score:.1f}"
+        self.news = f", validation score {score:.1f}" if np.isfinite(score) else f", validation cost {cost:.2f} $"
         self._after_point()
 
     def _on_training_end(self) -> None:

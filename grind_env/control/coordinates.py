@@ -36,7 +36,7 @@ class WorkSystems:
     def origin(self, system: str) -> Position:
         """Machine coordinates of the program's origin in a work system, mm."""
         parts = (self.offsets[system], self.external, self.shift, self.length, self.wear)
-        x, y, z = (sum(axis) for axis in zip(*parts, strict=True))
+        x, y, z = map(sum, zip(*parts, strict=True))
         return x, y, z
 
     def follow_wheel(self, axis: int, way: float) -> None:

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from grind_env.control import numbers
 from grind_env.control.cycles import codes_said
@@ -69,10 +69,10 @@ class Command:
 
     def allow_only(self, letters: str, action: str, common: str = "FEST") -> None:
         """Refuse every word other than these and the common ones as foreign to the block (PD-18)."""
-        allowed = {*letters, *common}
+        allowed = letters + common
         for letter, word in self.words.items():
             if letter not in allowed:
-                message = f"{word} has no meaning in {action}; {', '.join(sorted(allowed))} have"
+                message = f"{word} has no meaning in {action}; {', '.join(sorted({*allowed}))} have"
                 raise self.block.error("block-format", message, word)
 
 
@@ -100,7 +100,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
                 field, value = SWITCHES[g]
                 if field == "per_revolution" and value != modes.per_revolution:
                     feed_missing = word
-                modes = replace(modes, **{field: value})
+                modes = modes._replace(**{field: value})
             elif g in ACTIONS:
                 if code is not None:
                     raise block.error("block-format", f"{word} follows {code}; a block holds one motion code", word)
@@ -116,12 +116,12 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
                 halved = letter == "X" and modes.diameter
                 lengths[letter] = Value(0.5 * mm if halved else mm, modes.incremental, word)
             elif letter == "F":
-                modes = replace(modes, feed=numbers.feed(block, word, modes.inch, form))
+                modes = modes._replace(feed=numbers.feed(block, word, modes.inch, form))
                 feed_missing = None
             elif letter == "E":
                 reciprocation_feed = numbers.feed(block, word, modes.inch, form)
             elif letter == "S":
-                modes = replace(modes, spindle=numbers.spindle(block, word, modes.surface_speed and modes.inch, form))
+                modes = modes._replace(spindle=numbers.spindle(block, word, modes.surface_speed and modes.inch, form))
             elif letter == "T":
                 tool = numbers.tool_numbers(block, word)
     if feed_missing is not None:
@@ -131,7 +131,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
             feed_missing,
         )
     if code in MOTIONS:
-        modes = replace(modes, motion=code)
+        modes = modes._replace(motion=code)
     if sum(number in PROGRAM_FLOW for number in m) > 1:
         raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99; it may hold one")
     return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed, tool, form)

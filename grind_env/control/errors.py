@@ -1,6 +1,6 @@
 """The one exception of the control, and the place in a part program that it points to."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from grind_env.errors import GrindError
 
@@ -32,8 +32,7 @@ class ControlError(GrindError):
         super().__init__(f"{place}: {message} [{name}]" if place else f"{message} [{name}]")
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """Where a block stands: file, line and column from 1, and its N word or else its line number."""
 
     file: str

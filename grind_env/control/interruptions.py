@@ -193,7 +193,7 @@ class Interruptions:
         programmed, plane, detect = compensation.programmed, compensation.plane, compensation.detect
         compensation.forget()
         compensation.programmed = None
-        mover.modes = modes if modes.compensation == "G40" else replace(modes, compensation="G40")
+        mover.modes = modes._replace(compensation="G40")
         recorder = mover.recorder = Recorder(timeline.position, mover.remembered)
         mover.source = source
         end = yield from self.execute(program, table.place if table else place)

@@ -2,8 +2,7 @@
 
 import itertools
 from collections.abc import Collection
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from grind_env.control.cycles import RULES
 
@@ -54,34 +53,30 @@ def listed(codes: Collection[str]) -> str:
     return ", ".join(parts)
 
 
-@dataclass(frozen=True, slots=True)
-class Modes:
-    """What a block leaves in force for the next one; the defaults are those at power-up.
-
-    Attributes:
-        motion: G00, G01, G02 or G03.
-        plane: G17, G18 or G19.
-        incremental: G91 rather than G90.
-        per_revolution: G95 rather than G94.
-        inch: G70 rather than G71.
-        diameter: G08 rather than G07: X words are diameters.
-        compensation: G40, G41 or G42.
-        corner: G39 or G39.1.
-        work_system: G54 to G59.3.
-        surface_speed: G96 rather than G97.
-        feed: F, mm per minute or mm per revolution; None before the first F.
-        spindle: S, revolutions per minute, under G96 metres (G70: feet) per minute; None before the first S.
-    """
+class Modes(NamedTuple):
+    """What a block leaves in force for the next one; the defaults are those at power-up."""
 
     motion: str = "G00"
+    """G00, G01, G02 or G03."""
     plane: str = "G18"
+    """G17, G18 or G19."""
     incremental: bool = False
+    """G91 rather than G90."""
     per_revolution: bool = False
+    """G95 rather than G94."""
     inch: bool = False
+    """G70 rather than G71."""
     diameter: bool = False
+    """G08 rather than G07: X words are diameters."""
     compensation: str = "G40"
+    """G40, G41 or G42."""
     corner: str = "G39"
+    """G39 or G39.1."""
     work_system: str = "G54"
+    """G54 to G59.3."""
     surface_speed: bool = False
+    """G96 rather than G97."""
     feed: float | None = None
+    """F, mm per minute or mm per revolution; None before the first F."""
     spindle: float | None = None
+    """S, revolutions per minute, under G96 metres (G70: feet) per minute; None before the first S."""

@@ -258,11 +258,10 @@ class CycleStrokes:
 
     def _at(self, coordinate: float, k: int) -> Position:
         """Position with the table at a coordinate in stroke k, counted from 0."""
-        axis, plunge = self.plan.axis, self.plan.plunge_axis
-        x, y, z = (
-            coordinate if each == axis else self.plunge[k] if each == plunge else self.cross[k] for each in range(3)
-        )
-        return x, y, z
+        assert self.plan.plunge_axis is not None
+        position = [self.cross[k]] * 3
+        position[self.plan.plunge_axis], position[self.plan.axis] = self.plunge[k], coordinate
+        return position[0], position[1], position[2]
 
 
 @dataclass(frozen=True, slots=True)

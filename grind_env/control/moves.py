@@ -128,10 +128,11 @@ class Mover:
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
             letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
         command.allow_only(letters, f"this {command.action} block")
-        end = target(command, self.position, self._origin(command), self._reciprocating)
-        path = Straight(self.position, end)
-        moves = path.length > 0.0 or (self.detour is not None and command.lengths)
-        return self._sections(command, path, ahead) if moves else []
+        if not command.lengths:
+            return []
+        start = self.position
+        path = Straight(start, target(command, start, self._origin(command), self._reciprocating))
+        return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def circular(self, command: Command, ahead: Ahead) -> list[Section]:
         """G02 or G03."""

@@ -7,7 +7,7 @@ each other on their own. Positions are computed at the moments that events show,
 import itertools
 import math
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypedDict
 
@@ -101,15 +101,17 @@ class Timeline:
         """Whether the operator asks for a dress, now or at a later time."""
         return self.control.panel.dress_requested or bool(self._requests)
 
-    def wait(self, time: float) -> Iterator[Event]:
+    def wait(self, time: float) -> Iterable[Event]:
         """Hold before a motion that would begin at a time, as long as the operator wants (PD-16)."""
         cause = self.control.panel.holding
-        if cause is not None:
-            yield Hold(time, cause)
-            if self.control.panel.holding is not None:
-                raise ControlError(
-                    "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
-                )
+        return () if cause is None else self._on_hold(time, cause)
+
+    def _on_hold(self, time: float, cause: str) -> Iterator[Event]:
+        yield Hold(time, cause)
+        if self.control.panel.holding is not None:
+            raise ControlError(
+                "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
+            )
 
     def duration(self, path: Path, feed: float | None) -> float:
         """Time that a motion along a path would take from now on, s."""

@@ -38,10 +38,10 @@ def taken(script: Script, tables: ScriptTables, block: Table, settings: Table) -
     result[~dresses, DRESS_PASSES:] = own[~dresses, DRESS_PASSES:]
     _refuse_outside(script, block, own, result)
     for number in np.unique(block[dresses]).tolist():
-        plan, rows = script.blocks[number].dress, block == number
-        assert plan is not None
+        run, rows = script.blocks[number].dress, block == number
+        assert run is not None
         dress = result[rows, DRESS_PASSES:DRESS_SECONDS].T
-        result[rows, DRESS_SECONDS] = dress_seconds(plan, script.job.control, *dress)
+        result[rows, DRESS_SECONDS] = dress_seconds(run, script.job.control, *dress)
     return result
 
 

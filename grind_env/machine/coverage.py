@@ -26,14 +26,24 @@ class Coverage:
         self._short: dict[tuple[int, int, int, int], float] = {}
         self._known: Strips | None = None
 
+    def is_whole(self, ends: tuple[float, float]) -> bool:
+        """Whether a table between these reversal points passes over the whole length."""
+        low, high = self._passed(ends)
+        return high - low == self._cells
+
+    def written(self) -> Strips:
+        """Depth of the deepest stroke over the whole length of each strip, mm, to be written to."""
+        self._known = None
+        return self._whole
+
     def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
         """A stroke at depth `Z`, mm, between two reversal points has passed over the strips `first` to `last - 1`."""
         low, high = self._passed(ends)
-        self._known = None
         if high - low == self._cells:
-            np.maximum(self._whole[first:last], Z, out=self._whole[first:last])
+            np.maximum(self._whole[first:last], Z, out=self.written()[first:last])
         elif low < high:
             place = first, last, low, high
+            self._known = None
             self._short[place] = max(self._short.get(place, 0.0), Z)
 
     def least(self) -> Strips:
@@ -57,7 +67,8 @@ class Coverage:
     @property
     def unground(self) -> float:
         """Share of the surface that no stroke has reached, from 0 to 1."""
-        return float((self._depths() <= 0.0).mean())
+        depths = self._depths()
+        return float(np.count_nonzero(depths <= 0.0) / depths.size)
 
     def _passed(self, ends: tuple[float, float]) -> tuple[int, int]:
         """The first cell whose middle lies between two coordinates, and the one after the last."""
@@ -66,8 +77,10 @@ class Coverage:
 
     def _depths(self) -> Strips:
         """Depths of the cells, mm, shape (strips, cells); of one cell for all if strokes were over the whole length."""
+        if not self._short:
+            return self._whole[:, None]
         if self._known is None:
-            self._known = np.repeat(self._whole[:, None], self._cells if self._short else 1, axis=1)
+            self._known = np.repeat(self._whole[:, None], self._cells, axis=1)
             for (first, last, low, high), Z in self._short.items():
                 np.maximum(self._known[first:last, low:high], Z, out=self._known[first:last, low:high])
         return self._known

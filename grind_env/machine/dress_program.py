@@ -8,7 +8,7 @@ also comes down to the diamond, it is the last plunge move, which must be a feed
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from grind_env.control import (
     Control,
@@ -40,34 +40,40 @@ class DressProgramError(GrindError):
     """A dress program whose motions do not dress the wheel."""
 
 
-@dataclass(frozen=True, slots=True)
-class DressPlan:
-    """One execution of a dress program.
-
-    Attributes:
-        passes: diamond passes over the wheel.
-        feed: of the passes, mm/s; over the wheel's speed of rotation it is the dress lead.
-        depth: infeed of a pass, mm, mean over the passes.
-        seconds: time with approach, retrace and the job's set-up time, s.
-        axis: the reciprocating axis.
-        motions: that the control makes of it, retrace included.
-        strokes: which of them are the passes.
-    """
+class DressPlan(NamedTuple):
+    """One execution of a dress program."""
 
     passes: int
+    """Of the diamond over the wheel."""
     feed: float
+    """Of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
     depth: float
+    """Infeed of a pass, mm, mean over the passes."""
     seconds: float
-    axis: int = 0
-    motions: tuple[Motion, ...] = field(default=(), repr=False)
-    strokes: tuple[int, ...] = ()
+    """Time with approach, retrace and the job's set-up time, s."""
 
     def __str__(self) -> str:
         passes = "1 pass" if self.passes == 1 else f"{self.passes} passes"
         return f"{passes} of {self.depth:g} mm at {60.0 * self.feed:g} mm/min"
 
 
-def plan_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressPlan:
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
+"""Of a cycle without one."""
+
+
+class DressRun(NamedTuple):
+    """One execution of a dress program as it was run."""
+
+    plan: DressPlan
+    axis: int
+    """The reciprocating one."""
+    motions: tuple[Motion, ...]
+    """That the control makes of it, retrace included."""
+    strokes: tuple[int, ...]
+    """Which of them are the passes."""
+
+
+def run_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressRun:
     """Measure a dress program by running it once by itself.
 
     Args:
@@ -89,10 +95,15 @@ def plan_dress(programs: Programs, number: int, job: Job, control: Control, posi
     return measure_dress(motions, number, job, axis)
 
 
+def plan_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressPlan:
+    """What one execution of a dress program amounts to; arguments and errors as for `run_dress`."""
+    return run_dress(programs, number, job, control, position, axis).plan
+
+
 def is_dress_program(
     programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int
 ) -> bool:
-    """Whether a program that no cycle names moves as a dress program does; arguments as for `plan_dress`."""
+    """Whether a program that no cycle names moves as a dress program does; arguments as for `run_dress`."""
     try:
         plan_dress(programs, number, job, control, position, axis)
     except DressProgramError:
@@ -120,8 +131,8 @@ def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[t
                 break
 
 
-def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressPlan:
-    """The plan that the motions of one execution amount to; arguments and errors as for `plan_dress`."""
+def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressRun:
+    """The plan that the motions of one execution amount to; arguments and errors as for `run_dress`."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     width = job.setup.wheel.width
     out = [motion for motion in motions if motion.source is not Source.RETRACE]
@@ -158,7 +169,8 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
     if depth < STEP:
         raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
     seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
-    return DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds, axis, tuple(motions), tuple(passes))
+    plan = DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
+    return DressRun(plan, axis, tuple(motions), tuple(passes))
 
 
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:

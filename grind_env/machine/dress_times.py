@@ -22,7 +22,7 @@ from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
 from grind_env.control.dressing import REMEMBERED
 from grind_env.kernel import entry
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import STEP, DressPlan
+from grind_env.machine.dress_program import STEP, DressRun
 from grind_env.machine.rules import motion_time
 
 Numbers = NDArray[np.float64]
@@ -41,28 +41,29 @@ class Laid:
     rates: list[Numbers]
 
 
-def dress_seconds(plan: DressPlan, control: Control, passes: Numbers, feed: Numbers, depth: Numbers) -> Numbers:
+def dress_seconds(run: DressRun, control: Control, passes: Numbers, feed: Numbers, depth: Numbers) -> Numbers:
     """Time of an execution with other numbers than the program's own, s, shape (N,); exactly its own with its own.
 
     Args:
-        plan: of the program.
+        run: of the program.
         control: settings of the control.
         passes: at least 1, shape (N,).
         feed: of the passes, mm/s, shape (N,).
         depth: mean infeed of a pass, mm, shape (N,).
     """
-    own = _seconds(plan, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
+    plan = run.plan
+    own = _seconds(run, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
     seconds = np.empty(len(passes))
     for count in np.unique(passes).tolist():
         rows = passes == count
-        seconds[rows] = plan.seconds + (_seconds(plan, control, int(count), feed[rows], depth[rows]) - own)
+        seconds[rows] = plan.seconds + (_seconds(run, control, int(count), feed[rows], depth[rows]) - own)
     return seconds
 
 
-def _seconds(plan: DressPlan, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Numbers:
+def _seconds(run: DressRun, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Numbers:
     """Time of the straight moves of an execution, s, shape (N,)."""
-    out = _way_out(plan, control, passes, feed, depth)
-    back = _way_back(plan, control, out, feed)
+    out = _way_out(run, control, passes, feed, depth)
+    back = _way_back(run, control, out, feed)
     seconds = np.zeros(len(feed))
     for laid in (out, back):
         for (begin, end), rate in zip(pairwise(laid.points), laid.rates, strict=True):
@@ -78,19 +79,19 @@ def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
             seconds[k] += motion_time(ways[k], rates[k], acceleration)
 
 
-def _legs(plan: DressPlan) -> tuple[list[Motion], list[int]]:
+def _legs(run: DressRun) -> tuple[list[Motion], list[int]]:
     """The moves before the retrace, and which of them are passes."""
-    moves = [k for k, motion in enumerate(plan.motions) if _is_leg(motion)]
-    return [plan.motions[k] for k in moves], [moves.index(k) for k in plan.strokes]
+    moves = [k for k, motion in enumerate(run.motions) if _is_leg(motion)]
+    return [run.motions[k] for k in moves], [moves.index(k) for k in run.strokes]
 
 
 def _is_leg(motion: Motion) -> bool:
     return motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
 
 
-def _way_out(plan: DressPlan, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Laid:
-    legs, strokes = _legs(plan)
-    plunge, cross = plunge_axis(plan.axis), cross_axis(plan.axis)
+def _way_out(run: DressRun, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Laid:
+    legs, strokes = _legs(run)
+    plunge, cross = plunge_axis(run.axis), cross_axis(run.axis)
     infeeds = [k for k, leg in enumerate(legs) if abs(leg.end[plunge] - leg.start[plunge]) >= STEP]
     first = max([k for k in infeeds if k < strokes[0]], default=strokes[0])
     steps = [range(begin, end + 1) for begin, end in zip([first, *(k + 1 for k in strokes)], strokes, strict=False)]
@@ -98,7 +99,7 @@ def _way_out(plan: DressPlan, control: Control, passes: int, feed: Numbers, dept
 
     def move(leg: Motion, end: Numbers) -> None:
         laid.points.append(end)
-        laid.rates.append(_rate(leg, plan, control, feed))
+        laid.rates.append(_rate(leg, run, control, feed))
 
     def ways(step: range) -> Numbers:
         return np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
@@ -111,7 +112,7 @@ def _way_out(plan: DressPlan, control: Control, passes: int, feed: Numbers, dept
         if abs(way[:, cross].sum()) >= STEP:
             way[:, cross] *= (-1.0) ** max(number + 1 - len(steps), 0)
         infeed = max([k for k in infeeds if k in step], default=None)
-        deeper = way[:, plunge].sum() * (depth / plan.depth - 1.0)
+        deeper = way[:, plunge].sum() * (depth / run.plan.depth - 1.0)
         for k, each in zip(step, way, strict=True):
             end = laid.points[-1] + each
             if k == infeed:
@@ -123,21 +124,21 @@ def _way_out(plan: DressPlan, control: Control, passes: int, feed: Numbers, dept
     return laid
 
 
-def _way_back(plan: DressPlan, control: Control, out: Laid, feed: Numbers) -> Laid:
+def _way_back(run: DressRun, control: Control, out: Laid, feed: Numbers) -> Laid:
     """The link to the end of the last move that is remembered, and these moves run backwards."""
-    legs, _ = _legs(plan)
-    retrace = [motion for motion in plan.motions if motion.source is Source.RETRACE]
+    legs, _ = _legs(run)
+    retrace = [motion for motion in run.motions if motion.source is Source.RETRACE]
     linked = not (len(retrace) <= min(len(legs), REMEMBERED) and legs[len(retrace) - 1].end == legs[-1].end)
     remembered = len(retrace) - linked
     most = REMEMBERED if remembered == len(legs) else remembered
     arcs = [k for k, rate in enumerate(out.rates) if not rate.any()]
     remembered = min([most, len(out.rates), *arcs])
-    link = _rate(retrace[0] if linked else legs[-1], plan, control, feed)
+    link = _rate(retrace[0] if linked else legs[-1], run, control, feed)
     points = [out.points[-1], *out.points[remembered::-1]]
     return Laid(points, [link, *reversed(out.rates[:remembered])])
 
 
-def _rate(leg: Motion, plan: DressPlan, control: Control, feed: Numbers) -> Numbers:
+def _rate(leg: Motion, run: DressRun, control: Control, feed: Numbers) -> Numbers:
     """Speed along a leg, mm/s, shape (N,); 0 along an arc."""
     if isinstance(leg, Rapid):
         return np.full(len(feed), control.rapid_feed / 60.0)
@@ -145,4 +146,4 @@ def _rate(leg: Motion, plan: DressPlan, control: Control, feed: Numbers) -> Numb
         return np.zeros(len(feed))
     assert isinstance(leg, Line)
     own = leg.feed / 60.0
-    return feed if own == plan.feed else np.full(len(feed), own)
+    return feed if own == run.plan.feed else np.full(len(feed), own)

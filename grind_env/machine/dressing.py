@@ -55,7 +55,7 @@ class DressPrograms:
         self.under_way = None
         if number not in self._compared:
             self._compared.add(number)
-            require_same(measure_dress(self._motions, number, self.job, axis), plan, number)
+            require_same(measure_dress(self._motions, number, self.job, axis).plan, plan, number)
         return plan, begun.time
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:

@@ -37,11 +37,10 @@ def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None 
         least: depth to which strokes have been where a strip has been reached least, mm; None for grooves.
     """
     S = float(depths.mean())
-    error, taper = 1000.0 * (stock - S), 1000.0 * float(np.ptp(depths))
+    error, taper = 1000.0 * (stock - S), 1000.0 * float(depths.max() - depths.min())
     # the mean where all is equally deep: so rounded, it is what a part without strips has
     worst = _farthest(1000.0 * (stock - depths)) if taper > 0.0 else error
-    if least is not None:
-        short = least < depths - DEPTH_TOLERANCE
+    if least is not None and (short := least < depths - DEPTH_TOLERANCE).any():
         worst = _farthest(np.append(1000.0 * (stock - least[short]), worst))
     return Surface(S, float(roughness.mean()), error, taper, worst)
 

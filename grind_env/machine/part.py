@@ -1,9 +1,9 @@
 """One part on the machine: its surface in strips across, and what it has become in the end."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -11,12 +11,13 @@ from grind_env.control import Infeed
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
+from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, JobError, Part, Stage
-from grind_env.machine.passes import TableStrokes, grind_passes
-from grind_env.machine.record import Table, results_of
-from grind_env.machine.strips import IDLE, Strips, grind_strips
+from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
+from grind_env.machine.record import Table, numbers_of
+from grind_env.machine.strips import IDLE, Strips
 from grind_env.machine.tally import NOTHING
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
@@ -64,11 +65,12 @@ class PartConditions:
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
         """The parameters that hold for this part, under the first wheel or after a change of it."""
         factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
-        return nominal._replace(**{name: getattr(nominal, name) * f for name, f in factors.items()})
+        changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
+        return nominal._replace(**changed) if changed else nominal
 
 
 class Pass(NamedTuple):
-    """What a stroke of the table or an infeed amounts to on the part."""
+    """What an infeed amounts to on the part."""
 
     stroke: Stroke
     b: float
@@ -121,85 +123,66 @@ class PartRun:
         return int(self.tally.strokes) - self.infeeds
 
     def grind(
-        self, wheel: WheelState, Z: float, vw: float, ends: Ends, edge: float, seconds: float
-    ) -> tuple[WheelState, Pass]:
-        """Pass over the part once.
-
-        Args:
-            wheel: state before the stroke.
-            Z: depth of the wheel below the touched-off surface, mm.
-            vw: table speed, mm/s.
-            ends: reversal points between which the table moves, mm.
-            edge: cross coordinate of the wheel's edge on the minus side, mm.
-            seconds: time of the stroke.
-
-        Returns:
-            The wheel after the stroke, and the stroke: an idle one if the wheel passes beside the part.
-        """
-        part, Lw = self.job.part, self._ground_length(ends)
-        first, last = self._under(edge)
-        if Lw == 0.0 or first == last:
-            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), seconds, plunged=False)
-        wheel, stroke, b, plunged = grind_strips(
-            wheel, self._S, self._Rs, self._reached, first, last, Z, vw, part.width, Lw, self.p
-        )
-        self.deepest = max(self.deepest, Z)
-        self._coverage.add(first, last, ends, Z)
-        if plunged:
-            self._plunges.append((Z, stroke.T))
-        return wheel, self._counted(Pass(stroke, b, Lw), seconds, plunged)
-
-    def grind_all(self, wheel: WheelState, rows: Table, first_ends: Ends, ends: Ends, edges: Strips) -> WheelState:
-        """Pass over the part many times at one table speed.
+        self,
+        wheel: WheelState,
+        rows: Table,
+        first_ends: Ends,
+        ends: Ends,
+        edges: Strips,
+        due: Sequence[int] = (),
+        dress: DressPlan = NO_DRESS,
+    ) -> tuple[WheelState, Extremes, Table]:
+        """Pass over the part once or many times, with dresses between.
 
         Args:
             wheel: state before the strokes.
-            rows: of the strokes, dtype `record.STROKE_ROW`, with seconds, E and Z; what they do to the part is written.
+            rows: of the strokes, dtype `record.STROKE_ROW`, with time, seconds, E and Z; what they do is written.
             first_ends: reversal points between which the table moves in the first one, mm.
             ends: those of the others.
             edges: cross coordinate of the wheel's edge on the minus side in each, mm.
+            due: after how many strokes each dress falls due.
+            dress: what each of them does.
 
         Returns:
-            The wheel after them.
+            The wheel after them, what the strokes have come to, and the dresses, shape (dresses, fields of `Dressed`).
         """
-        first = np.searchsorted(self._centres, edges)
-        last = np.searchsorted(self._centres, edges + self.job.setup.wheel.width)
-        rows["Lw"], rows["Lw"][0] = self._ground_length(ends), self._ground_length(first_ends)
-        rows["Lw"][first == last] = 0.0
+        first, last = self._under(edges)
+        first_way, later_way = self._way(first_ends), self._way(ends)
         plunged = np.empty(rows.size, np.bool_)
-        wheel, self.tally = grind_passes(
+        dressed = np.empty((len(due), len(Dressed._fields)))
+        wheel, self.tally, extremes = grind_passes(
             wheel,
             self._S,
             self._Rs,
             self._reached,
-            TableStrokes(rows["Z"], rows["Lw"], first, last, rows["seconds"]),
-            rows["E"][0] / 60.0,
+            self._coverage.written(),
+            numbers_of(rows),
+            first_way,
+            later_way,
+            first,
+            last,
+            plunged,
+            np.array(due, np.int64),
+            dress,
+            dressed,
             self.job.part.width,
             self.p,
             self.tally,
-            rows["b"],
-            plunged,
-            results_of(rows),
         )
+        self.deepest = max(self.deepest, extremes.ground)
         self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
-        changes = np.ones(rows.size, np.bool_)  # of the place; the first stroke may have come from elsewhere
-        changes[2:] = (first[2:] != first[1:-1]) | (last[2:] != last[1:-1])
-        begins = np.flatnonzero(changes)
-        columns = begins, first[begins], last[begins], rows["Lw"][begins], np.maximum.reduceat(rows["Z"], begins)
-        deepest: dict[tuple[int, int, Ends], float] = {}
-        for k, near, far, Lw, Z in zip(*(column.tolist() for column in columns), strict=True):
-            if Lw > 0.0:
-                place = near, far, ends if k else first_ends
-                deepest[place] = max(deepest.get(place, 0.0), Z)
-                self.deepest = max(self.deepest, Z)
-        for (near, far, way), Z in deepest.items():
-            self._coverage.add(near, far, way, Z)
-        return wheel
+        if not (first_way.whole and later_way.whole):
+            columns = first, last, rows["Lw"], rows["Z"]
+            for k, (near, far, Lw, Z) in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
+                if Lw > 0.0 and not (later_way if k else first_way).whole:
+                    self._coverage.add(near, far, ends if k else first_ends, Z)
+        return wheel, extremes, dressed
 
-    def _ground_length(self, ends: Ends) -> float:
-        """Length of the part that the table passes over between two reversal points, mm; 0 if it is beside the part."""
+    def _way(self, ends: Ends) -> Way:
+        """What the table passes over between two reversal points."""
         part = self.job.part
-        return max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
+        Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
+        return Way(Lw, self._coverage.is_whole(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
@@ -212,10 +195,9 @@ class PartRun:
         first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
         return self._coverage.least_between(first, max(last, first + 1), ends)
 
-    def _under(self, edge: float) -> tuple[int, int]:
-        """The first strip under the wheel, and the one after the last."""
-        first, last = np.searchsorted(self._centres, (edge, edge + self.job.setup.wheel.width))
-        return int(first), int(last)
+    def _under(self, edge: Any) -> tuple[Any, Any]:
+        """The first strip under a wheel, or under each of many, whose edge lies there, and the one after the last."""
+        return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
     def infeed(self, wheel: WheelState, event: Infeed) -> tuple[WheelState, Pass]:
         """Infeed into a groove, with the wheel if the job says that it does the grooving.

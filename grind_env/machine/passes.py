@@ -1,31 +1,36 @@
-"""The strokes of a table over the strips of a part, one after the other."""
+"""The strokes of a table over the strips of a part, one after the other, and the dresses between them."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.kernel import entry
-from grind_env.kernel.rows import column_writer
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.machine.cycle import dress_lead
+from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.rows import Table
 from grind_env.machine.strips import IDLE, Strips, grind_strips
-from grind_env.machine.tally import Tally, count_stroke
+from grind_env.machine.tally import Tally, count_dress, count_stroke
 from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.stroke import dress_wheel
 
 
-class TableStrokes(NamedTuple):
-    """Strokes at one table speed, an array with one value a stroke each."""
+class TableStroke(NamedTuple):
+    """How a stroke of the table lies, or an infeed; a row of a record has it before what the stroke has done."""
 
-    Z: NDArray[np.float64]
-    """Depth of the wheel below the touched-off surface, mm."""
-    Lw: NDArray[np.float64]
-    """Ground length, mm; 0 where the wheel passes beside the part."""
-    first: NDArray[np.int64]
-    """First strip under the wheel."""
-    last: NDArray[np.int64]
-    """The one after the last."""
-    seconds: NDArray[np.float64]
-    """Time."""
+    time: float
+    """At its start, s."""
+    seconds: float
+    E: float
+    """Table speed, mm/min; F of an infeed."""
+    Z: float
+    """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
+    b: float
+    """Engaged width, mm."""
+    Lw: float
+    """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
 
 
 class WheelSeen(NamedTuple):
@@ -39,7 +44,71 @@ class WheelSeen(NamedTuple):
     W: float
 
 
-write_stroke, write_wheel_seen = column_writer(Stroke), column_writer(WheelSeen, len(Stroke._fields))
+class Dressed(NamedTuple):
+    """What a dress between strokes has come to."""
+
+    A: float
+    """Wear-flat area after it."""
+    ds: float
+    """Wheel diameter after it, mm."""
+    removed: float
+    """Wheel volume that it took off, mm3."""
+
+
+class Extremes(NamedTuple):
+    """What strokes have come to between them. Depths are mm."""
+
+    total: float
+    """Sum of the numbers of all rows: finite if they are."""
+    highest: float
+    """Depth of the highest stroke."""
+    deepest: float
+    """Of the deepest one."""
+    ground: float
+    """Of the deepest one that passes over the part; minus infinity if none does."""
+    removed: float
+    """Depth ground off."""
+    most: float
+    """By one of them."""
+    sharpest: float
+    """Smallest wear-flat area after one of them."""
+    dullest: float
+    """Largest one."""
+
+
+UNMADE = Extremes(0.0, math.inf, -math.inf, -math.inf, 0.0, 0.0, math.inf, -math.inf)
+"""Before the first stroke."""
+
+
+class Way(NamedTuple):
+    """What the table passes over between two reversal points."""
+
+    Lw: float
+    """Ground length, mm; 0 if it is beside the part."""
+    whole: bool
+    """Whether that is the whole length of the part."""
+
+
+read_table_stroke, write_table_stroke = column_reader(TableStroke), column_writer(TableStroke)
+write_stroke = column_writer(Stroke, len(TableStroke._fields))
+write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(Stroke._fields))
+write_dressed = column_writer(Dressed)
+
+
+@inlined
+def widened(extremes: Extremes, made: TableStroke, ae: float, A: float, total: float) -> Extremes:
+    """Count a stroke that took `ae` off, mm, and left so large wear flats; `total` is the sum of its row."""
+    ground = made.Z if made.Lw > 0.0 else -math.inf
+    return Extremes(
+        total=extremes.total + total,
+        highest=min(extremes.highest, made.Z),
+        deepest=max(extremes.deepest, made.Z),
+        ground=max(extremes.ground, ground),
+        removed=extremes.removed + ae,
+        most=max(extremes.most, ae),
+        sharpest=min(extremes.sharpest, A),
+        dullest=max(extremes.dullest, A),
+    )
 
 
 @entry
@@ -48,43 +117,72 @@ def grind_passes(
     S: Strips,
     Rs: Strips,
     reached: Strips,
-    strokes: TableStrokes,
-    vw: float,
+    covered: Strips,
+    rows: Table,
+    first_way: Way,
+    later_way: Way,
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
+    plunged: NDArray[np.bool_],
+    due: NDArray[np.int64],
+    dress: DressPlan,
+    dressed: Table,
     width: float,
     p: StrokeParameters,
     tally: Tally,
-    b: NDArray[np.float64],
-    plunged: NDArray[np.bool_],
-    results: Table,
-) -> tuple[WheelState, Tally]:
-    """Make strokes over a part.
+) -> tuple[WheelState, Tally, Extremes]:
+    """Make strokes over a part, and the dresses that fall due between them.
 
     Args:
         wheel: before them.
         S: as for `grind_strips`, like the next two; updated.
         Rs: updated.
         reached: updated.
-        strokes: where the strokes lie.
-        vw: table speed, mm/s.
+        covered: deepest Z so far of a stroke over the whole length, mm; updated.
+        rows: shape (strokes, fields of `TableStroke`, `Stroke`, `WheelSeen`); how they lie is read, the rest written.
+        first_way: of the first one.
+        later_way: of the others.
+        first: first strip under the wheel in each.
+        last: the strip after the last one.
+        plunged: whether the wheel went deeper into a strip than before in each; written.
+        due: after how many strokes each dress falls due.
+        dress: what each of them does.
+        dressed: what each has come to, shape (dresses, fields of `Dressed`); written.
         width: of the part, mm.
         p: parameters.
         tally: before them.
-        b: engaged width of each, mm; written, like all that follows. A stroke beside the part is `IDLE`, its b 0.
-        plunged: whether the wheel went deeper into a strip than before.
-        results: what each has done and the wheel after it, shape (strokes, fields of `Stroke` and `WheelSeen`).
 
     Returns:
-        Wheel and tally after them.
+        Wheel and tally after them, and what they have come to.
     """
-    for k in range(b.size):
-        stroke, b[k], plunged[k] = IDLE, 0.0, False
-        first, last = strokes.first[k], strokes.last[k]
-        if strokes.Lw[k] > 0.0 and first < last:
-            wheel, stroke, b[k], plunged[k] = grind_strips(
-                wheel, S, Rs, reached, first, last, strokes.Z[k], vw, width, strokes.Lw[k], p
+    extremes, executed = UNMADE, 0
+    for k in range(len(rows) + 1):
+        while executed < due.size and due[executed] == k:
+            lead = dress_lead(wheel, dress.feed, p)
+            wheel, removed = dress_wheel(wheel, float(dress.passes), lead, dress.depth, p)
+            tally = count_dress(tally, dress.seconds, removed)
+            write_dressed(dressed, executed, Dressed(A=wheel.A, ds=wheel.ds, removed=removed))
+            executed += 1
+        if k == len(rows):
+            break
+        made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
+        way = first_way if k == 0 else later_way
+        Lw = way.Lw if first[k] < last[k] else 0.0
+        if Lw > 0.0:
+            wheel, stroke, b, plunged[k] = grind_strips(
+                wheel, S, Rs, reached, first[k], last[k], made.Z, made.E / 60.0, width, Lw, p
             )
-        tally = count_stroke(tally, stroke, strokes.seconds[k], 0.0, plunged[k], False, False)
-        write_stroke(results, k, stroke)
+            if way.whole:
+                for i in range(first[k], last[k]):
+                    covered[i] = max(covered[i], made.Z)
+        tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False)
+        made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
+        write_table_stroke(rows, k, made)
+        write_stroke(rows, k, stroke)
         seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
-        write_wheel_seen(results, k, seen)
-    return wheel, tally
+        write_wheel_seen(rows, k, seen)
+        total = 0.0
+        for column in range(rows.shape[1]):
+            total += rows[k, column]
+        extremes = widened(extremes, made, stroke.ae, wheel.A, total)
+    return wheel, tally, extremes

@@ -33,12 +33,13 @@ from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.mounting import Mount
-from grind_env.machine.part import PartConditions, PartRun, Pass
+from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.passes import Extremes
 from grind_env.machine.record import (
     DRESS_ROW,
     PART_ROW,
@@ -46,7 +47,7 @@ from grind_env.machine.record import (
     WHEEL_FIELDS,
     GrindingRecord,
     Log,
-    results_of,
+    Table,
 )
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
@@ -197,47 +198,51 @@ class GrindingRun:
         self.watch.diameter(ds)
 
     def _strokes(self, event: CycleStrokes) -> None:
-        """A whole cycle: its strokes from dress to dress."""
-        made, program = 0, event.plan.program
+        """A whole cycle: its strokes and the dresses between them."""
+        part, plan, count = self.part, event.plan, len(event.begins)
+        dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
+        due, began, delays = [after for after, _ in event.dresses], [], np.full(count, self.delay)
         for after, time in event.dresses:
-            self._make(event, made, after)
-            assert program is not None  # a D is not accepted without P
-            self._dress(self.dressing.plans[program], program, "auto", time, time)
-            made = after
-        self._make(event, made, len(event.begins))
-        self.position = event.end
-
-    def _make(self, event: CycleStrokes, made: int, upto: int) -> None:
-        """Make strokes of a whole cycle after those that it has `made`, up to a number of them."""
-        if made == upto:
-            return
-        part, plan, some = self.part, event.plan, slice(made, upto)
-        rows = np.empty(upto - made, STROKE_ROW)
-        rows["part"], rows["line"], rows["groove"] = part.number, plan.line, 0
-        rows["number"] = np.arange(made + 1, upto + 1)
-        rows["time"] = np.array(event.begins[some]) + self.delay
-        rows["seconds"], rows["E"] = event.seconds[some], event.feed
-        rows["Z"] = part.job.part.surface - np.array(event.plunge[some])
+            began.append(self.clock(time))
+            self.delay += dress.seconds
+            delays[after:] = self.delay
+        rows = self._rows(plan.line, np.arange(1, count + 1), delays + event.begins, event.seconds, event.feed)
+        rows["Z"] = part.job.part.surface - np.array(event.plunge)
         ends = plan.secondary, plan.primary
-        first_ends = ends if made else (event.start[plan.axis], plan.primary)
+        first_ends = event.start[plan.axis], plan.primary
         before = self.mount.present(part.p)
-        self.mount.wheel = wheel = part.grind_all(before, rows, first_ends, ends, np.array(event.cross[some]))
-        self._require_numbers(sum(wheel) + results_of(rows).sum(), plan.line)
-        self.strokes.extend(rows)
-        self.watch.strokes(event, made + 1, rows, before)
+        wheel, extremes, dressed = part.grind(before, rows, first_ends, ends, np.array(event.cross), due, dress)
+        for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
+            made = len(self.strokes) + after
+            self.dresses.add((part.number, made, time, "auto", plan.program, dress.seconds, ds, removed))
+        self._add(rows, wheel, extremes)
+        self.watch.strokes(event, rows, extremes, before, wheel, dressed)
+        self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
         self._begin_cutting(event.begin)
-        part, axis = self.part, event.axis
-        Z = part.job.part.surface - event.middle[plunge_axis(axis)]
-        ends = event.start[axis], event.end[axis]
-        edge = event.middle[cross_axis(axis)]
+        part, axis, line = self.part, event.axis, event.cycle.line
+        rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)
+        rows["Z"] = part.job.part.surface - event.middle[plunge_axis(axis)]
+        ends, edges = (event.start[axis], event.end[axis]), np.array([event.middle[cross_axis(axis)]])
         before = self.mount.present(part.p)
         self.watch.before_stroke(event)
-        wheel, done = part.grind(before, Z, event.feed / 60.0, ends, edge, event.seconds)
+        wheel, extremes, _ = part.grind(before, rows, ends, ends, edges)
+        self._add(rows, wheel, extremes)
+        self.watch.stroke(event, extremes, before, wheel)
+
+    def _rows(self, line: int, number: Any, time: Any, seconds: Any, feed: float) -> Table:
+        """Rows of strokes that are to be made, at depths that are to be written; a value or a sequence for a column."""
+        rows = np.empty(np.size(number), STROKE_ROW)
+        rows["part"], rows["line"], rows["number"], rows["groove"] = self.part.number, line, number, 0
+        rows["time"], rows["seconds"], rows["E"] = time, seconds, feed
+        return rows
+
+    def _add(self, rows: Table, wheel: WheelState, extremes: Extremes) -> None:
+        """Strokes have been made."""
+        self._require_numbers(sum(wheel) + extremes.total, int(rows["line"][0]))
         self.mount.wheel = wheel
-        self._write(event, event.cycle.line, event.number or 0, 0, event.feed, Z, done, wheel)
-        self.watch.stroke(event, Z, done, before, wheel)
+        self.strokes.extend(rows)
 
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
@@ -245,32 +250,13 @@ class GrindingRun:
         before = self.mount.present(self.part.p)
         wheel, done = self.part.infeed(before, event)
         Z = infeed_depth(event, self.part.job.part.surface)
-        self._write(event, event.line, 0, event.groove, event.feed, Z, done, wheel)
+        self._require_numbers(sum(wheel) + sum(done.stroke), event.line)
+        lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
+        seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
+        self.strokes.add((self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen))
         if self.job.setup.grooving_wheel:
             self.mount.wheel = wheel
             self.watch.infeed(event, done.stroke, before, wheel)
-
-    def _write(
-        self, event: Motion, line: int, number: int, groove: int, feed: float, Z: float, done: Pass, wheel: WheelState
-    ) -> None:
-        """Add the row of a stroke or an infeed (`record.STROKE_ROW`)."""
-        self._require_numbers(sum(wheel) + sum(done.stroke), line)
-        self.strokes.add(
-            (
-                self.part.number,
-                line,
-                number,
-                groove,
-                self.clock(event.begin),
-                event.seconds,
-                feed,
-                Z,
-                done.b,
-                done.Lw,
-                *done.stroke,
-                *(getattr(wheel, name) for name in WHEEL_FIELDS),
-            )
-        )
 
     def _require_numbers(self, total: float, line: int) -> None:
         """Refuse what has come to no finite number; no factor of a job is 1e300."""

@@ -38,7 +38,7 @@ from grind_env.control import (
 )
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
-from grind_env.machine.dress_program import DressPlan, plan_dress
+from grind_env.machine.dress_program import DressRun, run_dress
 from grind_env.machine.job import Job
 from grind_env.machine.script_block import ScriptBlock, ScriptError, Way, edge_of, script_error
 from grind_env.machine.script_bounds import (
@@ -130,7 +130,7 @@ class _Writer:
         self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
-        self.plans: dict[int, DressPlan] = {}
+        self.plans: dict[int, DressRun] = {}
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -189,7 +189,7 @@ class _Writer:
         dress = None
         if plan.program is not None:
             if plan.program not in self.plans:
-                self.plans[plan.program] = plan_dress(
+                self.plans[plan.program] = run_dress(
                     self.programs, plan.program, self.job, self.control, execution.position, plan.axis
                 )
             dress = self.plans[plan.program]

@@ -7,7 +7,7 @@ from grind_env.control import CyclePlan, Motion, Position, Programs
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import DressPlan, DressRun
 from grind_env.machine.job import Job
 
 
@@ -52,7 +52,7 @@ class ScriptBlock:
     start: Position
     end: Position
     taken_over: bool
-    dress: DressPlan | None
+    dress: DressRun | None
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
     at_secondary: bool = True
@@ -61,6 +61,11 @@ class ScriptBlock:
     gauged_on_the_way: bool = False
     stops: int = 0
     ends_part: bool = False
+
+    @property
+    def dress_plan(self) -> DressPlan | None:
+        """What that execution amounts to."""
+        return None if self.dress is None else self.dress.plan
 
     @property
     def takes_dresses(self) -> bool:

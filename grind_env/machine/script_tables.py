@@ -134,7 +134,7 @@ def tables_of(script: Script) -> ScriptTables:
             rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
-    own = [own_settings(block.plan, block.dress) for block in script.blocks]
+    own = [own_settings(block.plan, block.dress_plan) for block in script.blocks]
     ways = np.array([block.ways for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
     zones = _zones(script, rows)
     return ScriptTables(_table(rows, BlockRow), _table(own, BlockSettings), ways, _table(motions, Motion), zones)

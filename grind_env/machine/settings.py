@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from grind_env.control import CyclePlan
 from grind_env.kernel.rows import column_reader
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress_program import NO_DRESS, DressPlan
 
 Table = NDArray[Any]
-
-NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
 
 
 class BlockSettings(NamedTuple):

@@ -13,7 +13,8 @@ from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.clearance import CRASH, into_part
 from grind_env.machine.job import Job
-from grind_env.machine.part import PartRun, Pass
+from grind_env.machine.part import PartRun
+from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.process import state
 from grind_env.process.state import WheelState
@@ -118,52 +119,69 @@ class Watch:
             self._moves = [move for move in self._moves if move.finish <= event.begin + INSTANT]
             self._judge_moves(event.axis)
 
-    def stroke(self, event: Stroke, Z: float, done: Pass, before: WheelState, after: WheelState) -> None:
-        """A stroke has been made.
-
-        Args:
-            event: the stroke.
-            Z: depth of the wheel below the touched-off surface, mm.
-            done: what it has done to the part.
-            before: the wheel before it.
-            after: the wheel after it.
-        """
+    def stroke(self, event: Stroke, made: Extremes, before: WheelState, after: WheelState) -> None:
+        """A stroke has been made; what it has come to, and the wheel before and after it."""
         assert self.part is not None and self._cycle is not None
         pick = self._pick
         if pick is not None and pick.begin < event.begin:
             if pick.finish > advice.middle_time(event, self.control):
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
-        self._judge_stroke(event, Z, done.stroke.ae, before.A, after.A, after.ds)
-        cycle, self._stroke = self._cycle, event
-        cycle.stroke, cycle.highest, cycle.deepest = event, min(cycle.highest, Z), max(cycle.deepest, Z)
-        cycle.over, cycle.removed = cycle.over or done.b > 0.0, cycle.removed + done.stroke.ae
+        self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
+        self._count(event, made)
 
-    def strokes(self, event: CycleStrokes, first: int, rows: Table, before: WheelState) -> None:
-        """Strokes of a whole cycle have been made, with no dress between them.
+    def _count(self, last: Stroke, made: Extremes) -> None:
+        """Count strokes of the cycle, up to its last one so far."""
+        assert self._cycle is not None
+        cycle, self._stroke = self._cycle, last
+        cycle.stroke = last
+        cycle.highest, cycle.deepest = min(cycle.highest, made.highest), max(cycle.deepest, made.deepest)
+        cycle.over, cycle.removed = cycle.over or made.ground > -math.inf, cycle.removed + made.removed
+
+    def strokes(
+        self,
+        event: CycleStrokes,
+        rows: Table,
+        extremes: Extremes,
+        before: WheelState,
+        after: WheelState,
+        dressed: Table,
+    ) -> None:
+        """The strokes of a whole cycle have been made.
 
         Args:
             event: the cycle.
-            first: number of the first of them.
             rows: theirs, dtype `record.STROKE_ROW`.
+            extremes: what they have come to.
             before: the wheel before the first one.
+            after: the wheel after the last one.
+            dressed: the dresses between them, shape (dresses, fields of `Dressed`).
         """
         assert self.part is not None and self._cycle is not None
-        Z, ae, A, ds = rows["Z"], rows["ae"], rows["A"], rows["ds"]
-        inside = self._turns_inside(event.plan.secondary), self._turns_inside(event.plan.primary)
-        deepest, least = advice.deepest_within(event.feed), self.job.setup.wheel.minimum_diameter
-        limit = self.part.p.Amax
-        usual = ae.max() <= deepest and ds[-1] >= least and A.min() > 0.0 and A.max() < limit
-        if any(inside) or not usual:
-            A_before = np.concatenate([[before.A], A[:-1]])
-            turns = np.array(inside)[(first + np.arange(rows.size)) % 2]
-            found = turns & (Z > 0.0), ae > deepest, ds < least, self._destroyed(A_before, A)
-            for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
-                self._judge_stroke(event.stroke(first + k), Z[k], ae[k], A_before[k], A[k], ds[k])
-        cycle, self._pick, self._stroke = self._cycle, None, event.stroke(first + rows.size - 1)
-        cycle.stroke = self._stroke
-        cycle.highest, cycle.deepest = min(cycle.highest, Z.min()), max(cycle.deepest, Z.max())
-        cycle.over, cycle.removed = cycle.over or bool((rows["b"] > 0.0).any()), cycle.removed + ae.sum()
+        plan, least = event.plan, self.job.setup.wheel.minimum_diameter
+        shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
+        alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
+        inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
+        if inside or not (shallow and alive):
+            made, A = 0, before.A
+            for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=True):
+                self._judge_strokes(event, made, rows[made:upto], A)
+                self.diameter(ds)
+                made, A = upto, dressed_A
+            self._judge_strokes(event, made, rows[made:], A)
+        self._pick = None
+        self._count(event.stroke(rows.size), extremes)
+
+    def _judge_strokes(self, event: CycleStrokes, made: int, rows: Table, A: float) -> None:
+        """Warn of strokes of a whole cycle after those that it has `made`; wear flats `A` before them."""
+        Z, ae, ds, A_after = rows["Z"], rows["ae"], rows["ds"], rows["A"]
+        A_before = np.append(A, A_after)[:-1]
+        inside = self._turns_inside(event.plan.primary), self._turns_inside(event.plan.secondary)
+        turns = np.array(inside)[(made + np.arange(rows.size)) % 2] & (Z > 0.0)
+        least = self.job.setup.wheel.minimum_diameter
+        found = turns, ae > advice.deepest_within(event.feed), ds < least, self._destroyed(A_before, A_after)
+        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
+            self._judge_stroke(event.stroke(made + k + 1), Z[k], ae[k], A_before[k], A_after[k], ds[k])
 
     def _judge_stroke(self, event: Stroke, Z: float, ae: float, A_before: float, A: float, ds: float) -> None:
         """Warn of a stroke at depth `Z` that took `ae` off, mm; wear flats before and after it, and diameter after."""

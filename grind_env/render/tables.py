@@ -70,22 +70,21 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     for line in zip(*headings, strict=True):
         console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
     console.print("─" * places[-1], soft_wrap=True)
-    rows = []
-    for part, line in zip(record.parts, zip(*cells.values(), strict=True), strict=True):
-        red = {CAUSES[reason][1] for reason in causes(part, job)}
-        red |= {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        row = Text(_aligned(line, places))
-        for name, text, end in zip(columns, line, places, strict=True):
-            if name in red:
-                row.stylize("red", end - len(text), end)
-        rows.append(row)
-    console.print(Text("\n").join(rows), soft_wrap=True)
-    console.print()
-    console.print(totals(record), highlight=False)
+    lines = list(zip(*cells.values(), strict=True))
+    rows = Text("\n".join(_aligned(line, places) for line in lines))
     bad: dict[str, list[int]] = {}
     for k, part in enumerate(record.parts):
-        for words in beyond(record, k, job):
+        reasons, before = causes(part, job), k * (places[-1] + 1)
+        red = {CAUSES[reason][1] for reason in reasons}
+        red |= {"survival"} if part["survival"] < SCRAP_BELOW else set()
+        for name, text, end in zip(columns, lines[k], places, strict=True):
+            if name in red:
+                rows.stylize("red", before + end - len(text), before + end)
+        for words in beyond(reasons, record.stages[k]):
             bad.setdefault(words, []).append(int(part["part"]))
+    console.print(rows, soft_wrap=True)
+    console.print()
+    console.print(totals(record), highlight=False)
     for words, numbers in bad.items():
         limit = SENTENCES.get(words, f"beyond the limit of {words}")
         console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
@@ -138,13 +137,10 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
     return (*passed, *(name for name, is_so in others.items() if is_so))
 
 
-def beyond(record: GrindingRecord, k: int, job: Job) -> list[str]:
-    """The words for what keeps a part, that of row `k`, from being good, with the stage that it was not good in."""
-    named = [
-        f"{CAUSES[limit][0]} in stage {number}" for number, passed in enumerate(record.stages[k], 1) for limit in passed
-    ]
-    reasons = [CAUSES[name][0] for name in causes(record.parts[k], job) if name != "earlier" or not named]
-    return reasons + named
+def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]]) -> list[str]:
+    """The words for what keeps a part from being good: its `causes`, and the limits that it passed in its stages."""
+    named = [f"{CAUSES[limit][0]} in stage {number}" for number, passed in enumerate(stages, 1) for limit in passed]
+    return [CAUSES[name][0] for name in reasons if name != "earlier" or not named] + named
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
@@ -159,8 +155,8 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
         "parts": [
-            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(record, k, job)}
-            for k, part in enumerate(record.parts)
+            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(causes(part, job), stages)}
+            for part, stages in zip(record.parts, record.stages, strict=True)
         ],
         "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
         "warnings": list(record.warnings),

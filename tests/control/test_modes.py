@@ -1,7 +1,6 @@
 """Modal codes: what is in force at power-up, what a code changes and how long it holds (10-23)."""
 
 import math
-from dataclasses import asdict, replace
 
 import pytest
 
@@ -41,11 +40,11 @@ def modes_after(text: str) -> Modes:
     """The modes once a text has been executed up to its last block, an M00."""
     execution = execute(read(text + "\nM00"), Control(radii={33: 100.0}))
     next(event for event in execution if type(event).__name__ == "ProgramStop")
-    return replace(execution.modes, feed=None)
+    return execution.modes._replace(feed=None)
 
 
 def test_power_up() -> None:
-    assert asdict(modes_after("")) == POWER_UP
+    assert modes_after("")._asdict() == POWER_UP
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group[0])
@@ -61,9 +60,9 @@ def test_a_code_holds_until_another_of_its_group(group: list[str]) -> None:
 @pytest.mark.parametrize("end", ["M02", "M30"])
 def test_the_end_of_the_program_restores_the_modes(end: str) -> None:
     execution = execute(read(f"G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100\n{end}"))
-    assert asdict(modes_after("G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100")) != POWER_UP
+    assert modes_after("G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100")._asdict() != POWER_UP
     list(execution)
-    assert asdict(execution.modes) == POWER_UP
+    assert execution.modes._asdict() == POWER_UP
 
 
 def test_codes_of_the_control_are_executed_or_named() -> None:

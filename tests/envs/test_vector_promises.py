@@ -11,7 +11,8 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.job.env import EXAMPLE
 from grind_env.errors import GrindError
-from grind_env.machine.part import PartRun, Pass
+from grind_env.machine.part import PartRun
+from grind_env.machine.record import Table
 from grind_env.machine.run import GrindingError
 from grind_env.process.state import WheelState
 from tests.envs.harness import assert_same, native
@@ -157,10 +158,10 @@ def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
     grind = PartRun.grind
 
-    def picky(part: PartRun, wheel: WheelState, Z: float, vw: float, *way: Any) -> tuple[WheelState, Pass]:
-        if 60.0 * vw < 3300.0 and part.conditions.factors:
+    def picky(part: PartRun, wheel: WheelState, rows: Table, *way: Any) -> Any:
+        if rows["E"][0] < 3300.0 and part.conditions.factors:
             raise GrindingError("no finite numbers")
-        return grind(part, wheel, Z, vw, *way)
+        return grind(part, wheel, rows, *way)
 
     monkeypatch.setattr(PartRun, "grind", picky)
     program = tmp_path / "grooved.nc"

@@ -1,3 +1,4 @@
+import gc
 import json
 import re
 from pathlib import Path
@@ -11,6 +12,7 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.record import STROKE_ROW
 from grind_env.render.tables import runs
 from tests.machine.harness import DRESS, HEAD
+from tests.speed_control import write_parts
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE = str(EXAMPLES / "plate_g82.nc")
@@ -189,3 +191,22 @@ def test_a_program_without_a_job_beside_it(tmp_path: Path, capsys: pytest.Captur
 def test_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", "--help") == 0
     assert "Example: grind run" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["run", "check", "trace"])
+def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_path: Path) -> None:
+    """For it looks for none: what refers to itself would stay in memory until the end."""
+
+    def left(parts: int) -> int:
+        program, job = tmp_path / "parts.nc", Path(PLATE).with_suffix(".toml")
+        write_parts(program, parts)
+        gc.collect()
+        gc.disable()
+        try:
+            grind(command, program, "--job", job)
+            return gc.collect()
+        finally:
+            gc.enable()
+
+    left(4)  # what is made once
+    assert left(40) < left(4) + 36  # less than an object a part

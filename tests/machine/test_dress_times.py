@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, read
-from grind_env.machine.dress_program import DressPlan, plan_dress
+from grind_env.machine.dress_program import DressRun, run_dress
 from grind_env.machine.dress_times import dress_seconds
 from tests.machine.harness import job
 
@@ -44,8 +44,8 @@ Write = Callable[[int, int, int], str]
 PROGRAMS: tuple[Write, ...] = (back_and_forth, one_way, remembered, around)
 
 
-def planned(body: str) -> DressPlan:
-    return plan_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, job(), CONTROL, AT_PRIMARY, 0)
+def planned(body: str) -> DressRun:
+    return run_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, job(), CONTROL, AT_PRIMARY, 0)
 
 
 dresses = st.tuples(st.integers(1, 5), st.integers(100, 900), st.integers(2, 100))
@@ -58,8 +58,8 @@ def test_a_dress_takes_the_time_of_a_program_that_has_the_other_numbers(
     assume(written is not one_way or own[0] > 1)  # a single pass says nothing of the way to the next one
     plan = planned(written(*own))
     rewritten = [planned(written(*other)) for other in others]
-    numbers = np.array([(other.passes, other.feed, other.depth) for other in rewritten]).T
-    expected = [other.seconds for other in rewritten]
+    numbers = np.array([other.plan[:3] for other in rewritten]).T
+    expected = [other.plan.seconds for other in rewritten]
     assert dress_seconds(plan, CONTROL, *numbers) == pytest.approx(expected, rel=1e-9)
 
 
@@ -67,12 +67,12 @@ def test_a_dress_takes_the_time_of_a_program_that_has_the_other_numbers(
 @pytest.mark.parametrize("own", [(1, 300, 10), (2, 191, 20), (3, 777, 7)])
 def test_with_its_own_numbers_it_takes_exactly_its_own_time(written: Write, own: tuple[int, int, int]) -> None:
     plan = planned(written(*own))
-    among_others = np.array([(plan.passes, plan.feed, plan.depth), (5, 2.0, 0.03)]).T
-    assert dress_seconds(plan, CONTROL, *among_others)[0] == plan.seconds
+    among_others = np.array([plan.plan[:3], (5, 2.0, 0.03)]).T
+    assert dress_seconds(plan, CONTROL, *among_others)[0] == plan.plan.seconds
 
 
 def test_all_feed_moves_at_the_feed_of_the_passes_stand_in_the_same_word() -> None:
     body = "G71 G91 G94\nG00 Y20.\nX-120.\nG01 Y-.02 F60.\nZ35. F{0}.\nY-.02\nZ-35.\nY1."
     plan, other = planned(body.format(300)), planned(body.format(180))
     found = dress_seconds(plan, CONTROL, np.array([2.0]), np.array([3.0]), np.array([0.02]))
-    assert found == pytest.approx([other.seconds], rel=1e-12)
+    assert found == pytest.approx([other.plan.seconds], rel=1e-12)

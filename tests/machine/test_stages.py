@@ -105,7 +105,7 @@ def test_what_was_not_good_at_a_stop_is_named() -> None:
     assert causes(run(TWO, refused).parts[0], refused) == ("earlier",)
     assert causes(run(TWO, staged()).parts[0], staged()) == ()
     record = run(TWO, refused)
-    assert beyond(record, 0, refused) == ["Ra in stage 1"]
+    assert beyond(causes(record.parts[0], refused), record.stages[0]) == ["Ra in stage 1"]
     out = io.StringIO()
     print_record(record, refused, "two.nc", Console(file=out))
     assert "beyond the limit of Ra in stage 1: part 1\n" in out.getvalue()
@@ -116,7 +116,7 @@ def test_the_stage_that_was_not_good_is_named() -> None:
     asked = job(**BOTH, stages=(first, second))
     record = run(TWO.replace("M30", "M01\nM30"), asked)
     assert record.warnings == ()
-    assert beyond(record, 0, asked) == ["Ra in stage 2", "size in stage 2"]
+    assert beyond(causes(record.parts[0], asked), record.stages[0]) == ["Ra in stage 2", "size in stage 2"]
 
 
 def test_stages_that_no_stop_ends_are_warned_of() -> None:

@@ -13,8 +13,9 @@ from grind_env.control import read
 from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job, Stage, Times, WheelStart
-from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord, Table
+from grind_env.machine.watch import Watch
 from tests.machine.harness import CYCLE, DRESS, HEAD, job, run
 
 LONG_AFTER = (1e12,)
@@ -152,26 +153,27 @@ PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X
 
 def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     stepped: list[int] = []
-    monkeypatch.setattr(PartRun, "grind", recording(PartRun.grind, stepped))
+    monkeypatch.setattr(Watch, "stroke", recording(Watch.stroke, stepped))
     record = run(PLATES, job())
     assert record.parts["strokes"].tolist() == [8, 8]
     assert stepped == [1] * 8
     assert record.dresses["after"].tolist() == [3, 11]
 
 
-def recording(grind_once: Callable[..., Any], stepped: list[int]) -> Callable[..., Any]:
+def recording(watch_stroke: Callable[..., None], stepped: list[int]) -> Callable[..., None]:
     """The function, which notes down the number of the part at every call."""
 
-    def noting(part: PartRun, *arguments: Any) -> Any:
-        stepped.append(part.number)
-        return grind_once(part, *arguments)
+    def noting(watch: Watch, *arguments: Any) -> None:
+        assert watch.part is not None
+        stepped.append(watch.part.number)
+        watch_stroke(watch, *arguments)
 
     return noting
 
 
 def test_an_operator_at_the_panel_has_strokes_stepped(monkeypatch: pytest.MonkeyPatch) -> None:
     stepped: list[int] = []
-    monkeypatch.setattr(PartRun, "grind", recording(PartRun.grind, stepped))
+    monkeypatch.setattr(Watch, "stroke", recording(Watch.stroke, stepped))
     slow, found = job().control, []
     for percent in (100.0, 50.0):
         slow.override(percent)

@@ -79,7 +79,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
         part, reached = part + starts, 0.0 if starts else reached
         depth, reached = row.reached - reached, row.reached
         outline = BlockOutline(
-            block.block, block.plan, block.inch, block.dress, depth, part, starts, int(block.ends_part)
+            block.block, block.plan, block.inch, block.dress_plan, depth, part, starts, int(block.ends_part)
         )
         blocks.append(outline)
     return tuple(blocks)
