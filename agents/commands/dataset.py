@@ -33,6 +33,8 @@ def dataset(
 
     Killed at any moment, the same command goes on; a dataset of the very same episodes stays as it is.
     """
+    import minari
+
     from agents.dataset_writer import PLACE
     from agents.datasets import dataset_id, datasets_folder, make_dataset
     from grind_env.policies.naming import Unzip, chosen_policy
@@ -45,6 +47,7 @@ def dataset(
         unzip = load_zip
     acts = chosen_policy(policy, problem.simulation(), configs, unzip)
     path = make_dataset(acts, problem, episode_seeds(split, episodes), fresh=fresh)
+    steps = minari.MinariDataset(path / "data").total_steps
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    print(f"{dataset_id(problem, acts)}: {episodes} episodes, {size / 1e6:.1f} MB, in {path}")
+    print(f"{dataset_id(problem, acts)}: {episodes} episodes, {steps} steps, {size / 1e6:.1f} MB, in {path}")
     print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(problem, acts)!r})")

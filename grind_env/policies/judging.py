@@ -98,6 +98,8 @@ def evaluate(
     problem = find_problem(problem) if isinstance(problem, str) else problem
     if episodes < 2:
         raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
+    if first_seed is not None and first_seed < 0:
+        raise GrindError(f"the first seed is {first_seed}: give 0 or more")
     seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
     policy = named_policy(policy, simulation) if isinstance(policy, str) else policy

@@ -36,7 +36,7 @@ def named_policy(text: str, simulation: Simulation, configs: Path = CONFIGS, unz
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
 
     Raises:
-        GrindError: if there is none, it has no parameters for the task, or the task does not have such an E.
+        GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
     """
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
@@ -47,6 +47,8 @@ def named_policy(text: str, simulation: Simulation, configs: Path = CONFIGS, unz
         low, high = (0.001 * bound for bound in speed_bounds(simulation.task))
         if not low <= speed <= high:
             raise GrindError(f"{text}: E is {speed:g} m/min, but {simulation.task.name} has {low:g} to {high:g}")
+        if dresses > (most := simulation.task.action.executions):
+            raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
         return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
     return make_policy(text, simulation, configs)
 
