@@ -1,0 +1,147 @@
+"""`grind evaluate` and `grind play`, as they are typed."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import grind_env
+from grind_env.cli import main
+from grind_env.control import check, read
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.evaluation import evaluate as run
+from grind_env.policies.problem import find_problem
+from grind_env.policies.scripted.rules import Fixed
+
+EXAMPLES = Path(grind_env.__file__).with_name("examples")
+
+Ended = tuple[int, str, str]
+
+
+@pytest.fixture
+def grind(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
+    """Runs a command: exit status, output and errors."""
+
+    def call(*words: object) -> Ended:
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        said = capsys.readouterr()
+        return int(ended.value.code or 0), said.out, said.err
+
+    return call
+
+
+def test_one_policy_is_evaluated(grind: Callable[..., Ended]) -> None:
+    command = ("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", "constant")
+    status, out, err = grind(*command, "--json")
+    answer = json.loads(out)
+    assert (status, err) == (0, "")
+    assert (answer["E"], answer["D"], answer["split"], answer["paired"]) == (6.0, 1.0, "evaluation", True)
+    assert (answer["env"], answer["name"]) == ("grind/Oracle6-v0", "oracle6")
+    status, out, _ = grind(*command)
+    assert status == 0
+    assert "$ per good part" in out and f"score {answer['score']:.1f}" in out
+
+
+@pytest.mark.parametrize("option", ["--env", "--task", "--program"])
+@pytest.mark.parametrize("name", ["reciprocation", "grind/WidePlates-v0", "stroke"])
+def test_every_environment_is_evaluated_under_every_name_of_the_option(
+    option: str, name: str, grind: Callable[..., Ended]
+) -> None:
+    status, out, _ = grind("evaluate", option, name, "--policy", "E12D1", "--episodes", 2, "--json")
+    problem = find_problem(name)
+    wanted = run(Fixed(12.0, 1), problem.simulation(), episode_seeds("evaluation", 2))
+    assert status == 0
+    assert json.loads(out)["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
+
+
+def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Callable[..., Ended]) -> None:
+    command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
+    assert json.loads(grind(*command, "--json")[1])["paired"] is False
+    assert "episodes of seeds 5 to 6" in grind(*command)[1]
+    assert "unpaired" in grind(*command)[1]
+
+
+@pytest.mark.parametrize("env", ["reciprocation", "wide_plates"])
+def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind: Callable[..., Ended]) -> None:
+    path, seed = tmp_path / "played.nc", episode_seeds("evaluation", 1)[0]
+    status, out, _ = grind("play", "--env", env, "--policy", "E15D1", "--seed", seed, "--output", path)
+    problem = find_problem(env)
+    wanted = run(Fixed(15.0, 1), problem.simulation(), [seed])
+    assert status == 0
+    assert f"seed {seed}: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
+    assert f"; {int(wanted.executions.sum())} dress executions," in out
+    program = path.read_text(encoding="utf-8")
+    assert not check(read(program)).errors
+    assert re.findall(r"E15000\b", program)
+
+
+def test_without_a_window_the_episode_is_shown_as_text(grind: Callable[..., Ended]) -> None:
+    status, out, _ = grind("play", "--env", "oracle6", "--policy", "handbook", "--no-window")
+    assert status == 0
+    assert out.count("G82 ") > 6
+
+
+BAD = {
+    "no problem": (("--env", "no_such"), "there is no problem 'no_such'"),
+    "an id without E and D": (("--env", "grind/Wen-v0"), "there is no problem 'grind/Wen-v0'"),
+    "no policy": (("--policy", "no_such"), "there is no policy 'no_such'"),
+    "a policy of other environments": (
+        ("--env", "stroke", "--policy", "look_ahead"),
+        "there is no policy 'look_ahead' for stroke",
+    ),
+    "no agent": (("--policy", "no_such.safetensors"), "there is no trained agent at no_such.safetensors"),
+    "no E": (("--policy", "E99D1"), "E99D1: E is 99 m/min, but power_limited has 3 to 30"),
+    "no D": (("--policy", "E9D7"), "E9D7: D is 7, but power_limited has 0 to 3"),
+    "nothing tuned": (
+        ("--policy", "mpc", "--configs", "no_such"),
+        "full_state_rule has no parameters in no_such",
+    ),
+    "a program without a job": (("--program", "JOBLESS"), "jobless.toml"),
+    "a program that is none": (("--program", "JUNK", "--job", str(EXAMPLES / "plate_g82.toml")), "junk.nc"),
+}
+
+
+@pytest.mark.parametrize("command", ["evaluate", "play"])
+@pytest.mark.parametrize(("words", "sentence"), BAD.values(), ids=BAD)
+def test_a_users_mistake_is_one_sentence(
+    command: str,
+    words: tuple[str, ...],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    grind: Callable[..., Ended],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("jobless.nc").write_text((EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8"), encoding="utf-8")
+    Path("junk.nc").write_text("G82 X[ I\n", encoding="utf-8")
+    words = tuple({"JOBLESS": "jobless.nc", "JUNK": "junk.nc"}.get(word, word) for word in words)
+    given = words if "--policy" in words else (*words, "--policy", "handbook")
+    status, out, err = grind(command, *given)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.startswith("grind: ") and err.count("\n") == 1
+
+
+def test_a_split_that_is_not_there_is_one_sentence(grind: Callable[..., Ended]) -> None:
+    status, out, err = grind("evaluate", "--policy", "handbook", "--split", "no_such")
+    assert (status, out) == (2, "")
+    assert "there is no split 'no_such'" in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "words", [("--episodes", "1"), ("--episodes", "many"), ("--first-seed", "-1"), ("--parts", "0")]
+)
+def test_a_number_out_of_its_range_is_refused(words: tuple[str, ...], grind: Callable[..., Ended]) -> None:
+    status, out, err = grind("evaluate", "--policy", "handbook", *words)
+    assert (status, out) == (2, "")
+    assert words[0] in err and "Traceback" not in err
+
+
+def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, grind: Callable[..., Ended]) -> None:
+    path = tmp_path / "none" / "played.nc"
+    status, out, err = grind("play", "--env", "oracle6", "--policy", "handbook", "--output", path)
+    assert (status, out) == (2, "")
+    assert str(path) in err and err.count("\n") == 1

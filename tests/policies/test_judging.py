@@ -1,0 +1,121 @@
+"""What a policy is said to be worth."""
+
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+from grind_env.policies import judging
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.evaluation import evaluate as run
+from grind_env.policies.judging import Judgement, evaluate
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.tuned import ConfigError
+from grind_env.scores import find_reference, normalise
+
+PLATES = find_problem("power_limited")
+SIMULATION = PLATES.simulation()
+SCALE = find_reference(PLATES.id)
+EPISODES = 6
+
+
+def judged(name: str, **seeds: object) -> Judgement:
+    return evaluate(make_policy(name, SIMULATION), PLATES, episodes=EPISODES, **seeds)
+
+
+def test_it_is_part_of_the_package() -> None:
+    assert grind_env.evaluate is evaluate
+    by_names = grind_env.evaluate("adaptive_rule", "grind/PowerLimited-v0", episodes=EPISODES)
+    np.testing.assert_equal(by_names.numbers(), judged("adaptive_rule").numbers())
+
+
+def test_a_score_is_of_the_same_episodes_as_the_fixed_plan() -> None:
+    found = judged("adaptive_rule")
+    seeds = episode_seeds("evaluation", EPISODES)
+    mine, fixed = (
+        run(make_policy(name, SIMULATION), SIMULATION, seeds) for name in ("adaptive_rule", SCALE.fixed_plan)
+    )
+    # the planner saves the share of the fixed plan that it saves in the reference scores
+    saved, most = 1.0 - mine.cost.mean() / fixed.cost.mean(), 1.0 - SCALE.hundred / SCALE.zero
+    assert found.score.value == pytest.approx(100.0 * saved / most)
+    assert found.score.low < found.score.value < found.score.high
+    assert (found.paired, found.split, found.sees) == (True, "evaluation", "measurements")
+    np.testing.assert_array_equal(found.evaluation.cost, mine.cost)
+    assert found.evaluation.cost_per_good_part.value == pytest.approx(mine.cost.sum() / mine.good.sum())
+
+
+def test_the_fixed_plan_itself_scores_nothing() -> None:
+    assert judged(SCALE.fixed_plan).score == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("seeds", "named", "paired"),
+    [
+        ({}, "evaluation", True),
+        ({"first_seed": 2_000_000}, "seeds 2000000 to 2000005", True),
+        ({"split": "validation"}, "validation", False),
+        ({"split": "test"}, "test", False),
+        ({"first_seed": 77}, "seeds 77 to 82", False),
+        ({"first_seed": 2_000_001}, "seeds 2000001 to 2000006", False),
+    ],
+)
+def test_a_score_on_other_seeds_says_that_it_is_unpaired(seeds: dict[str, object], named: str, paired: bool) -> None:
+    found = judged("handbook", **seeds)
+    assert (found.split, found.paired, found.numbers()["paired"]) == (named, paired, paired)
+    *_, line = str(found).splitlines()
+    assert line.startswith("score ")
+    assert ("unpaired: on other episodes" in line) == (not paired)
+    assert f"{EPISODES} episodes of {named}" in str(found)
+
+
+def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    rule = make_policy("adaptive_rule", SIMULATION)
+
+    def untuned(*arguments: object) -> None:
+        raise ConfigError("nothing is tuned")
+
+    monkeypatch.setattr(judging, "make_policy", untuned)
+    found = evaluate(rule, PLATES, episodes=EPISODES)
+    wanted = normalise(PLATES.id, -found.evaluation.cost.mean() / SIMULATION.task.reference_cost)
+    assert found.score.value == pytest.approx(wanted)
+    assert found.score.low < wanted < found.score.high
+    assert not found.paired
+    assert "unpaired" in str(found)
+
+
+def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
+    found = evaluate(Fixed(9.0, 1), "slot", episodes=2)
+    assert found.score is None
+    assert "score" not in str(found)
+    assert not {"score", "paired"} & set(found.numbers())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"episodes": 1}, "1 episodes have no interval: evaluate 2 at least"),
+        ({"split": "exam"}, "there is no split 'exam': the splits are training, validation"),
+        ({"episodes": 10**6}, "1000000 episodes are asked for, but the evaluation split has 1 to 500000"),
+        ({"first_seed": -1}, "the first seed is -1: give 0 or more"),
+    ],
+)
+def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object], sentence: str) -> None:
+    with pytest.raises(GrindError) as caught:
+        evaluate("handbook", "power_limited", **arguments)
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_problem_that_is_not_there_is_told() -> None:
+    with pytest.raises(GrindError, match="there is no problem 'power_unlimited': give one of"):
+        evaluate("handbook", "power_unlimited")
+    with pytest.raises(GrindError, match="there is no policy 'best' for power_limited: choose from"):
+        evaluate("best", "power_limited")
+
+
+@pytest.mark.parametrize("name", ["wen", "grind/Wen-v0"])
+def test_where_no_speeds_are_chosen_no_policy_is_judged(name: str) -> None:
+    with pytest.raises(GrindError, match=f"there is no problem '{name}'"):
+        evaluate("random", name)
