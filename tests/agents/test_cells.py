@@ -1,20 +1,35 @@
 from dataclasses import fields, replace
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 
 from agents import cells
-from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation
+from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation, sources
+from grind_env.belief import filter as filter_
+from grind_env.belief import wheel
+from grind_env.envs import model
 from grind_env.policies.evaluation import Evaluation, evaluate
-from grind_env.policies.planners import known_state
+from grind_env.policies.learned.network import LearnedPolicy
+from grind_env.policies.planners import dynamic_programming, hindsight, known_state
+from grind_env.policies.planners.hindsight import Hindsight
+from grind_env.policies.planners.known_state import ModelPredictive
+from grind_env.policies.policy import Policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.registry import TUNED, UNTUNED
+from grind_env.policies.scripted import belief_rule, estimator, rules
+from grind_env.policies.scripted.belief_rule import BeliefRule
+from grind_env.policies.scripted.rules import Fixed, Handbook
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
 PLAN = Fixed(9.0, 1, 2, "interval")
 SEEDS = range(10, 10 + CHUNK + 5)
+BELIEVING = BeliefRule(E=(11.0, 7.0), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH=0.2, wV=0.3, wH=0.6, gK=0.2, wK=0.5)
 
 
 @pytest.fixture
@@ -85,3 +100,62 @@ def test_a_planner_stands_on_its_rule_and_not_on_the_learners():
     found = imported(known_state.__name__)
     assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= found
     assert not any(name.startswith("agents.learning") for name in found)
+
+
+DECIDING = [
+    (Handbook(), rules),
+    (BELIEVING, rules),
+    (BELIEVING, belief_rule),
+    (BELIEVING, estimator),
+    (BELIEVING, filter_),
+    (BELIEVING, wheel),
+    (BELIEVING, model),
+    (Hindsight(sweeps=0), hindsight),
+    (Hindsight(sweeps=0), dynamic_programming),
+]
+
+
+@pytest.mark.parametrize(("policy", "edited"), DECIDING, ids=lambda each: getattr(each, "__name__", None))
+def test_an_edit_of_what_decides_is_another_evaluation_and_a_comment_is_not(
+    policy: Policy, edited: ModuleType, tmp_path: Path, evaluated: list[range], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, more = Path.read_text, [""]
+
+    def with_edit(path: Path, *arguments: Any, **options: Any) -> str:
+        return read(path, *arguments, **options) + (more[0] if path.samefile(str(edited.__file__)) else "")
+
+    monkeypatch.setattr(Path, "read_text", with_edit)
+    count = 0
+    for text, anew in (("", True), ("# a comment\n", False), ('"""A text."""\n', False), ("EDITED = 1\n", True)):
+        more[0] = text
+        sources.cache_clear()
+        kept_evaluation(policy, PROBLEM, SEEDS[:1], tmp_path)
+        count += anew
+        assert len(evaluated) == count, text
+    sources.cache_clear()
+
+
+def test_an_edit_of_another_rule_is_no_other_evaluation() -> None:
+    found = imported(rules.__name__)
+    assert not any(name.endswith(("burn_line", "hindsight", "belief_rule", "judging")) for name in found)
+
+
+def test_every_policy_stands_on_the_module_that_it_is_defined_in() -> None:
+    makers = [*TUNED.values(), *UNTUNED.values(), ModelPredictive, LearnedPolicy]
+    modules = {(each.func if isinstance(each, partial) else each).__module__ for each in makers}
+    assert len(modules) >= 9
+    for name in modules:
+        assert name in imported(name)
+        assert sources(name) != sources("agents.cells.nothing")
+
+
+def test_chunks_of_different_lengths_are_kept_and_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cells, "CHUNK", 2)
+    problem = changed(find_problem("stroke"), blocks=1)
+    whole = evaluate(Handbook(), problem.simulation(), range(5))
+    assert np.isnan(whole.speeds).any()
+    for _ in range(2):
+        found = kept_evaluation(Handbook(), problem, range(5), tmp_path)
+        for each in fields(Evaluation):
+            np.testing.assert_array_equal(getattr(found, each.name), getattr(whole, each.name))
+    assert len(list(tmp_path.rglob("*.npz"))) == 3

@@ -24,7 +24,9 @@ from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.rules import Handbook
 from grind_env.scores import normalise
+from tests.policies.harness import changed
 
 NAME = "grind/oracle6/adaptive-rule-v0"
 PROBLEM = find_problem("oracle6")
@@ -39,7 +41,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("task", "policy"), [("oracle6", "adaptive_rule"), ("rush", "random")])
+@pytest.mark.parametrize(
+    ("task", "policy"),
+    [("oracle6", "adaptive_rule"), ("rush", "random"), ("wide_plates", "handbook"), ("stroke", "handbook")],
+)
 def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, folder: Path):
     problem = find_problem(task)
     simulation = problem.simulation()
@@ -47,7 +52,9 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
     name = f"grind/{task}/{policy.replace('_', '-')}-v0"
     assert path == folder / name
     loaded = minari.load_dataset(name)
-    assert (loaded.total_episodes, loaded.total_steps) == (3, 3 * simulation.task.blocks)
+    steps = np.count_nonzero(~np.isnan(evaluate(make_policy(policy, simulation), simulation, SEEDS).speeds))
+    assert (loaded.total_episodes, loaded.total_steps) == (3, steps)
+    assert steps == 3 * simulation.task.blocks or task == "stroke"
     env = loaded.recover_environment()
     assert env.unwrapped.observation_space == loaded.observation_space
     assert env.action_space == loaded.action_space
@@ -62,6 +69,23 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
             assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
         assert np.array_equal(observation, episode.observations[-1])
         assert terminated
+
+
+def test_episodes_of_different_lengths_make_a_dataset(folder: Path):
+    problem, policy = changed(find_problem("stroke"), blocks=2), Handbook()
+    data, run = recorded(policy, problem, SEEDS), evaluate(policy, problem.simulation(), SEEDS)
+    lengths = (~np.isnan(run.speeds)).sum(axis=1).tolist()
+    assert data.steps.tolist() == lengths
+    assert len(set(lengths)) > 1
+    path = make_dataset(policy, problem, SEEDS)
+    loaded = minari.load_dataset("grind/stroke/handbook-v0")
+    assert (loaded.total_episodes, loaded.total_steps) == (3, sum(lengths))
+    for episode, length, cost in zip(loaded.iterate_episodes(), lengths, run.cost.tolist(), strict=True):
+        assert (len(episode.actions), len(episode.observations)) == (length, length + 1)
+        assert episode.terminations.tolist() == [False] * (length - 1) + [True]
+        assert -problem.simulation().task.reference_cost * episode.rewards.sum() == pytest.approx(cost)
+    before = files(path)
+    assert files(make_dataset(policy, problem, SEEDS)) == before
 
 
 def test_a_dataset_is_what_the_evaluation_of_its_policy_was():

@@ -72,6 +72,22 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
     assert np.quantile(np.abs(last - drawn), 0.99) < 24
 
 
+@pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "stroke"])
+def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
+    problem, plan, frames = find_problem(name), Fixed(12.0, 1, 3), 3
+    views = list(watch(plan, problem, SEED, frames))
+    result = evaluate(plan, problem.simulation(), [SEED])
+    assert len(views) == 1 + frames * result.speeds.shape[1]
+    assert views[-1].cost == pytest.approx(result.cost[0])
+    assert views[-1].good_parts == pytest.approx(result.good[0])
+    # between two moments at rest as much is ground as has gone after
+    for k in range(1, min(len(views), 60), frames):
+        *moving, rest = views[k : k + frames]
+        left = [view.part.left for view in moving]
+        assert left == sorted(left, reverse=True)
+        assert sum(view.motion.dressing for view in moving) == rest.ground[-1].executions
+
+
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
     policy = named_policy("E6D0", SIMULATION)
     with pytest.raises(GrindError, match=r"film\.mp4: an animation is written as \.gif; name such a file"):

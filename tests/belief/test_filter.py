@@ -21,6 +21,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
 from grind_env.machine.tally import Tally
+from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
@@ -36,10 +37,15 @@ def without_allowance() -> Task:
 
 
 def run(
-    task: Task, count: int, seed: int, speeds: tuple[float, float] = (6000.0, 16000.0), given: Given | None = None
+    task: Task,
+    count: int,
+    seed: int,
+    speeds: tuple[float, float] = (6000.0, 16000.0),
+    given: Given | None = None,
+    make: type[Simulation] = Simulation,
 ) -> dict[str, Array]:
     """Beliefs and truth before every block and after the last one, under random plans; shape (blocks + 1, N)."""
-    simulation = Simulation(task, full=True, pre_dress=True)
+    simulation = make(task, full=True, pre_dress=True)
     rngs = [np.random.default_rng(seed + i) for i in range(count)]
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
     belief = WheelBelief(MemberModel(simulation))
@@ -177,6 +183,15 @@ def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
     assert found["A"].max() > 1.3 * found["A"].min()
 
 
+@pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
+def test_another_cycle_without_chance_is_followed_exactly(name: str) -> None:
+    simulation = find_problem(name).simulation()
+    found = run(dataclasses.replace(simulation.task, spread=Spread()), 8, 3, make=type(simulation))
+    np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
+    assert found["wear_flat_spread"].max() < 1e-6
+    assert found["A"].max() > 1.3 * found["A"].min()
+
+
 def test_the_material_is_read_where_it_is_shown() -> None:
     shop = dataclasses.replace(load_task("job_shop"), spread=Spread())
     soft = Given(Fixed(material=float(materials().index("aisi_1020"))))
@@ -245,6 +260,21 @@ def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: 
     assert np.mean((mean - truth) ** 2) < 0.6 * np.mean((formula[1:-1] - truth) ** 2)
     assert 0.85 < np.mean(np.abs(mean - truth) < 2.0 * spread) < 0.98
     assert r2(found["ln_kA"][1:-1], found["growth"][1:-1]) > 0.45
+
+
+# measured: 0.965 to 0.966 and 0.954 to 0.957, for three lists of seeds; the mean of all explains nothing
+@pytest.mark.parametrize(("name", "least"), [("reciprocation", 0.94), ("wide_plates", 0.92)])
+def test_the_belief_follows_the_wear_under_other_cycles(name: str, least: float) -> None:
+    simulation = find_problem(name).simulation()
+    found = run(simulation.task, 64, 40_000, make=type(simulation))
+    truth, mean, spread = (found[each][1:-1] for each in ("A", "wear_flat", "wear_flat_spread"))
+    assert r2(truth, mean) > least
+    assert 0.85 < np.mean(np.abs(mean - truth) < 2.0 * spread) < 0.98
+
+
+def test_what_a_belief_cannot_follow_is_told() -> None:
+    with pytest.raises(BeliefError, match="stroke is not followed by a belief, which grinds compiled blocks: use"):
+        MemberModel(find_problem("stroke").simulation())
 
 
 @pytest.mark.parametrize("task", [PLATES, RAILS, without_allowance()], ids=["plates", "rails", "finish only"])

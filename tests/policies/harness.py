@@ -42,7 +42,8 @@ class Changed(Problem):
     def simulation(self) -> Simulation:
         """The simulation of the other task."""
         assert self.task is not None
-        return Simulation(self.task)
+        whole = Problem(self.name, self.id, self.arguments).simulation()
+        return type(whole)(self.task)
 
 
 def changed(problem: Problem, **fields: Any) -> Problem:
