@@ -13,11 +13,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from grind_env.envs.contexts import option_items
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.form import G82, Form
 from grind_env.envs.memory import Array, BeliefMemory, Flags, Memory, StackMemory, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
-from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.envs.simulation import Simulation
 
 AnyEnv = gym.Env[Any, Any]
 AnyVectorEnv = VectorEnv[Any, Any, Any]
@@ -135,25 +133,23 @@ class VectorHistoryStack(VectorMemory):
 
 
 class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
-    """Appends to the observation what can be believed of wear-flat area and lot severity; see `envs.belief`.
+    """Appends to the observation what can be believed of wear-flat area and lot severity; see `grind_env.belief`.
 
     Args:
-        env: a `GrindEnv` whose steps are G82 blocks, wrapped or not, as long as its observation is not.
+        env: an environment whose steps are cycle blocks, wrapped or not, as long as its observation is not.
         members: members of the ensemble.
 
     Raises:
-        WrapperError: if it is no `GrindEnv` of G82 blocks with its own observation, or members is no whole number.
-        BeliefError: if there are fewer than two members.
+        WrapperError: if it is no grinding environment with its own observation, or members is no whole number.
+        BeliefError: if its steps are no blocks or not compiled, or there are fewer than two members.
     """
 
     def __init__(self, env: AnyEnv, members: int = 16) -> None:
         RecordConstructorArgs.__init__(self, members=members)
-        base = env.unwrapped
-        if not isinstance(base, GrindEnv) or env.observation_space != base.observation_space:
-            raise not_grinding(env)
-        check_belief(env, base.form, members)
-        self.entries = (*base.observation_info(), *belief_entries())
-        super().__init__(env, BeliefMemory(base.simulation, members))
+        simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
+        check_whole("members", members)
+        self.entries = (*simulation.entries, *belief_entries())
+        super().__init__(env, BeliefMemory(simulation, members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
@@ -164,42 +160,38 @@ class VectorBeliefFilter(VectorMemory):
     """`BeliefFilter` of every sub-environment.
 
     Args:
-        env: a `GrindVectorEnv` whose steps are G82 blocks, wrapped or not, as long as its observation is not.
+        env: a native vector environment whose steps are cycle blocks, wrapped or not, as long as its observation is
+            not.
         members: members of the ensemble.
 
     Raises:
-        WrapperError: if it is no `GrindVectorEnv` of G82 blocks with its own observation, or members is no whole
-            number.
-        BeliefError: if there are fewer than two members.
+        WrapperError: as for `BeliefFilter`.
+        BeliefError: likewise.
     """
 
     def __init__(self, env: AnyVectorEnv, members: int = 16) -> None:
-        base = env.unwrapped
-        if not isinstance(base, GrindVectorEnv) or env.observation_space != base.observation_space:
-            raise not_grinding(env)
-        check_belief(env, base.form, members)
-        self.entries = (*base.observation_info(), *belief_entries())
-        super().__init__(env, BeliefMemory(base.simulation, members))
+        simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
+        check_whole("members", members)
+        self.entries = (*simulation.entries, *belief_entries())
+        super().__init__(env, BeliefMemory(simulation, members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
         return self.entries
 
 
-def not_grinding(env: AnyEnv | AnyVectorEnv) -> WrapperError:
-    """The error of a belief about something else."""
-    return WrapperError(f"{env} is no grinding environment with its own observation: wrap the belief around that first")
-
-
-def check_belief(env: AnyEnv | AnyVectorEnv, form: Form, members: object) -> None:
-    """Check that the filter, which grinds G82 blocks, can follow an environment.
+def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:
+    """The simulation of an environment that shows its own observation.
 
     Raises:
-        WrapperError: if its blocks are others, or members is no whole number.
+        WrapperError: if it has none, or shows something else.
     """
-    if form.cycle != G82.cycle:
-        raise WrapperError(f"{env} grinds {form.cycle} blocks, but the belief follows those of G82: use HistoryStack")
-    check_whole("members", members)
+    simulation = getattr(env.unwrapped, "simulation", None)
+    if not isinstance(simulation, Simulation) or shown != own:
+        raise WrapperError(
+            f"{env} is no grinding environment with its own observation: wrap the belief around that first"
+        )
+    return simulation
 
 
 def check_whole(name: str, value: object) -> None:

@@ -15,6 +15,7 @@ from grind_env.belief.wheel import BeliefError, WheelBelief
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError, belief_entries
+from grind_env.envs.model import MemberModel
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
 from tests.envs.harness import actions, assert_same, native
 from tests.envs.walks import Walk, Walks
@@ -108,7 +109,7 @@ def test_a_wrapped_env_can_be_made_again_from_its_spec() -> None:
 
 def test_the_belief_of_the_wrapper_is_that_of_the_filter() -> None:
     env = VectorBeliefFilter(native("grind/PowerLimited-v0", 2, AutoresetMode.DISABLED))
-    belief = WheelBelief(env.unwrapped.task)
+    belief = WheelBelief(MemberModel(env.unwrapped.simulation))
     belief.begin(2)
     shown, _ = env.reset(seed=3)
     count = len(belief_entries())
@@ -133,13 +134,24 @@ def test_what_is_no_grinding_environment_has_no_belief() -> None:
         BeliefFilter(gym.make("grind/Oracle6-v0"), members=1)
 
 
-@pytest.mark.parametrize(("env_id", "cycle"), [("grind/Reciprocation-v0", "G81"), ("grind/WidePlates-v0", "G83")])
-def test_the_belief_is_refused_where_it_would_simulate_another_cycle(env_id: str, cycle: str) -> None:
-    for wrap, env in (
-        (BeliefFilter, gym.make(env_id, **MEASURED)),
-        (VectorBeliefFilter, native(env_id, 2, **MEASURED)),
-    ):
-        with pytest.raises(WrapperError, match=f"grinds {cycle} blocks, but the belief follows those of G82"):
+@pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", "grind/Job-v0"])
+def test_the_belief_follows_blocks_of_every_cycle(env_id: str) -> None:
+    single, many = BeliefFilter(gym.make(env_id, **MEASURED)), VectorBeliefFilter(native(env_id, 2, **MEASURED))
+    observations = [single.reset(seed=4)[0], many.reset(seed=[3, 4])[0][1]]
+    for _ in range(2):
+        np.testing.assert_array_equal(*observations)
+        wear, spread = (
+            observations[0][[name in entry.name for entry in single.observation_info()]]
+            for name in ("belief_wear_flat", "belief_wear_flat_spread")
+        )
+        assert wear[0] > 0.0 and spread[0] >= 0.0
+        action = np.array([0.3, 0.1], np.float32)
+        observations = [single.step(action)[0], many.step(np.tile(action, (2, 1)))[0][1]]
+
+
+def test_the_belief_does_not_follow_single_strokes() -> None:
+    for wrap, env in ((BeliefFilter, gym.make("grind/Stroke-v0")), (VectorBeliefFilter, native("grind/Stroke-v0", 2))):
+        with pytest.raises(BeliefError, match="stroke is not followed by a belief, which grinds compiled blocks"):
             wrap(env)
 
 

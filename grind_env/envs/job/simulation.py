@@ -131,7 +131,8 @@ class JobSimulation(Simulation):
         sequence = tuple(kinds[number].name for number in self._kind_of_block.tolist())
         self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
         self.entries = job_readings(task, full=full)
-        self.usual = {"last_width": job.part.width, "stock": 1.0, "tolerance": job.part.tolerance}
+        engaged = min(job.part.width, job.setup.wheel.width)
+        self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance}
         self.kinds = np.array([kind_of(block, job) for block in self.blocks])
         self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)

@@ -74,6 +74,11 @@ class CrossSimulation(Simulation):
         observations[:, -1] = taper
         return observations
 
+    def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
+        """As `Simulation.read`; the width that power was spent on is that of the wheel, and not of the part."""
+        seen = super().read(observation)
+        return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
+
     def without_noise(self, episodes: EpisodesT) -> EpisodesT:
         """As `Simulation.without_noise`; that of the taper is apart."""
         _cross(episodes).taper_noise[:] = 0.0
