@@ -20,7 +20,7 @@ import grind_env
 from agents.learning.curve import SPENT, Point, curve_path, read_curve
 from agents.learning.settings import settings_for
 from agents.learning.train import train
-from grind_env.envs.tasks import load_task
+from grind_env.policies.problem import find_problem
 
 TASK, ENV = "power_limited", "grind/PowerLimited-v0"
 ROLLOUTS = 8
@@ -31,11 +31,11 @@ DEFAULT_STEPS = 128
 
 def native() -> Point:
     """The last point of the curve of a short training with the settings of the task."""
-    task = load_task(TASK)
-    settings = settings_for("ppo", task)
+    problem = find_problem(TASK)
+    settings = settings_for("ppo", problem.name)
     steps = ROLLOUTS * settings.envs * int(settings.hyper["n_steps"])
     with TemporaryDirectory() as folder:
-        path = train(task, "ppo", 0, replace(settings, steps=steps), Path(folder), quiet=True)
+        path = train(problem, "ppo", 0, replace(settings, steps=steps), Path(folder), quiet=True)
         return read_curve(curve_path(path))[-1]
 
 

@@ -15,17 +15,17 @@ from agents.learning.curve import read_curve
 from agents.learning.settings import settings_for
 from grind_env import files
 from grind_env.control import read_file
-from grind_env.envs.tasks import load_task
 from grind_env.errors import GrindError
 from grind_env.files import ReadError, open_file, read_bytes, read_text
 from grind_env.machine.job_file import load_job
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import read_tuned
 from grind_env.process.catalogue import load_catalogue
 from grind_env.scores import read_references
 from grind_env.toml import TomlError, read_toml
 
-TASK = load_task("oracle6")
+SIMULATION = find_problem("oracle6").simulation()
 
 
 def catalogue_of_a_job(path: Path) -> object:
@@ -41,9 +41,9 @@ READERS: dict[str, Callable[[Path], object]] = {
     "called.toml": catalogue_of_a_job,
     "scores.toml": read_references,
     "tuned.toml": lambda path: read_tuned("tuned", path.parent),
-    "oracle6.toml": lambda path: settings_for("ppo", TASK, path.parent),
+    "oracle6.toml": lambda path: settings_for("ppo", "oracle6", path.parent),
     "policy.safetensors": load_policy,
-    "measured.safetensors": lambda path: from_file(path, TASK, "ppo"),
+    "measured.safetensors": lambda path: from_file(path, SIMULATION, "ppo"),
     "curve.csv": read_curve,
     "study.csv": read_study,
     PARQUET: lambda path: read_results(path.parent),

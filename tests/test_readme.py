@@ -7,12 +7,13 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_first_example_runs():
-    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    run = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True, cwd=ROOT)
+def test_the_examples_run_one_after_the_other():
+    examples = "\n".join(re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+    run = subprocess.run([sys.executable, "-c", examples], capture_output=True, text=True, check=True, cwd=ROOT)
     lines = run.stdout.splitlines()
     assert sum(line.startswith("G82 ") and line.endswith(" $") for line in lines) == 60
     assert "M30" in lines
+    assert sum("$ per good part (" in line for line in lines) == examples.count("grind_env.evaluate(")
 
 
 def paths(text: str) -> list[str]:

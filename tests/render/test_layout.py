@@ -7,7 +7,7 @@ import pytest
 
 from agents.video import watch
 from grind_env.envs.names import task_names
-from grind_env.envs.tasks import load_task
+from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.frames import TALL, WIDE
@@ -40,9 +40,10 @@ def assert_legible(view: View, size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("size", [WIDE, TALL])
 @pytest.mark.parametrize("name", task_names())
 def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int, int]) -> None:
-    task = load_task(name)
+    problem = find_problem(name)
+    task = problem.simulation().task
     fastest = max(task.action.speed_levels or task.action.speed_range or ())
-    for k, view in enumerate(watch(Fixed(fastest, task.action.executions), task, 1, 2)):
+    for k, view in enumerate(watch(Fixed(fastest, task.action.executions), problem, 1, 2)):
         if k % 7 in (0, 1) or k == 2 * task.blocks:
             assert_legible(replace(view, extent=replace(view.extent, title=task.title)), size)
 
