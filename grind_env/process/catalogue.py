@@ -65,6 +65,9 @@ KINDS: Mapping[str, type[Entry]] = {
     "machine": Machine,
 }
 
+USUAL = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
+"""The entry of each kind for a set-up that names none."""
+
 EntryT = TypeVar("EntryT", bound=Entry)
 Entries = Mapping[tuple[str, str], Entry]
 """Entries by kind (a key of `KINDS`) and name."""
@@ -101,8 +104,12 @@ class Catalogue:
         return _find(Machine, name, self.machines)
 
 
-def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
+def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = MappingProxyType({})) -> Catalogue:
     """The built-in entries, then those of each file in turn, which add to or redefine what came before.
+
+    Args:
+        paths: the files.
+        document: tables as of a file, which are read after them.
 
     Raises:
         CatalogueError: A file cannot be read or is not TOML, or one of its entries is not usable; the message
@@ -111,6 +118,7 @@ def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
     entries = dict(_built_in())
     for path in paths:
         entries |= _read(Path(path), entries)
+    entries |= _entries(document, entries)
     return Catalogue(
         materials=_of_kind(Material, entries),
         wheels=_of_kind(Wheel, entries),
