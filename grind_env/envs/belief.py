@@ -26,7 +26,6 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.machine.cycle import PartState
-from grind_env.process.catalogue import materials
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 
@@ -87,7 +86,7 @@ class WheelBelief:
         self.shop = shop_row(task)
         self.names = [kind.name for kind in task.kinds]
         self.stocks = np.array([kind.stock for kind in task.kinds])
-        self.materials = materials()
+        self.materials = task.materials
         self.usual = np.array([self.materials.index(kind.material) for kind in task.kinds])
         self.ageing = task.setup.coolant_ageing
         spread = task.spread

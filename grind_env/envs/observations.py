@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Task
 from grind_env.kernel import inlined
-from grind_env.process.catalogue import materials
 
 POWER_NOISE = 0.03
 """Relative standard deviation of a power reading (scenarios, section 3, like the noises below)."""
@@ -224,7 +223,7 @@ def _flag(name: str, meaning: str) -> Reading:
 
 def task_materials(task: Task) -> list[str]:
     """Materials that are told apart: those of the kinds, if there are several."""
-    names = [name for name in materials() if any(kind.material == name for kind in task.kinds)]
+    names = [name for name in task.materials if any(kind.material == name for kind in task.kinds)]
     return names if len(names) > 1 else []
 
 
@@ -260,7 +259,7 @@ def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
     """Where these entries come from: readings, then flags; any that follow them read 0, for the caller to write."""
     names = [entry.name for entry in entries]
     columns = [Readings._fields.index(name) for name in names if name in Readings._fields]
-    flags = [f"material_{name}" for name in materials()]
+    flags = [f"material_{name}" for name in task.materials]
     return Layout(
         np.array(columns),
         len(task.kinds) if len(task.kinds) > 1 else 0,

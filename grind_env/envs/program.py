@@ -16,18 +16,15 @@ from grind_env.control import read
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
-from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
+from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
 from grind_env.machine.job import Job, Part, Setup, Stage, Times
 from grind_env.machine.part import PartConditions
-from grind_env.process.catalogue import load_catalogue, materials
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
 WHEEL_CHANGES = Memory._fields.index("wheel_changes")
-PICK_FEED = 60.0
-"""mm/min; a pick is over long before the wheel is back at the middle of the part."""
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
 NEAR = 1.0
@@ -155,25 +152,24 @@ def dress_program(task: Task) -> list[str]:
     return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
 
 
-def job(task: Task, *kinds: Kind) -> Job:
+def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
-    beyond the motions of the dress program.
+    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else a pick.
     """
-    catalogue = load_catalogue()
     setup = Setup(
         wheel=task.wheel,
-        dresser=catalogue.dresser(task.setup.dresser),
-        fluid=catalogue.fluid(task.setup.fluid),
+        dresser=task.dresser,
+        fluid=task.fluid,
         machine=task.machine,
         wheel_speed=task.setup.wheel_speed,
     )
     change = None if task.wheel_change is None else task.wheel_change.seconds
     times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
-    part = part_of(kinds, [kind.stock for kind in kinds], kinds[-1].material)
+    part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
     bare = Job(part=part, setup=setup, times=times)
-    position = (-task.setup.overrun, -kinds[0].pick, 0.0)
+    position = (-task.setup.overrun, -(kinds[0].pick if first is None else first), 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
     return replace(bare, times=replace(times, dress_setup=task.dress_seconds - motions.seconds))
@@ -181,10 +177,10 @@ def job(task: Task, *kinds: Kind) -> Job:
 
 def job_from_surface(task: Task) -> Job:
     """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
-    return job(task, *(replace(kind, pick=0.0) for kind in task.kinds))
+    return job(task, *task.kinds, first=0.0)
 
 
-def part_of(kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
+def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
     """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
     kind, depths = kinds[-1], list(itertools.accumulate(stocks))
     stages = tuple(
@@ -197,7 +193,7 @@ def part_of(kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Pa
         for earlier, depth in zip(kinds[:-1], depths, strict=False)
     )
     return Part(
-        material=load_catalogue().material(material),
+        material=task.catalogue.material(material),
         length=kind.length,
         width=kind.width,
         stock=depths[-1],
@@ -219,9 +215,10 @@ def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
     return [
         PartConditions(
             part=part_of(
+                task,
                 [task.kinds[int(row.kind)] for row in rows],
                 [row.stock for row in rows],
-                materials()[int(rows[0].material)],
+                task.materials[int(rows[0].material)],
             ),
             factors=_factors(task, rows[0], FACTORS),
             new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,

@@ -22,7 +22,6 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
-from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 
 Table = NDArray[np.float64]
@@ -78,7 +77,7 @@ class Simulation:
         self.task = task
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.base, self.shop = kind_table(task), parameter_table(task), shop_row(task)
-        self._materials = len(materials())
+        self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._begin_with(EpisodeGenerator(task))
 

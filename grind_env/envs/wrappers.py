@@ -178,6 +178,8 @@ class VectorBeliefFilter(VectorMemory):
         base = env.unwrapped
         if not isinstance(base, GrindVectorEnv) or env.observation_space != base.observation_space:
             raise not_grinding(env)
+        if base.form is None:  # of a program, whose blocks may be any
+            raise not_grinding(env)
         check_belief(env, base.form, members)
         self.entries = (*base.observation_info(), *belief_entries())
         super().__init__(env, BeliefMemory(base.task, base.observation_info(), members))

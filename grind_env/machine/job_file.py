@@ -36,7 +36,6 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 """
 
 from pathlib import Path
-from typing import Any
 
 from grind_env.files import ReadError
 from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong

@@ -51,7 +51,6 @@ __all__ = [
     "Quantity",
     "Wheel",
     "load_catalogue",
-    "materials",
     "quantities",
 ]
 
@@ -126,11 +125,6 @@ def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = Ma
         fluids=_of_kind(Fluid, entries),
         machines=_of_kind(Machine, entries),
     )
-
-
-def materials() -> list[str]:
-    """Names of the materials of the built-in catalogue, in alphabetical order."""
-    return sorted(load_catalogue().materials)
 
 
 @functools.cache

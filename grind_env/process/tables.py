@@ -6,6 +6,7 @@ of a document and are passed over.
 """
 
 import functools
+import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from numbers import Integral
@@ -78,19 +79,19 @@ class Content:
             return isinstance(value, Mapping) and all(self._allows_item(each) for each in value.values())
         if self.type is not tuple:
             return self._allows_item(value)
-        if not isinstance(value, tuple) or (len(value) != self.count if self.count else not value):
+        if not isinstance(value, tuple) or not all(map(self._allows_item, value)):
             return False
-        return all(map(self._allows_item, value)) and (self.item is str or self._rises(value))
+        return self.item is str or (len(value) == (self.count or max(len(value), 1)) and self._rises(value))
 
     def _allows_item(self, value: Any) -> bool:
         if self.item is float or self.item is int:
             whole = self.item is float or isinstance(value, Integral)
-            return whole and self.quantity is not None and self.quantity.allows(value)
+            return whole and (self.quantity is None or self.quantity.allows(value))
         return isinstance(value, self.item) and (not self.choices or value in self.choices)
 
     def _rises(self, value: tuple[float, ...]) -> bool:
         # a range may be one number, a list of levels has no two alike
-        return all(a <= b if self.count else a < b for a, b in zip(value[:-1], value[1:], strict=True))
+        return all(a <= b if self.count else a < b for a, b in itertools.pairwise(value))
 
 
 @functools.cache
@@ -101,7 +102,7 @@ def contents(kind: type[Any]) -> Mapping[str, Content]:
     return {name: content for name, content in found.items() if content is not None}
 
 
-def check(table: object, place: str, error: Error) -> None:
+def check(table: Any, place: str, error: Error) -> None:
     """Check every field of a frozen dataclass, and store whole numbers as floats where a field is one.
 
     Args:
@@ -109,7 +110,7 @@ def check(table: object, place: str, error: Error) -> None:
         place: what messages put before a key; "" for none.
         error: raised at the first value that is not legal; it names place, value and legal range.
     """
-    for name, content in contents(type(table)).items():
+    for name, content in contents(table.__class__).items():
         value = getattr(table, name)
         if value is None and content.optional:
             continue

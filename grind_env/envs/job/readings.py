@@ -100,7 +100,7 @@ def job_task(job: Job, spread: float) -> Task:
     return replace(
         task,
         action=ACTION,
-        setup=replace(task.setup, machine_changes={"power_limit": job.setup.machine.power_limit}),
+        setup=replace(task.setup, machine_overrides={"power_limit": job.setup.machine.power_limit}),
         kinds=(replace(task.kinds[0], tolerance=job.part.tolerance),),
         spread=Spread(measurement=spread),
     )
