@@ -12,8 +12,8 @@ from agents.coefficients import RULES, from_vector, rounded
 from agents.reference.scores import reference_of
 from agents.search import evolve, grid_search, refine
 from grind_env.envs.names import environment_id
-from grind_env.envs.reciprocation.env import ReciprocationSimulation
 from grind_env.envs.reciprocation.program import TASK
+from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.tasks import Task, read_task
 from grind_env.policies.choices import speed_bounds, speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, roll_out, start_episodes

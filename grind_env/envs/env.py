@@ -31,8 +31,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
     plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
     program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
-    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves; slow
-    tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
+    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves;
+    slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
     wheel.
 
     ## Action space

@@ -6,7 +6,8 @@ import pytest
 from agents.reference import reciprocation_scores
 from agents.reference.reciprocation_scores import FeedHindsight, FeedThreshold, FeedTuner, score_reciprocation
 from grind_env.envs.observations import physical
-from grind_env.envs.reciprocation.env import ReciprocationEnv, ReciprocationSimulation
+from grind_env.envs.reciprocation.env import ReciprocationEnv
+from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.tasks import read_task
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed, handbook

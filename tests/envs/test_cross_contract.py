@@ -109,9 +109,7 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
     task = read_task("wide_plates")
     with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 .*cross_pick"):
         replace(task, cross_pick=0.0)
-    with pytest.raises(
-        TaskError, match=r"^a plate of wide_plates is 25 mm wide, the wheel 25 mm: .*leave out cross"
-    ):
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 25 mm wide, the wheel 25 mm: .*leave out cross"):
         replace(task, kinds=(replace(task.kinds[0], width=25.0),))
     for make in (gym.make, gym.make_vec):
         with pytest.raises(TaskError, match=r"^cycle is 'G82', but the blocks of wide_plates are G83"):
