@@ -246,6 +246,7 @@ def tasks(
     from rich.console import Console
     from rich.table import Column, Table
 
+    from grind_env.envs.form import check_task
     from grind_env.envs.pages import page, summaries, summary
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
@@ -255,8 +256,9 @@ def tasks(
         print(json.dumps(json_schema()) if as_json else schema_text())
         return
     if env_id is not None and is_file(env_id):
-        task = document(read_task(env_id))
-        print(json.dumps(task) if as_json else toml_text(task))
+        task = read_task(env_id)
+        check_task(task)
+        print(json.dumps(document(task)) if as_json else toml_text(document(task)))
         return
     if env_id is not None and not as_json:
         print(page(env_id), end="")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, is_full, refuse_render
 from grind_env.envs.contexts import Given, read_options
-from grind_env.envs.form import check_cycle
+from grind_env.envs.form import check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
@@ -98,7 +98,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.form = self.form_of(self.task)
         check_flags(show_block=show_block, predress=predress)
         refuse_render(render_mode, RENDER_MODES)
-        check_cycle(self.task, cycle)
+        check_task(self.task, cycle)
         self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)

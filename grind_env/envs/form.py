@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from grind_env.envs.program import block_text, coming_block, part_program
+from grind_env.envs.program import block_text, coming_block, job, part_program
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.view import view_of
@@ -35,12 +35,16 @@ G82 = Form("G82", Simulation, block_text, part_program)
 """A step is one G82 cycle block."""
 
 
-def check_cycle(task: Task, cycle: str | None) -> None:
-    """Check that the cycle asked for is that of the blocks of a task; None asks for none.
+def check_task(task: Task, cycle: str | None = None) -> None:
+    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
 
     Raises:
-        TaskError: there is no such cycle, or it is not that of the task.
+        TaskError: there is no such cycle, it is not that of the task, or its dresses leave no time for their program.
     """
+    try:
+        job(task, task.kinds[0])
+    except TaskError as error:
+        raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
     if cycle is None:
         return
     if cycle not in CYCLES:

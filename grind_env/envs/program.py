@@ -16,11 +16,12 @@ from grind_env.control import read
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import FACTORS, SPARE_FACTORS, TapeRow
-from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task
+from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
 from grind_env.machine.job import Job, Part, Setup, Stage, Times
 from grind_env.machine.part import PartConditions
+from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
@@ -157,6 +158,9 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
 
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
     beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else a pick.
+
+    Raises:
+        TaskError: that set-up time is less than the way of the wheel to the diamond and back.
     """
     setup = Setup(
         wheel=task.wheel,
@@ -172,7 +176,11 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     position = (-task.setup.overrun, -(kinds[0].pick if first is None else first), 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
-    return replace(bare, times=replace(times, dress_setup=task.dress_seconds - motions.seconds))
+    beyond = task.dress_seconds - motions.seconds
+    if beyond < 0.0:
+        least = task.dress.setup - beyond
+        raise wrong("dress.setup", task.dress.setup, f"at least {least:.1f} s, which its way takes", TaskError)
+    return replace(bare, times=replace(times, dress_setup=beyond))
 
 
 def job_from_surface(task: Task) -> Job:

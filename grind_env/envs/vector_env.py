@@ -13,7 +13,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import REWARD, wants_full
-from grind_env.envs.form import Form, check_cycle
+from grind_env.envs.form import Form, check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
@@ -76,7 +76,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
     ) -> None:
         check_flags(show_block=show_block, predress=predress)
         loaded = self.load(task)
-        check_cycle(loaded, cycle)
+        check_task(loaded, cycle)
         full = wants_full(loaded, observation)
         self.form = form = self.form_of(loaded)
         simulation = form.simulation(loaded, full=full, pre_dress=predress)

@@ -36,6 +36,7 @@ ELSEWHERE = {
     "grind/Job-v0": "test_job_env",
     "grind/Reciprocation-v0": "test_reciprocation_env",
     "grind/Stroke-v0": "test_stroke_env",
+    "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }
 """Environments with programs of another form, and the modules that run these with `machine.grind`."""

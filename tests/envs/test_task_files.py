@@ -10,6 +10,7 @@ import pytest
 from grind_env.envs import tasks
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.episode import EpisodeGenerator
+from grind_env.envs.form import check_task
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.envs.tasks.reading import usual_cost
@@ -167,7 +168,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
             "speed_range = [3.0, 30.0]",
             "speed_range = [30.0, 3.0]",
             "action.speed_range",
-            ["two numbers", "0.1 to 120 m/min"],
+            ["two numbers", "1 to 60 m/min"],
         ),
         ("speed_range = [3.0, 30.0]", "speed_range = [3.0, 3.0]", "action.speed_range", ["leave a choice"]),
         ("speed_range = [3.0, 30.0]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
@@ -233,6 +234,23 @@ def test_a_slip_in_a_task_file_is_named(old: str, new: str, key: str, parts: lis
     assert message.startswith(f"{path}: ") and "\n" not in message
     assert all(part in message for part in parts), message
     assert (caught.value.file, caught.value.key) == (path, key)
+
+
+def test_what_no_program_of_blocks_could_do_is_refused() -> None:
+    task = load_task("power_limited")
+    (kind,) = task.kinds
+    with pytest.raises(
+        TaskError, match=r"^infeed is 0.001, .* strokes, but 100000 are the most: take more, or less st"
+    ):
+        replace(task, infeed=0.001, kinds=(replace(kind, stock=5.0),))
+    with pytest.raises(TaskError, match=r"^action.executions is 3, but a plate may have only 0.002 mm of stock"):
+        replace(task, infeed=0.5, kinds=(replace(kind, stock=0.005),))
+    with pytest.raises(TaskError, match=r"^dress.setup is 0.0, but must be at least [2-9].\d s"):
+        check_task(replace(task, dress=replace(task.dress, setup=0.0)))
+    with pytest.raises(TaskError, match=r"^infeed: a rough is no whole part"):
+        replace(load_task("wide_rails"), infeed=0.5)
+    with pytest.raises(TaskError, match=r"^kind.name is 'plate' twice"):
+        replace(task, kinds=(kind, kind))
 
 
 def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:

@@ -13,11 +13,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grind_env.cli import main
+from grind_env.control import read
 from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
+from grind_env.envs.program import conditions, job, job_from_surface
+from grind_env.envs.reciprocation.program import request_times
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
+from grind_env.machine.grind import grind
+from grind_env.machine.job import WheelStart
+from grind_env.process.state import WheelState
 from grind_env.toml import tomllib
 from tests.envs.harness import assert_same, native, row_of, sync
 
@@ -208,6 +214,44 @@ def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_p
         stepped = env.step(action)
         assert env.observation_space.contains(stepped[0]) and np.isfinite(stepped[1])
         assert_same(row_of(vector.step(np.tile(action, (2, 1))), 0)[:3], stepped[:3])
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
+def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
+    content: dict[str, Any], cycle: str, seed: int, tmp_path: Path
+) -> None:
+    content = {key: value for key, value in content.items() if key not in ("infeed", "cross_pick")}
+    own = {"G81": {"infeed": 0.5}, "G82": {}, "G83": {"cross_pick": 12.0}}[cycle]
+    if isinstance(content.get("setup"), dict):
+        content["setup"]["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
+    if cycle == "G83" and isinstance(content.get("kind"), list):
+        content["kind"][0]["width"] = 60.0
+    try:
+        env = gym.make(ID, task=written(tmp_path, toml_text(content | own)), predress=True).unwrapped
+    except TaskError:
+        return
+    env.reset(seed=seed)
+    env.action_space.seed(seed)
+    task, wheel = env.task, WheelState(*env.episodes.wheels[0])
+    count = min(task.blocks, 3)
+    infos = [env.step(env.action_space.sample())[4] for _ in range(count)]
+    shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_from_surface(task)
+    start = WheelStart(
+        diameter=wheel.ds,
+        diamond_flat=wheel.wd,
+        wear_flat_area=task.start.wear_flat_area,
+        volume_since_dress=task.start.volume,
+    )
+    programs = read(env.part_program())
+    control = replace(shop.control, operator_dress_at=request_times(programs, shop.control)) if cycle == "G81" else None
+    parts = conditions(task, env.episodes.tape[0])[:count]
+    record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
+    assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
+    assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
+    left = WheelState(*env.episodes.wheels[0])
+    for name in ("ds", "A", "W"):
+        assert record.strokes[name][-1] == pytest.approx(getattr(left, name), rel=1e-9, abs=1e-12), name
 
 
 # --- schema ------------------------------------------------------------------------------------------------------

@@ -120,6 +120,7 @@ class Task:
             self._check_wheel_covers(kind)
         if self.infeed > 0.0:
             self._refuse_pieces("infeed")
+            self._check_infeeds()
         if self.cross_pick > 0.0:
             self._check_crossing()
         for kind in self.kinds:
@@ -165,6 +166,18 @@ class Task:
                     f"at {self.action.speed_ends[1]:g} m/min, {0.5 * fastest:.3g} s: take less",
                     key,
                     pick,
+                )
+
+    def _check_infeeds(self) -> None:
+        """Refuse more dresses than there are micrometres to part the infeed between them."""
+        for kind in self.kinds:
+            least = kind.stock * (kind.least_stock if self.spread.stock > 0.0 else 1.0)
+            if least < 0.001 * (self.action.executions + 1):
+                raise TaskError(
+                    f"action.executions is {self.action.executions}, but a {kind.name} may have only {least:g} mm "
+                    "of stock, which a G81 parts in steps of 0.001 mm between them: allow fewer dresses, or more stock",
+                    "action.executions",
+                    self.action.executions,
                 )
 
     def _check_crossing(self) -> None:

@@ -12,7 +12,8 @@ from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
 from grind_env.process.tables import TableError, check
 
-SPEED = Quantity("E", "m/min", 0.1, 120)
+SPEED = Quantity("E", "m/min", 1, 60)
+"""The control goes no faster; the process model holds from 3 to 40 m/min."""
 USUAL_SPEEDS = (3.0, 30.0)
 """m/min; the range of E for a task that gives none."""
 
@@ -88,7 +89,7 @@ class Setup:
         machine: name of the machine tool.
         wheel_speed: surface speed of the new wheel.
         overrun: of the table beyond the part, on each side.
-        load: time to load each part.
+        load: time to load each part, the way of the wheel to it included.
         coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
         wheel_overrides: values of the wheel that differ from its entry in the catalogue.
         dresser_overrides: the same of the dresser.
@@ -128,7 +129,7 @@ class Dress:
 
     passes: Annotated[int, Quantity("", "", 1, 50)] = 2
     lead: Annotated[float, Quantity("", "mm", 0.005, 5)] = 0.10
-    depth: Annotated[float, Quantity("", "mm", 0.001, 0.2)] = 0.02
+    depth: Annotated[float, Quantity("", "mm", 0.001, 0.1)] = 0.02
     setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
 
     def __post_init__(self) -> None:
