@@ -5,6 +5,7 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 """
 
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -28,6 +29,9 @@ RECIPROCATING_AXIS = 0
 WHEEL_CHANGES = Memory._fields.index("wheel_changes")
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
+NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
+"""What is left out of a comment: parentheses, which end it, and what a control may not have."""
+LONGEST_COMMENT = 80
 NEAR = 1.0
 """mm; from here on the wheel comes down beside the part with a feed."""
 
@@ -104,10 +108,15 @@ def approach(task: Task, depth: float) -> list[str]:
     ]
 
 
+def comment(text: str) -> str:
+    """A text as it may stand between the parentheses of a comment."""
+    return NO_COMMENT.sub(" ", text.upper())[:LONGEST_COMMENT]
+
+
 def start_of(task: Task) -> list[str]:
     """The first blocks of a main program: its number, its modes, wheel and coolant on."""
     speed = f"S{60 * task.wheel_revolutions:.0f}"
-    return [f"O0001 ({task.title.upper()})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
+    return [f"O0001 ({comment(task.title)})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
 
 
 def end_of(task: Task) -> list[str]:

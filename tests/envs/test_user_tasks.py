@@ -166,7 +166,7 @@ def legal(row: Any) -> st.SearchStrategy[Any]:
 
 
 SUITABLE = {"material": "inconel_718", "wheel": "b126", "dresser": "single_point", "fluid": "emulsion"} | {
-    "machine": "default", "sequence": ["part"], "title": "A job", "name": "part"
+    "machine": "default", "sequence": ["part"], "title": "Flügel (2)\nO9 %", "name": "part"
 }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from grind_env.control.rules import motion_time, picks_to
 from grind_env.envs.names import ANY_TASK, environment_id
+from grind_env.envs.tasks.checks import check_whole
 from grind_env.envs.tasks.tables import (
     ActionRange,
     Dress,
@@ -29,17 +30,11 @@ from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
-from grind_env.process.tables import check, refuse_unknown, wrong
+from grind_env.process.tables import check
 from grind_env.process.user_catalogue import entry_of
 
 DRESS_CLEARANCE = 10.0
 """mm that a dress traverse runs beyond the wheel width, both sides together."""
-
-PICK_FEED, CROSS_FEED = 60.0, 1500.0
-"""mm/min of the picks of a G82, and of all picks of a G83."""
-
-MOST_STROKES, MOST_ACROSS = 100_000, 200
-"""Strokes of a block, and of a traverse; with more of them a pick or an infeed is a slip."""
 
 
 @dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
@@ -98,110 +93,7 @@ class Task:
         """Check the values, and what depends on more than one table."""
         check(self, "", TaskError)
         whole_micrometres(self, "", "cross_pick", "infeed")
-        if not self.kinds:
-            raise TaskError("kind is missing: give at least one block, headed [[kind]]", "kind")
-        names = [kind.name for kind in self.kinds]
-        for name in names:
-            if names.count(name) > 1:
-                raise TaskError(
-                    f"kind.name is {quoted(name)} twice: give every kind a name of its own", "kind.name", name
-                )
-        if bool(self.sequence) == (self.orders is not None):
-            raise TaskError("the blocks need either sequence or [orders]: give exactly one of the two", "sequence")
-        if self.orders is not None:
-            self._refuse_pieces("[orders]")
-        if self.due is not None and self.blocks % self.due.blocks:
-            message = f"due.blocks is {self.due.blocks}, but must divide the {self.blocks} blocks evenly"
-            raise TaskError(message, "due.blocks", self.due.blocks)
-        self.numbers(self.nominal_sequence, "sequence")
-        refuse_unknown(self.factors, StrokeParameters._fields, TaskError, "factors.")
-        for kind in self.kinds:
-            entry_of(self.catalogue, "kind.material", kind.material, {}, TaskError)
-            self._check_wheel_covers(kind)
-        if self.infeed > 0.0:
-            self._refuse_pieces("infeed")
-            self._check_infeeds()
-        if self.cross_pick > 0.0:
-            self._check_crossing()
-        for kind in self.kinds:
-            self._check_strokes(kind)
-        self._check_start()
-
-    def _refuse_pieces(self, place: str) -> None:
-        """Refuse kinds that are no whole parts."""
-        for kind in self.kinds:
-            if not (kind.starts_part and kind.ends_part):
-                raise TaskError(f"{place}: a {kind.name} is no whole part: let it start and end one", "kind.ends_part")
-
-    def _check_wheel_covers(self, kind: Kind) -> None:
-        wheel = self.wheel.width
-        sizes = f"a {kind.name} of {self.name} is {kind.width:g} mm wide, the wheel {wheel:g} mm"
-        if self.cycle != "G83" and kind.width > wheel:
-            message = (
-                f"{sizes}: a {self.cycle} grinds only one strip of it; give a cross_pick for a G83, or a wider wheel"
-            )
-            raise TaskError(message, "kind.width", kind.width)
-        if self.cycle == "G83" and kind.width <= wheel:
-            message = f"{sizes}: a G83 has no strip to cross to; leave out cross_pick for a G82"
-            raise TaskError(message, "kind.width", kind.width)
-
-    def _check_strokes(self, kind: Kind) -> None:
-        """Refuse more strokes than anyone waits for, and picks that are not over when the table is back."""
-        fastest = self.stroke_seconds(kind, self.action.speed_ends[1])
-        strokes = 60.0 * kind.stock / self.infeed / fastest if self.infeed > 0.0 else self.strokes(kind, kind.stock)
-        if strokes > MOST_STROKES:
-            key, value = ("infeed", self.infeed) if self.infeed > 0.0 else ("kind.pick", kind.pick)
-            raise TaskError(
-                f"{key} is {value:g}, so that a {kind.name} takes {strokes:.0f} strokes, but {MOST_STROKES} are the "
-                "most: take more, or less stock",
-                key,
-                value,
-            )
-        picks = {} if self.infeed > 0.0 else {"kind.pick": kind.pick, "cross_pick": self.cross_pick}
-        feed = CROSS_FEED if self.cycle == "G83" else PICK_FEED
-        for key, pick in picks.items():
-            if motion_time(pick, feed / 60.0, self.machine.acceleration) > 0.5 * fastest:
-                raise TaskError(
-                    f"{key} is {pick:g} mm, which at {feed:g} mm/min takes longer than half a stroke of a {kind.name} "
-                    f"at {self.action.speed_ends[1]:g} m/min, {0.5 * fastest:.3g} s: take less",
-                    key,
-                    pick,
-                )
-
-    def _check_infeeds(self) -> None:
-        """Refuse more dresses than there are micrometres to part the infeed between them."""
-        for kind in self.kinds:
-            least = kind.stock * (kind.least_stock if self.spread.stock > 0.0 else 1.0)
-            if least < 0.001 * (self.action.executions + 1):
-                raise TaskError(
-                    f"action.executions is {self.action.executions}, but a {kind.name} may have only {least:g} mm "
-                    "of stock, which a G81 parts in steps of 0.001 mm between them: allow fewer dresses, or more stock",
-                    "action.executions",
-                    self.action.executions,
-                )
-
-    def _check_crossing(self) -> None:
-        if self.infeed > 0.0:
-            raise TaskError("the task has both infeed (G81) and cross_pick (G83): give one of the two", "cross_pick")
-        if len(self.kinds) > 1:
-            raise TaskError(
-                f"{self.name} has several kinds of blocks; a G83 task has one, which is a whole part", "kind"
-            )
-        across = picks_to(self.kinds[0].width - self.wheel.width, self.cross_pick)
-        if self.cross_pick > self.wheel.width or across > MOST_ACROSS:
-            least = (self.kinds[0].width - self.wheel.width) / MOST_ACROSS
-            legal = f"from {least:.3g} mm ({MOST_ACROSS} strokes) to the width of the wheel, {self.wheel.width:g} mm"
-            raise wrong("cross_pick", self.cross_pick, legal, TaskError)
-
-    def _check_start(self) -> None:
-        area, left = self.start.wear_flat_area, self.start.executions_left
-        if area is not None and area >= self.wheel.wear_flat_limit:
-            raise wrong(
-                "start.wear_flat_area", area, f"below {self.wheel.wear_flat_limit:g} for {self.wheel}", TaskError
-            )
-        most = (self.wheel.diameter - self.wheel.minimum_diameter) / self.execution_depth
-        if left is not None and left[1] > most:
-            raise wrong("start.executions_left", left, f"at most {most:.0f}, which a new {self.wheel} has", TaskError)
+        check_whole(self)
 
     @property
     def cycle(self) -> str:

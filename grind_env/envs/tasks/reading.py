@@ -136,7 +136,7 @@ def _from_file(path: Path) -> Task:
     try:
         return _task(path, _document(path))
     except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, error.file or str(path)) from None
+        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
 
 
 def _document(path: Path) -> dict[str, Any]:
@@ -144,10 +144,13 @@ def _document(path: Path) -> dict[str, Any]:
     layers, seen = [_parsed(path)], [path.resolve()]
     while "base" in layers[-1]:
         path = _base(layers[-1].pop("base"), path)
+        try:
+            layers.append(_parsed(path))
+        except TaskError as error:
+            raise TaskError(f"base: {error}", "base", path.name) from None
         if path.resolve() in seen:
             raise TaskError(f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name)
         seen.append(path.resolve())
-        layers.append(_parsed(path))
     document = layers.pop()
     for own in reversed(layers):
         document = _merged(document, own)
@@ -161,7 +164,7 @@ def _base(source: object, path: Path) -> Path:
     try:
         _refuse_other(source, shipped_names())
     except TaskError as error:
-        raise TaskError(f"base: {error.message}", "base", source, file=str(path)) from None
+        raise TaskError(f"base: {error.message}", "base", source) from None
     return FOLDER / f"{source}{SUFFIX}"
 
 

@@ -10,10 +10,12 @@ from typing import Annotated
 
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
-from grind_env.process.tables import TableError, check
+from grind_env.process.tables import TableError, check, wrong
 
 SPEED = Quantity("E", "m/min", 1, 60)
 """The control goes no faster; the process model holds from 3 to 40 m/min."""
+LONGEST_NAME = 40
+"""Characters of the name of a kind, which stands in messages and in the names of observation entries."""
 USUAL_SPEEDS = (3.0, 30.0)
 """m/min; the range of E for a task that gives none."""
 
@@ -178,6 +180,8 @@ class Kind:
     def __post_init__(self) -> None:
         """Check every value."""
         check(self, "kind", TaskError)
+        if not (self.name.isprintable() and 0 < len(self.name) <= LONGEST_NAME):
+            raise wrong("kind.name", self.name, f"1 to {LONGEST_NAME} printable characters", TaskError)
         whole_micrometres(self, "kind", "stock", "pick", "width", "length")
 
 
@@ -311,4 +315,4 @@ def whole_micrometres(table: object, place: str, *names: str) -> None:
         if round(value, 3) != value:
             key = f"{place}.{name}" if place else name
             legal = f"a multiple of 0.001 mm, as the control reads it: {round(value, 3):g}"
-            raise TaskError(f"{key} is {value!r}, but must be {legal}", key, value, legal)
+            raise wrong(key, value, legal, TaskError)
