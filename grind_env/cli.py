@@ -222,20 +222,45 @@ def facts(
             console.print(f"    {test}", soft_wrap=True)
 
 
-@app.command(epilog="Example: grind tasks grind/Rush-v0")
+@app.command(epilog="Example: grind tasks shop.toml")
 def tasks(
-    env_id: Annotated[str | None, typer.Argument(metavar="ID", help="Print the page of this id.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list of one object an id.")] = False,
+    env_id: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="ID|FILE", help="Print the page of this id, or check this task file and print all that it says."
+        ),
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print what may stand in a task file.")] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print JSON: a list of one object an id, the task, or the schema as JSON Schema."),
+    ] = False,
 ) -> None:
-    """List the registered environments, or print the page of one: spaces, reward, start, arguments, example."""
+    """List the registered environments, or print the page of one: spaces, reward, start, arguments, example.
+
+    A task of your own is a TOML file, which `grind/Task-v0` makes an environment of:
+    gym.make("grind/Task-v0", task="shop.toml").
+    """
     from dataclasses import asdict
 
     from rich.box import SIMPLE
     from rich.console import Console
     from rich.table import Column, Table
 
+    from grind_env.envs.form import check_task
     from grind_env.envs.pages import page, summaries, summary
+    from grind_env.envs.tasks import read_task
+    from grind_env.envs.tasks.reading import is_file
+    from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text
 
+    if schema:
+        print(json.dumps(json_schema()) if as_json else schema_text())
+        return
+    if env_id is not None and is_file(env_id):
+        task = read_task(env_id)
+        check_task(task)
+        print(json.dumps(document(task)) if as_json else toml_text(document(task)))
+        return
     if env_id is not None and not as_json:
         print(page(env_id), end="")
         return

@@ -67,10 +67,33 @@ CATALOGUES = {
 }
 
 
+TASK = '[[kind]]\nname = "part"\nmaterial = "aisi_52100"\nstock = 0.2\npick = 0.01\nwidth = 20\nlength = 200\n'
+TASKS = {
+    "a name": TASK.replace("part", LONG[:900_000]),
+    "a line break": TASK.replace("part", "a\\nb"),
+    "a width": TASK.replace("width = 20", "width = 2000").replace("part", "a" * 40),
+    "a material": TASK.replace("aisi_52100", LONG[:900_000]),
+    "a base": f'base = "{LONG[:900_000]}"',
+    "a base in a file": f'base = "{LONG[:900_000]}.toml"',
+    "a sequence": f'sequence = ["{LONG[:900_000]}"]\n{TASK}',
+    "a long sequence": "sequence = [" + '"part",' * 90_000 + f"]\nblocks = 0\n{TASK}",
+    "a factor": f"{TASK}[factors]\n{LONG[:900_000]} = 1",
+    "a heading": f"{TASK}[{LONG[:900_000]}]",
+    "kinds": "kind = [" + "1," * 400_000 + "]",
+    "a deep kind": "kind" + ".a" * 400 + " = 1",
+}
+
+
 @pytest.mark.parametrize(
     ("read", "text"),
-    [(load_job, text) for text in JOBS.values()] + [(load_catalogue, text) for text in CATALOGUES.values()],
-    ids=[*(f"job: {name}" for name in JOBS), *(f"catalogue: {name}" for name in CATALOGUES)],
+    [(load_job, text) for text in JOBS.values()]
+    + [(load_catalogue, text) for text in CATALOGUES.values()]
+    + [(lambda path: load_task(str(path)), text) for text in TASKS.values()],
+    ids=[
+        *(f"job: {name}" for name in JOBS),
+        *(f"catalogue: {name}" for name in CATALOGUES),
+        *(f"task: {name}" for name in TASKS),
+    ],
 )
 def test_a_message_about_a_file_is_one_short_sentence(read: Any, text: str, tmp_path: Path) -> None:
     path = tmp_path / "job.toml"

@@ -2,11 +2,11 @@
 
 import gymnasium as gym
 
-from grind_env.envs.names import OTHERS, camel, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, OTHERS, camel, environment_id, task_names
 
 
 def register() -> None:
-    """Register every task with Gymnasium, and the environments that are no task of cycle blocks."""
+    """Register every task with Gymnasium, those of users together, and the environments that are no such task."""
     for name in task_names():
         gym.register(
             environment_id(name),
@@ -14,6 +14,11 @@ def register() -> None:
             vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
             kwargs={"task": name},
         )
+    gym.register(
+        ANY_TASK,
+        entry_point="grind_env.envs.env:GrindEnv",
+        vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
+    )
     for name in OTHERS:
         gym.register(
             environment_id(name),

@@ -31,7 +31,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError
-from grind_env.process.catalogue import materials
 
 SPLITS: Mapping[str, tuple[int, ...]] = {"train": (0, 3, 4, 5, 6, 9), "validation": (2, 7), "test": (1, 8)}
 """Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each."""
@@ -53,7 +52,7 @@ class Fixed(NamedTuple):
     """What a context fixes, one number each; NaN for what is drawn."""
 
     material: float = math.nan
-    """Index into `materials()` of the material of all kinds."""
+    """Index into the materials of the task of the material of all kinds."""
     stock: float = math.nan
     kA: float = math.nan
     pm: float = math.nan
@@ -234,7 +233,7 @@ def _context(task: Task, context: Any, barred: Mapping[str, str]) -> tuple[Fixed
         if name == "sequence":
             kinds = _sequence(task, value)
         elif name == "material":
-            fixed[name] = _material(value)
+            fixed[name] = _material(task, value)
         else:
             fixed[name] = _number(task, name, value)
     return Fixed(**fixed), kinds
@@ -244,15 +243,15 @@ def _sequence(task: Task, names: Any) -> tuple[int, ...]:
     if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str) for name in names):
         raise ContextError(f"sequence is {names!r}, but must be a list of names of block kinds")
     try:
-        return task.numbers(tuple(names), "sequence: ")
+        return task.numbers(tuple(names), "sequence")
     except TaskError as error:
         raise ContextError(str(error)) from None
 
 
-def _material(name: Any) -> float:
-    if not isinstance(name, str) or name not in materials():
-        raise ContextError(f"material is {name!r}, but must be one of {', '.join(materials())}")
-    return float(materials().index(name))
+def _material(task: Task, name: Any) -> float:
+    if not isinstance(name, str) or name not in task.materials:
+        raise ContextError(f"material is {name!r}, but must be one of {', '.join(task.materials)}")
+    return float(task.materials.index(name))
 
 
 def _number(task: Task, name: Any, value: Any) -> float:

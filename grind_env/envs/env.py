@@ -1,6 +1,6 @@
 """The single environment."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, is_full, refuse_render
 from grind_env.envs.contexts import Given, read_options
-from grind_env.envs.form import G82, Form, check_cycle
+from grind_env.envs.form import check_task
+from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tasks import Task
+from grind_env.envs.tasks import Task, load_task
 from grind_env.render.view import View
 
 REWARD = Outcome._fields.index("reward")
@@ -29,8 +30,9 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
 
     A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
     plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
-    program **D** times within the cycle, evenly in depth. The wheel dulls, loads, wears and grows waves; slow
-    tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
+    program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
+    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves;
+    slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
     wheel.
 
     ## Action space
@@ -65,18 +67,22 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s).
 
     Args:
-        task: name of the task, for example `"power_limited"`. Each id fixes its task; to run another, construct
-            `GrindEnv(task=...)`. Through `gym.make` it would carry the wrong id and reference scores.
+        task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`; what
+            stands in one, `grind tasks --schema` says. `grind/Task-v0` takes any; each other id fixes its task, and
+            through `gym.make` another would carry the wrong id and reference scores.
         observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
-        cycle: `"G82"`, the cycle of the blocks; any other is refused.
+        cycle: that of the blocks, or None; any other is refused.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
     """
 
-    form: ClassVar[Form] = G82
+    load = staticmethod(load_task)
+    """Task of a name or of a file."""
+    form_of = staticmethod(form_of)
+    """Form of its blocks."""
 
     def __init__(
         self,
@@ -88,10 +94,11 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         cycle: str | None = None,
         render_mode: str | None = None,
     ) -> None:
-        self.task: Task = self.form.load(task)
+        self.task = self.load(task)
+        self.form = self.form_of(self.task)
         check_flags(show_block=show_block, predress=predress)
         refuse_render(render_mode, RENDER_MODES)
-        check_cycle(self.form, self.task, cycle)
+        check_task(self.task, cycle)
         self.simulation = self.form.simulation(self.task, full=wants_full(self.task, observation), pre_dress=predress)
         self.codec = ActionCodec(self.task, action, predress=predress)
         self.infos = InfoWriter(self.task, self.codec.names)

@@ -18,7 +18,6 @@ from grind_env.kernel import entry
 from grind_env.kernel.rows import column_reader
 from grind_env.machine import compiled
 from grind_env.machine.rows import read_parameters, write_wheel
-from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -174,7 +173,7 @@ class EpisodeGenerator:
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        names = materials()
+        names = task.materials
         self.stocks = np.array([kind.stock for kind in task.kinds])
         self.least = np.array([kind.least_stock for kind in task.kinds])
         self.starts = np.array([kind.starts_part for kind in task.kinds])

@@ -8,10 +8,18 @@ FOLDER = Path(__file__).with_name("tasks")
 OTHERS = ("job", "reciprocation", "stroke", "wen", "wide_plates")
 """Environments that have classes of their own, each in its folder; some have a task file, too."""
 
+ANY_TASK = "grind/Task-v0"
+"""The id of all tasks that are in files of the user."""
+
 
 def task_names() -> list[str]:
     """Names of the tasks of cycle blocks, which `GrindEnv` steps."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml") if path.stem not in OTHERS)
+    return [name for name in shipped_names() if name not in OTHERS]
+
+
+def shipped_names() -> list[str]:
+    """Names of all task files of the package."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 def camel(name: str) -> str:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.tasks import Task
 from grind_env.kernel import inlined
-from grind_env.process.catalogue import materials
 
 SIZE_NOISE = 0.7
 """um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
@@ -219,7 +218,7 @@ def _flag(name: str, meaning: str) -> Reading:
 
 def task_materials(task: Task) -> list[str]:
     """Materials that are told apart: those of the kinds, if there are several."""
-    names = [name for name in materials() if any(kind.material == name for kind in task.kinds)]
+    names = [name for name in task.materials if any(kind.material == name for kind in task.kinds)]
     return names if len(names) > 1 else []
 
 
@@ -255,7 +254,7 @@ def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
     """Where these entries come from: readings, then flags; any that follow them read 0, for the caller to write."""
     names = [entry.name for entry in entries]
     columns = [Readings._fields.index(name) for name in names if name in Readings._fields]
-    flags = [f"material_{name}" for name in materials()]
+    flags = [f"material_{name}" for name in task.materials]
     return Layout(
         np.array(columns),
         len(task.kinds) if len(task.kinds) > 1 else 0,

@@ -5,6 +5,7 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 """
 
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,20 +18,21 @@ from grind_env.control import read
 from grind_env.envs.rows import Memory
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tape import SPARE_FACTORS, TapeRow
-from grind_env.envs.tasks import DRESS_CLEARANCE, Kind, Task
+from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
 from grind_env.machine.job import Job, Part, Setup, Stage, Times
 from grind_env.machine.part import PartConditions
-from grind_env.process.catalogue import load_catalogue, materials
+from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
 WHEEL_CHANGES = Memory._fields.index("wheel_changes")
-PICK_FEED = 60.0
-"""mm/min; a pick is over long before the wheel is back at the middle of the part."""
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
+NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
+"""What is left out of a comment: parentheses, which end it, and what a control may not have."""
+LONGEST_COMMENT = 80
 NEAR = 1.0
 """mm; from here on the wheel comes down beside the part with a feed."""
 
@@ -107,10 +109,15 @@ def approach(task: Task, depth: float) -> list[str]:
     ]
 
 
+def comment(text: str) -> str:
+    """A text as it may stand between the parentheses of a comment."""
+    return NO_COMMENT.sub(" ", text.upper())[:LONGEST_COMMENT]
+
+
 def start_of(task: Task) -> list[str]:
     """The first blocks of a main program: its number, its modes, wheel and coolant on."""
     speed = f"S{60 * task.wheel_revolutions:.0f}"
-    return [f"O0001 ({task.title.upper()})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
+    return [f"O0001 ({comment(task.title)})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
 
 
 def end_of(task: Task) -> list[str]:
@@ -156,36 +163,42 @@ def dress_program(task: Task) -> list[str]:
     return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
 
 
-def job(task: Task, *kinds: Kind) -> Job:
+def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
-    beyond the motions of the dress program.
+    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else a pick.
+
+    Raises:
+        TaskError: that set-up time is less than the way of the wheel to the diamond and back.
     """
-    catalogue = load_catalogue()
     setup = Setup(
         wheel=task.wheel,
-        dresser=catalogue.dresser(task.setup.dresser),
-        fluid=catalogue.fluid(task.setup.fluid),
+        dresser=task.dresser,
+        fluid=task.fluid,
         machine=task.machine,
         wheel_speed=task.setup.wheel_speed,
     )
     change = None if task.wheel_change is None else task.wheel_change.seconds
     times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
-    part = part_of(kinds, [kind.stock for kind in kinds], kinds[-1].material)
+    part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
     bare = Job(part=part, setup=setup, times=times)
-    position = (-task.setup.overrun, -kinds[0].pick, 0.0)
+    position = (-task.setup.overrun, -(kinds[0].pick if first is None else first), 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
-    return replace(bare, times=replace(times, dress_setup=task.dress_seconds - motions.seconds))
+    beyond = task.dress_seconds - motions.seconds
+    if beyond < 0.0:
+        least = task.dress.setup - beyond
+        raise wrong("dress.setup", task.dress.setup, f"at least {least:.1f} s, which its way takes", TaskError)
+    return replace(bare, times=replace(times, dress_setup=beyond))
 
 
 def job_from_surface(task: Task) -> Job:
     """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
-    return job(task, *(replace(kind, pick=0.0) for kind in task.kinds))
+    return job(task, *task.kinds, first=0.0)
 
 
-def part_of(kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
+def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
     """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
     kind, depths = kinds[-1], list(itertools.accumulate(stocks))
     stages = tuple(
@@ -198,7 +211,7 @@ def part_of(kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Pa
         for earlier, depth in zip(kinds[:-1], depths, strict=False)
     )
     return Part(
-        material=load_catalogue().material(material),
+        material=task.catalogue.material(material),
         length=kind.length,
         width=kind.width,
         stock=depths[-1],
@@ -220,9 +233,10 @@ def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
     return [
         PartConditions(
             part=part_of(
+                task,
                 [task.kinds[int(row.kind)] for row in rows],
                 [row.stock for row in rows],
-                materials()[int(rows[0].material)],
+                task.materials[int(rows[0].material)],
             ),
             factors=_factors(task, rows[0], FACTORS),
             new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,

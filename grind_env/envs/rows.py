@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Kind, Task
 from grind_env.kernel.rows import column_reader, column_writer
-from grind_env.process.catalogue import materials
 
 COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
 """Terms of the cost of a step that every task has."""
@@ -156,7 +155,7 @@ def parameter_table(task: Task) -> NDArray[np.float64]:
 
 
 def _variants(task: Task) -> list[Kind]:
-    return [replace(kind, material=name) for kind in task.kinds for name in materials()]
+    return [replace(kind, material=name) for kind in task.kinds for name in task.materials]
 
 
 def shop_row(task: Task) -> Shop:

@@ -26,7 +26,6 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
-from grind_env.process.catalogue import materials
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume
 from grind_env.process.state import WheelState
@@ -99,7 +98,7 @@ class Simulation:
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.base, self.shop = kind_table(task), parameter_table(task), shop_row(task)
         self.usual: Mapping[str, float] = {}
-        self._materials = len(materials())
+        self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._begin_with(EpisodeGenerator(task))
 
@@ -259,7 +258,7 @@ class Simulation:
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
         """Row in `kinds` of the coming block, from what was read; shape (N,)."""
-        names = materials()
+        names = self.task.materials
         kind = self.coming_kinds(seen)
         material = np.array([names.index(each.material) for each in self.task.kinds])[kind]
         for number, name in enumerate(names):

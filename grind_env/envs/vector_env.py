@@ -1,7 +1,7 @@
 """The native vector environment: all sub-environments in one compiled step."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -13,11 +13,13 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import REWARD, wants_full
-from grind_env.envs.form import G82, Form, check_cycle
+from grind_env.envs.form import Form, check_task
+from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,
@@ -43,19 +45,21 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
 
     Args:
         num_envs: number of sub-environments.
-        task: name of the task; every id fixes its own, see `GrindEnv`.
+        task: name of a task or the path of a task file, as for `GrindEnv`.
         observation: `"measured"` or `"full"`; by default what the task says.
         show_block: put the text of the blocks that were run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
-        cycle: refuse the task if its parts are not ground in this cycle: `"G82"`, or `"G83"` for parts wider than
-            the wheel.
+        cycle: refuse the task if its parts are not ground in this cycle: `"G81"`, `"G82"` or `"G83"`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
     """
 
-    form: ClassVar[Form] = G82
+    load = staticmethod(load_task)
+    form_of = staticmethod(form_of)
+    form: Form | None = None
+    """Of the blocks; None where they are those of a program."""
 
     def __init__(
         self,
@@ -71,10 +75,11 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         max_episode_steps: int | None = None,
     ) -> None:
         check_flags(show_block=show_block, predress=predress)
-        loaded = self.form.load(task)
-        check_cycle(self.form, loaded, cycle)
+        loaded = self.load(task)
+        check_task(loaded, cycle)
         full = wants_full(loaded, observation)
-        simulation = self.form.simulation(loaded, full=full, pre_dress=predress)
+        self.form = form = self.form_of(loaded)
+        simulation = form.simulation(loaded, full=full, pre_dress=predress)
         codec = ActionCodec(loaded, action, predress=predress)
         self._set_up(num_envs, simulation, codec, show_block, autoreset_mode, render_mode, max_episode_steps)
 
@@ -211,14 +216,17 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
 
     def _block(self, i: int, choice: tuple[float, ...]) -> Any:
         """What sub-environment i runs next."""
+        assert self.form is not None
         return self.form.block(self.task, self.episodes, i, *choice)
 
     def _text(self, block: Any) -> str:
         """What the control reads for a block."""
+        assert self.form is not None
         return self.form.text(self.task, block)
 
     def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
         """Sub-environment i after the blocks that it has run."""
+        assert self.form is not None
         return self.form.view(self.task, self.episodes, i, blocks, outcomes, self.form.text)
 
     def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:

@@ -8,32 +8,20 @@ edge on the minus side across the table.
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from inspect import get_annotations
 from typing import Annotated
 
 from grind_env.control.control import Control
-from grind_env.errors import GrindError, quoted
-from grind_env.files import shown
+from grind_env.errors import quoted
+from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
+from grind_env.process.tables import TableError
 
 
-class JobError(GrindError):
-    """A job that cannot be run.
-
-    Attributes:
-        message: one sentence: what was found, and what is legal.
-        key: the key at fault, with its table, such as `part.stock`.
-        found: its value; None if it is missing.
-        legal: what it may be.
-        file: the job file; empty for a job that was not read from one.
-    """
-
-    def __init__(self, message: str, key: str = "", found: object = None, legal: str = "", file: str = "") -> None:
-        self.message, self.key, self.found, self.legal, self.file = message, key, found, legal, file
-        super().__init__(f"{shown(file)}: {message}" if file else message)
+class JobError(TableError):
+    """A job that cannot be run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +43,7 @@ class Stage:
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""
-        _check_numbers(self, "part.stages")
+        tables.check(self, "part.stages", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +85,7 @@ class Part:
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range. No stage has less off than the one before."""
-        _check_numbers(self, "part")
+        tables.check(self, "part", JobError)
         least = 0.0
         for number, stage in enumerate(self.stages, 1):
             if not least <= stage.stock <= self.stock:
@@ -132,11 +120,7 @@ class Setup:
 
     def __post_init__(self) -> None:
         """Check every value; a `JobError` names the one out of range."""
-        _check_numbers(self, "setup")
-        for key in ("constant_surface_speed", "grooving_wheel"):
-            value = getattr(self, key)
-            if not isinstance(value, bool):
-                raise wrong(f"setup.{key}", value, "true or false")
+        tables.check(self, "setup", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,7 +140,7 @@ class Times:
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""
-        _check_numbers(self, "times")
+        tables.check(self, "times", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,7 +161,7 @@ class WheelStart:
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""
-        _check_numbers(self, "wheel")
+        tables.check(self, "wheel", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +182,7 @@ class Lots:
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""
-        _check_numbers(self, "lots")
+        tables.check(self, "lots", JobError)
 
 
 @dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
@@ -266,18 +250,6 @@ class Job:
         )
 
 
-def wrong(key: str, value: object, legal: str) -> JobError:
+def wrong(key: str, value: object, legal: str) -> TableError:
     """The error for a value that is not legal."""
-    return JobError(f"{key} is {quoted(value)}, but must be {legal}", key, value, legal)
-
-
-def _check_numbers(table: object, name: str) -> None:
-    """Check every annotated field of a dataclass, and store whole numbers as floats."""
-    for key, hint in get_annotations(type(table)).items():
-        value, quantities = getattr(table, key), getattr(hint, "__metadata__", ())
-        if not quantities or value is None:
-            continue
-        quantity: Quantity = quantities[0]
-        if not quantity.allows(value):
-            raise wrong(f"{name}.{key}", value, f"a number from {quantity}")
-        object.__setattr__(table, key, float(value))
+    return tables.wrong(key, value, legal, JobError)

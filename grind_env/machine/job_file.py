@@ -35,24 +35,16 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 `tolerance` and `roughness_limit` are those of their bottom.
 """
 
-import dataclasses
-from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
-from grind_env.errors import did_you_mean, shortened
 from grind_env.files import ReadError
 from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
-from grind_env.process.catalogue import Catalogue, CatalogueError, load_catalogue, quantities
+from grind_env.process.catalogue import USUAL
+from grind_env.process.tables import Table, keys, refuse_missing, refuse_unknown, sub_table
+from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
-DEFAULTS = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
-"""The entry of each kind for a set-up that names none."""
-
-KINDS = ("material", *DEFAULTS)
 VALUES = ("wheel_speed", "constant_surface_speed", "grooving_wheel")
-
-Table = Mapping[str, Any]
 
 
 def load_job(path: str | Path) -> Job:
@@ -75,21 +67,21 @@ def load_job(path: str | Path) -> Job:
 
 
 def _job(document: Table, folder: Path) -> Job:
-    _refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "catalogue"))
-    part = _table(document, "part", _names(Part))
-    setup = _table(document, "setup", (*DEFAULTS, *VALUES, *(f"{kind}_overrides" for kind in KINDS)))
-    times = _table(document, "times", _names(Times))
-    wheel = _table(document, "wheel", _names(WheelStart))
-    lots = _table(document, "lots", _names(Lots))
-    catalogue = _catalogue(_table(document, "catalogue", ("files",)), folder)
+    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "catalogue"), JobError)
+    part = sub_table(document, "part", keys(Part), JobError)
+    setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
+    times = sub_table(document, "times", keys(Times), JobError)
+    wheel = sub_table(document, "wheel", keys(WheelStart), JobError)
+    lots = sub_table(document, "lots", keys(Lots), JobError)
+    catalogue = catalogue_of(document, folder, JobError)
 
-    _refuse_missing(part, Part, "part")
+    refuse_missing(part, Part, "part", JobError)
     names = {"part.material": part["material"]}
-    names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in DEFAULTS.items()}
-    material, *tools = (_entry(catalogue, key, name, setup) for key, name in names.items())
+    names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in USUAL.items()}
+    material, *tools = (entry_of(catalogue, key, name, setup, JobError) for key, name in names.items())
     return Job(
         part=Part(**{**part, "material": material, "stages": _stages(part)}),
-        setup=Setup(**dict(zip(DEFAULTS, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
+        setup=Setup(**dict(zip(USUAL, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
         times=Times(**times),
         wheel=WheelStart(**wheel),
         lots=Lots(**lots),
@@ -106,65 +98,8 @@ def _stages(part: Table) -> tuple[Stage, ...]:
 
 def _stage(number: int, parent: Table, place: str) -> Stage:
     try:
-        table = _table(parent, place, _names(Stage))
-        _refuse_missing(table, Stage, place)
+        table = sub_table(parent, place, keys(Stage), JobError)
+        refuse_missing(table, Stage, place, JobError)
         return Stage(**table)
     except JobError as error:
         raise JobError(f"stage {number}: {error.message}", error.key, error.found, error.legal) from None
-
-
-def _catalogue(table: Table, folder: Path) -> Catalogue:
-    files = table.get("files", [])
-    if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
-        raise wrong("catalogue.files", files, "a list of file names")
-    try:
-        return load_catalogue(*(folder / name for name in files))
-    except CatalogueError as error:
-        raise JobError(f"catalogue.files: {error}", "catalogue.files", files) from None
-
-
-def _entry(catalogue: Catalogue, key: str, name: object, setup: Table) -> Any:
-    """The catalogue entry that a key names, with the overrides for its kind."""
-    kind = key.rpartition(".")[2]
-    place = f"setup.{kind}_overrides"
-    try:
-        entry = getattr(catalogue, kind)(name)
-    except CatalogueError as error:
-        raise JobError(f"{key}: {error}", key, name) from None
-    legal = quantities(type(entry))
-    overrides = _table(setup, f"{kind}_overrides", tuple(legal), place)
-    try:
-        return dataclasses.replace(entry, **overrides)
-    except CatalogueError as error:
-        raise JobError(f"{place}: {error}", place, overrides) from None
-
-
-def _table(parent: Table, name: str, legal: Iterable[str], place: str = "") -> Table:
-    """A table without unknown keys; an empty one if it is missing."""
-    place, value = place or name, parent.get(name, {})
-    if not isinstance(value, Mapping):
-        raise wrong(place, value, f"a table, headed [{place}]")
-    _refuse_unknown(value, legal, f"{place}.")
-    return value
-
-
-def _refuse_unknown(table: Table, legal: Iterable[str], prefix: str = "") -> None:
-    legal = tuple(legal)
-    for key, value in table.items():
-        if key not in legal:
-            hint, names = did_you_mean(key.lower(), legal), ", ".join(legal)
-            raise JobError(
-                f"there is no key {prefix}{shortened(key)}{hint}; legal are {names}", f"{prefix}{key}", value, names
-            )
-
-
-def _refuse_missing(table: Table, kind: type[Any], place: str) -> None:
-    for key in _names(kind, required=True):
-        if key not in table:
-            raise JobError(f"{place}.{key} is missing; it has no default", f"{place}.{key}")
-
-
-def _names(kind: type[Any], required: bool = False) -> tuple[str, ...]:
-    return tuple(
-        item.name for item in dataclasses.fields(kind) if not required or (item.default is dataclasses.MISSING)
-    )

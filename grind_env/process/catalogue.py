@@ -51,7 +51,6 @@ __all__ = [
     "Quantity",
     "Wheel",
     "load_catalogue",
-    "materials",
     "quantities",
 ]
 
@@ -64,6 +63,9 @@ KINDS: Mapping[str, type[Entry]] = {
     "fluid": Fluid,
     "machine": Machine,
 }
+
+USUAL = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
+"""The entry of each kind for a set-up that names none."""
 
 EntryT = TypeVar("EntryT", bound=Entry)
 Entries = Mapping[tuple[str, str], Entry]
@@ -101,8 +103,12 @@ class Catalogue:
         return _find(Machine, name, self.machines)
 
 
-def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
+def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = MappingProxyType({})) -> Catalogue:
     """The built-in entries, then those of each file in turn, which add to or redefine what came before.
+
+    Args:
+        paths: the files.
+        document: tables as of a file, which are read after them.
 
     Raises:
         CatalogueError: A file cannot be read or is not TOML, or one of its entries is not usable; the message
@@ -111,6 +117,7 @@ def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
     entries = dict(_built_in())
     for path in paths:
         entries |= _read(Path(path), entries)
+    entries |= _entries(document, entries)
     return Catalogue(
         materials=_of_kind(Material, entries),
         wheels=_of_kind(Wheel, entries),
@@ -118,11 +125,6 @@ def load_catalogue(*paths: str | PathLike[str]) -> Catalogue:
         fluids=_of_kind(Fluid, entries),
         machines=_of_kind(Machine, entries),
     )
-
-
-def materials() -> list[str]:
-    """Names of the materials of the built-in catalogue, in alphabetical order."""
-    return sorted(load_catalogue().materials)
 
 
 @functools.cache

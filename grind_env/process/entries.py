@@ -118,7 +118,6 @@ class Wheel(Entry):
     price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
     grit_size: Annotated[float, Quantity("dg", "mm", 0.01, 2)]
     grain_density: Annotated[float, Quantity("Cref", "1/mm2", 0.1, 100)]  # active, at the reference dress
-    chip_shape_ratio: Annotated[float, Quantity("r", "", 1, 50)]  # chip width to thickness
     grain_conductivity: Annotated[float, Quantity("kg", "W/(m K)", 1, 2000)]  # effective, of one grain
     youngs_modulus: Annotated[float, Quantity("Es", "GPa", 5, 500)]
     poisson_ratio: Annotated[float, Quantity("nus", "", 0, 0.49)]
@@ -135,7 +134,6 @@ class Wheel(Entry):
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
     initial_wear_volume: Annotated[float, Quantity("Vt", "mm3/mm", 1, 1000)]  # span of fast early wear
     initial_wear_factor: Annotated[float, Quantity("kt", "", 0, 10)]
-    corner_wear: Annotated[float, Quantity("ke_c", "mm", 0, 1)]  # section lost at the corner, per radial wear
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
     wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]

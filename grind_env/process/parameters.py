@@ -41,7 +41,6 @@ def stroke_parameters(
         beta=material.effusivity,
         alpha=material.diffusivity,
         Cref=wheel.grain_density,
-        r=wheel.chip_shape_ratio,
         kg=wheel.grain_conductivity,
         mu=wheel.friction,
         kc=wheel.force_ratio,

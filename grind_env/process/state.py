@@ -55,8 +55,6 @@ class StrokeParameters(NamedTuple):
     """Thermal diffusivity of the work, mm2/s."""
     Cref: float
     """Reference grain density, 1/mm2."""
-    r: float
-    """Chip width over thickness."""
     kg: float
     """Thermal conductivity of the grain, W/(m K)."""
     mu: float

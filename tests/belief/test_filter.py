@@ -23,7 +23,6 @@ from grind_env.kernel import logistic
 from grind_env.machine.tally import Tally
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
-from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
 
@@ -194,7 +193,7 @@ def test_another_cycle_without_chance_is_followed_exactly(name: str) -> None:
 
 def test_the_material_is_read_where_it_is_shown() -> None:
     shop = dataclasses.replace(load_task("job_shop"), spread=Spread())
-    soft = Given(Fixed(material=float(materials().index("aisi_1020"))))
+    soft = Given(Fixed(material=float(shop.materials.index("aisi_1020"))))
     found = run(shop, 8, 3, given=soft)
     np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
     assert not np.allclose(found["A"], run(shop, 8, 3)["A"], rtol=0.01)

@@ -21,7 +21,6 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
-from grind_env.process.catalogue import materials
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
@@ -207,7 +206,7 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"hf": math.nan}}, "hf is nan"),
     ({"context": {"stock": 4}}, "stock is 4, but must be a number from 0.3 to 3"),
     ({"context": {"material": "aisi_52101"}}, "material is 'aisi_52101', but must be one of aisi_1020, aisi_52100"),
-    ({"context": {"sequence": ["plat"]}}, "there is no plat; legal are plate"),
+    ({"context": {"sequence": ["plat"]}}, "there is no kind 'plat' (did you mean plate?); legal are plate"),
     ({"context": {"sequence": []}}, "sequence is []"),
     ({"context": {"sequence": "plate"}}, "sequence is 'plate'"),
     ({"context": {"executions_left": 4.0}}, "executions_left cannot be fixed"),
@@ -282,7 +281,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
 
 
 def test_contexts_are_described() -> None:
-    assert materials() == ["aisi_1020", "aisi_52100", "inconel_718"]
+    assert load_task("power_limited").materials == ("aisi_1020", "aisi_52100", "inconel_718")
     for name, factor in CONTEXT_FACTORS.items():
         assert factor.meaning and (factor.low <= factor.nominal <= factor.high or name == "executions_left")
 

@@ -12,14 +12,12 @@ from hypothesis import strategies as st
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.form import G82
 from grind_env.envs.pages import page, summary
 from grind_env.envs.program import job_from_surface
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.envs.wide_plates.simulation import CrossSimulation
-from grind_env.envs.wide_plates.vector_env import WidePlatesVectorEnv
 from tests.envs.harness import FORMS, assert_same
 
 ID = "grind/WidePlates-v0"
@@ -108,33 +106,26 @@ def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
 
 
 def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
-    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 .*cycle='G83'"):
-        gym.make(ID, cycle="G82")
-    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide"):
-        WidePlatesVectorEnv(2, cycle="G82")
-    with pytest.raises(TaskError, match=r"^a rough of wide_rails is 60 mm wide, the wheel 65 mm: .*cycle='G82'"):
-        gym.make("grind/WideRails-v0", cycle="G83")
-    with pytest.raises(TaskError, match=r"^a rough of wide_rails is 60 mm wide"):
-        gym.make_vec("grind/WideRails-v0", num_envs=2, cycle="G83")
-    with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G82, G83"):
+    task = read_task("wide_plates")
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 .*cross_pick"):
+        replace(task, cross_pick=0.0)
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 25 mm wide, the wheel 25 mm: .*leave out cross"):
+        replace(task, kinds=(replace(task.kinds[0], width=25.0),))
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TaskError, match=r"^cycle is 'G82', but the blocks of wide_plates are G83"):
+            make(ID, cycle="G82")
+        with pytest.raises(TaskError, match=r"^cycle is 'G83', but the blocks of wide_rails are G82"):
+            make("grind/WideRails-v0", cycle="G83")
+    with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G81, G82, G83"):
         WidePlatesEnv(cycle="G84")
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.part_program() is not None
 
 
-class WideG82Env(GrindEnv):
-    form = G82._replace(load=lambda name: read_task("wide_plates"))
-
-
-class WideG82VectorEnv(GrindVectorEnv):
-    form = WideG82Env.form
-
-
-@pytest.mark.parametrize("make", [WideG82Env, lambda **kwargs: WideG82VectorEnv(2, **kwargs)])
-def test_a_form_refuses_parts_and_cycles_that_are_not_its_own(make: Callable[..., Any]) -> None:
-    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 "):
-        make()
-    with pytest.raises(TaskError, match=r"^cycle is 'G83', but the blocks of this environment are G82: "):
-        make(cycle="G83")
+@pytest.mark.parametrize("make", [GrindEnv, lambda **kwargs: GrindVectorEnv(2, **kwargs)])
+def test_a_task_refuses_a_cycle_that_is_not_its_own(make: Callable[..., Any]) -> None:
+    for cycle in ("G81", "G83"):
+        with pytest.raises(TaskError, match=rf"^cycle is '{cycle}', but the blocks of power_limited are G82: leave"):
+            make(cycle=cycle)
 
 
 DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}
@@ -154,10 +145,15 @@ def test_a_wheel_that_is_destroyed_grinds_on() -> None:
 
 def test_a_task_that_no_g83_can_grind_is_refused() -> None:
     task = read_task("wide_plates")
-    with pytest.raises(TaskError, match=r"cross_pick is 0, but must be above 0"):
-        CrossSimulation(replace(task, cross_pick=0.0))
     with pytest.raises(TaskError, match=r"several kinds"):
-        CrossSimulation(replace(task, kinds=(*task.kinds, replace(task.kinds[0], name="rail"))))
+        replace(task, kinds=(*task.kinds, replace(task.kinds[0], name="rail")))
+    for pick in (0.1, 26.0):
+        with pytest.raises(
+            TaskError, match=r"^cross_pick is .*from 0.175 mm \(200 strokes\) to the width of the wheel, 25"
+        ):
+            replace(task, cross_pick=pick)
+    with pytest.raises(TaskError, match=r"does not make 16 blocks of whole parts"):
+        replace(task, kinds=(replace(task.kinds[0], ends_part=False),), sequence=("plate",))
 
 
 def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:

@@ -100,8 +100,8 @@ def short_episodes(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
     spec = gym.spec(env_id)
     for entry_point in (spec.entry_point, spec.vector_entry_point):
         creator = load_env_creator(entry_point)
-        if hasattr(creator, "form"):
-            monkeypatch.setattr(creator, "form", creator.form._replace(load=shortened(creator.form.load)))
+        if hasattr(creator, "load"):
+            monkeypatch.setattr(creator, "load", staticmethod(shortened(creator.load)))
 
 
 def play(env_id: str, most: int, seed: int = 0, **kwargs: Any) -> list[Any]:

@@ -25,7 +25,6 @@ from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.tally import Tally
-from grind_env.process.catalogue import materials
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id
 
@@ -37,6 +36,7 @@ ELSEWHERE = {
     "grind/Job-v0": "test_job_env",
     "grind/Reciprocation-v0": "test_reciprocation_env",
     "grind/Stroke-v0": "test_stroke_env",
+    "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }
 """Environments with programs of another form, and the modules that run these with `machine.grind`."""
@@ -72,7 +72,7 @@ class Episode:
         rng = np.random.default_rng(policy_seed)
         self.task, self.blocks, self.ends = task, list[CycleBlock](), ends[:count]
         self.kinds: list[Kind] = [
-            replace(task.kinds[int(row.kind)], material=materials()[int(row.material)]) for row in rows[:count]
+            replace(task.kinds[int(row.kind)], material=task.materials[int(row.material)]) for row in rows[:count]
         ]
         outcomes, results = [], []
         speeds = task.action.speed_levels or task.action.speed_range or ()
@@ -118,7 +118,7 @@ class Episode:
     seed=st.integers(0, 10_000),
     policy_seed=st.integers(0, 10_000),
     pre_dress=st.booleans(),
-    material=st.sampled_from([None, *range(len(materials()))]),
+    material=st.sampled_from([None, *range(len(load_task("power_limited").materials))]),
     left=st.floats(0.1, 8.0),
 )
 def test_the_part_program_of_an_episode_grinds_the_same_parts(

@@ -22,7 +22,8 @@ from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
 from grind_env.envs.program import conditions, job_from_surface
-from grind_env.envs.reciprocation.env import ReciprocationEnv, ReciprocationSimulation
+from grind_env.envs.reciprocation.env import ReciprocationEnv
+from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.reciprocation.vector_env import ReciprocationVectorEnv
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind

@@ -15,7 +15,6 @@ from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.equations import traverse_taper
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -193,7 +192,8 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     record = run(text, wide)
     strokes = record.strokes[1:]
     assert list(strokes["b"]) == [25.0] * 4
-    expected = sum(traverse_taper(s["ae"], 200.0, 25.0, s["G"], 300.0, 25.0) for s in strokes)
+    # the volume ground off over the G-ratio, spread over the circumference of the wheel
+    expected = sum(s["ae"] * 200.0 * 25.0 / (s["G"] * math.pi * 300.0 * 25.0) for s in strokes)
     assert strokes["W"][-1] == pytest.approx(expected, rel=1e-3)
     # the last band is ground with the wear of the three before it
     lost = 1000.0 * strokes["W"][2]

@@ -37,9 +37,9 @@ aisi_1020     13.8 1.0  50   7850 480 205 0.29 0.9e-6  8e-4  600      800   1.3 
 inconel_718   16   1.6  11.4 8190 435 205 0.29 3.0e-6  12e-4 600      900   0.18 1.2 7.2 5.36
 """
 WHEEL_ROWS = """
-     dg    Cref r  kg  Es   mu   kc  pa pb  Gref mG  fc  kf dr    RaRef Af    ka   Ad0   kU     cs
-a60j 0.25  3    15 35  49.6 0.40 2.0 60 7e5 40   0.8 1.2 3  0.030 0.50  0.006 1    0.003 0.0022 1e-4
-b126 0.126 8    12 240 60   0.35 2.6 60 7e5 2500 0.6 1.5 2  0.010 0.40  0.004 0.06 0.004 0.0012 2e-2
+     dg    Cref kg  Es   mu   kc  pa pb  Gref mG  fc  kf dr    RaRef Af    ka   Ad0   kU     cs
+a60j 0.25  3    35  49.6 0.40 2.0 60 7e5 40   0.8 1.2 3  0.030 0.50  0.006 1    0.003 0.0022 1e-4
+b126 0.126 8    240 60   0.35 2.6 60 7e5 2500 0.6 1.5 2  0.010 0.40  0.004 0.06 0.004 0.0012 2e-2
 """
 COMMON_WHEEL_ROWS = """
      nus  Rr Vr Vt kt  href Amax AL   Vchi ks   kr   alw0 cw   dd    x    ds0 bs

@@ -99,13 +99,6 @@ def test_contact_length_of_a_rigid_and_of_an_elastic_contact() -> None:
     assert both == pytest.approx(math.hypot(math.sqrt(3.0), 5.0 * hertz), rel=1e-12)
 
 
-def test_chips_carry_the_removed_volume() -> None:
-    ae, de, vw, vs, C, r = 0.01, 300.0, 200.0, 30.0, 3.0, 15.0
-    hm = 1e-3 * eq.undeformed_chip_thickness(ae, de, vw, vs, C, r)
-    # C vs chips a second and mm2, of length lg and mean section r hm^2/4 (a triangle in both directions)
-    assert C * 1000.0 * vs * math.sqrt(ae * de) * r * hm * hm / 4.0 == pytest.approx(ae * vw, rel=1e-12)
-
-
 def test_wear_flat_pressure_is_linear_in_the_curvature_difference() -> None:
     # 4*200/(300*30000) = 8.889e-5 per mm; 60 + 7e5*8.889e-5 = 122.2 N/mm2
     delta = eq.curvature_difference(200.0, 30.0, 300.0)
@@ -360,14 +353,9 @@ def test_a_dress_mixes_old_and_new_by_the_restored_fraction() -> None:
     assert removed == pytest.approx(passes * depth * math.pi * 300.0 * 25.0, rel=1e-12)
 
 
-# --- form, corner, residual stress --------------------------------------------------------------------------
+# --- form ---------------------------------------------------------------------------------------------------------
 
 
-def test_form_and_integrity_estimates() -> None:
-    # 10 um over 200 x 100 mm at G 35; 2 K over 200 x 30 mm of steel
-    assert eq.traverse_taper(0.010, 200.0, 100.0, 35.0, 300.0, 25.0) == pytest.approx(0.24e-3, abs=0.005e-3)
+def test_a_plate_bows_under_a_temperature_difference() -> None:
+    # 2 K over 200 x 30 mm of steel
     assert eq.thermal_bow(12e-6, 2.0, 200.0, 30.0) == pytest.approx(0.004, rel=1e-9)
-    assert [eq.residual_stress(T) for T in (0.0, 300.0, 500.0)] == [-300.0, -300.0, 0.0]
-    # what a fillet of radius 1 leaves of its square, to three digits
-    assert eq.corner_radius(1.0 - math.pi / 4.0) == pytest.approx(1.0, rel=2e-3)
-    assert eq.corner_wear(0.002, 0.1) == pytest.approx(2e-4, rel=1e-12)

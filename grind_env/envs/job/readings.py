@@ -104,7 +104,7 @@ def job_task(name: str, job: Job, spread: float) -> Task:
         name=name,
         title=name,
         action=ACTION,
-        setup=replace(task.setup, machine_changes={"power_limit": job.setup.machine.power_limit}),
+        setup=replace(task.setup, machine_overrides={"power_limit": job.setup.machine.power_limit}),
         kinds=(
             replace(
                 task.kinds[0],

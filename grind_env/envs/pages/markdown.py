@@ -5,8 +5,9 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from grind_env.envs.docstrings import meanings
+
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
-ARGUMENT = re.compile(r"^    (\w+): (.+)$")
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -24,20 +25,10 @@ def prose(cls: type[Any]) -> dict[str, str]:
 
 def arguments(cls: type[Any]) -> list[tuple[str, str, str]]:
     """Name, default and meaning of every constructor argument; the meaning is that of the docstring's `Args:`."""
-    _, _, text = _doc(cls).partition("\nArgs:\n")
-    meanings: dict[str, str] = {}
-    name = ""
-    for line in text.splitlines():
-        if match := ARGUMENT.match(line):
-            name = match[1]
-            meanings[name] = match[2]
-        elif name and line.startswith("        "):
-            meanings[name] += f" {line.strip()}"
-        else:
-            break
+    said = meanings(cls, "Args")
     parameters = inspect.signature(cls).parameters.values()
     return [
-        (each.name, "" if each.default is each.empty else repr(each.default), meanings.get(each.name, ""))
+        (each.name, "" if each.default is each.empty else repr(each.default), said.get(each.name, ""))
         for each in parameters
     ]
 

@@ -81,8 +81,8 @@ def _value(reading: Reading) -> str:
 def setup_table(task: Task) -> str:
     """The set-up, with what this task changes in a catalogue entry."""
     setup, dress = task.setup, task.dress
-    wheel = ", ".join(f"{name} {value:g}" for name, value in setup.wheel_changes.items())
-    machine = ", ".join(f"{name} {value:g}" for name, value in setup.machine_changes.items())
+    wheel = ", ".join(f"{name} {value:g}" for name, value in setup.wheel_overrides.items())
+    machine = ", ".join(f"{name} {value:g}" for name, value in setup.machine_overrides.items())
     rows = [
         ("wheel", setup.wheel + (f" with {wheel}" if wheel else "") + f", {setup.wheel_speed:g} m/s when new"),
         (

@@ -2,15 +2,15 @@
 
 from gymnasium.vector import AutoresetMode
 
-from grind_env.envs.reciprocation.env import G81
 from grind_env.envs.reciprocation.program import TASK
+from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 
 
 class ReciprocationVectorEnv(GrindVectorEnv):
     """N times `ReciprocationEnv`, in one compiled step; arguments as for `GrindVectorEnv`, without the task."""
 
-    form = G81
+    load = staticmethod(read_task)
 
     def __init__(
         self,

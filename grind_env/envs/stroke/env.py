@@ -11,13 +11,18 @@ from grind_env.envs.reciprocation.program import request_times
 from grind_env.envs.stroke.program import block_text, coming_stroke, part_program
 from grind_env.envs.stroke.simulation import StrokeSimulation
 from grind_env.envs.stroke.view import stroke_view
-from grind_env.envs.tasks import read_task
+from grind_env.envs.tasks import Task, read_task
 
 TASK = "stroke"
 """Name of its task file."""
 
-STROKES = Form("G81", read_task, StrokeSimulation, block_text, part_program, coming_stroke, stroke_view)
+STROKES = Form("G81", StrokeSimulation, block_text, part_program, coming_stroke, stroke_view)
 """A step is one stroke: the blocks of the program that lead to it."""
+
+
+def stroke_form(task: Task) -> Form:
+    """The form of the strokes of a task, whatever its cycle."""
+    return STROKES
 
 
 class StrokeEnv(GrindEnv):
@@ -62,7 +67,8 @@ class StrokeEnv(GrindEnv):
         cycle: None; there is no cycle to choose.
     """
 
-    form = STROKES
+    load = staticmethod(read_task)
+    form_of = staticmethod(stroke_form)
 
     def __init__(
         self,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import motion_time, picks_to
-from grind_env.envs.program import PICK_FEED
+from grind_env.envs.tasks import PICK_FEED
 
 
 class Table(NamedTuple):

@@ -2,7 +2,8 @@
 
 from gymnasium.vector import AutoresetMode
 
-from grind_env.envs.stroke.env import STROKES, TASK, check_arguments
+from grind_env.envs.stroke.env import TASK, check_arguments, stroke_form
+from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 
 
@@ -21,7 +22,8 @@ class StrokeVectorEnv(GrindVectorEnv):
         max_episode_steps: as for `GrindVectorEnv`.
     """
 
-    form = STROKES
+    load = staticmethod(read_task)
+    form_of = staticmethod(stroke_form)
 
     def __init__(
         self,

@@ -3,10 +3,13 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Annotated, Any, Literal
 
 from grind_env.control.rules import motion_time, picks_to
+from grind_env.envs.names import ANY_TASK, environment_id
+from grind_env.envs.tasks.checks import check_whole
 from grind_env.envs.tasks.tables import (
     ActionRange,
     Dress,
@@ -19,62 +22,88 @@ from grind_env.envs.tasks.tables import (
     Start,
     TaskError,
     WheelChange,
-    refuse_unknown,
+    whole_micrometres,
 )
-from grind_env.process.catalogue import Entry, load_catalogue, quantities
+from grind_env.errors import did_you_mean, quoted, shortened
+from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.entries import Machine, Wheel
+from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
-
-EntryT = TypeVar("EntryT", bound=Entry)
+from grind_env.process.tables import check
+from grind_env.process.user_catalogue import entry_of
 
 DRESS_CLEARANCE = 10.0
 """mm that a dress traverse runs beyond the wheel width, both sides together."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
 class Task:
     """A job: its blocks, its set-up and what is drawn at random.
 
-    `reference_cost` is in $ per block; `infeed` in mm/min is that of a wheel that the program feeds down while the
-    table reciprocates, 0 for the picks of a cycle; `cross_pick` in mm that of a G83, 0 for cycles without.
+    Attributes:
+        name: of its file.
+        title: the job in a few words.
+        blocks: cycle blocks of an episode.
+        reference_cost: cost of a block that a reward of -1 stands for.
+        action: what an action can choose.
+        setup: wheel, dresser, fluid and machine.
+        dress: the dress program.
+        kinds: of cycle block.
+        sequence: names of the kinds in their order, repeated; empty for a task of orders.
+        orders: random orders in place of a sequence.
+        due: due dates.
+        wheel_change: what a new wheel costs.
+        observation: what is shown unless asked for otherwise: what a machine measures, or the hidden state, too.
+        infeed: of a wheel that the program feeds down while the table reciprocates (G81); 0 for the picks of a cycle.
+        cross_pick: of a G83, for parts wider than the wheel; 0 for cycles without.
+        spread: what an episode draws.
+        start: state of the wheel at the start.
+        factors: on parameters of the process model, by their symbols.
+        catalogue: the entries that the names of the set-up and of the materials stand for.
+        file: the user's file that it was read from; empty for a task of the package.
 
     Raises:
-        TaskError: if the blocks do not make whole parts, or the due dates whole episodes.
+        TaskError: a value is out of its range, a name unknown, the blocks do not make whole parts, or the due dates
+            whole episodes.
     """
 
     name: str
     title: str
-    blocks: int
-    reference_cost: float
-    action: ActionRange
-    setup: Setup
-    dress: Dress
+    blocks: Annotated[int, Quantity("", "", 1, 10_000)]
+    reference_cost: Annotated[float, Quantity("", "$", 1e-4, 1e9)]
+    action: ActionRange = field(default_factory=ActionRange)
+    setup: Setup = field(default_factory=Setup)
+    dress: Dress = field(default_factory=Dress)
     kinds: tuple[Kind, ...]
     sequence: tuple[str, ...] = ()
     orders: Orders | None = None
     due: Due | None = None
     wheel_change: WheelChange | None = None
-    observation: str = "measured"
-    infeed: float = 0.0
-    cross_pick: float = 0.0
+    observation: Literal["measured", "full"] = "measured"
+    infeed: Annotated[float, Quantity("F", "mm/min", 0, 1000)] = 0.0
+    cross_pick: Annotated[float, Quantity("K", "mm", 0, 300)] = 0.0
     spread: Spread = field(default_factory=Spread)
     start: Start = field(default_factory=Start)
-    factors: Mapping[str, float] = field(default_factory=ReadOnly)
+    factors: Annotated[Mapping[str, float], Quantity("", "", 0.01, 100)] = field(default_factory=ReadOnly)
+    catalogue: Catalogue = field(default_factory=load_catalogue, repr=False)
+    file: str = ""
 
     def __post_init__(self) -> None:
-        if bool(self.sequence) == (self.orders is not None):
-            raise TaskError("the blocks need either sequence or [orders]: give exactly one of the two")
-        if self.orders is not None:
-            for kind in self.kinds:
-                if not (kind.starts_part and kind.ends_part):
-                    raise TaskError(f"[orders]: a {kind.name} is no whole part: let it start and end one")
-            if self.orders.most_parts < 1:
-                raise TaskError(f"[orders]: most_parts is {self.orders.most_parts}, but must be at least 1")
-        if self.due is not None and (self.due.blocks < 1 or self.blocks % self.due.blocks):
-            raise TaskError(f"[due]: blocks is {self.due.blocks}, but must divide the {self.blocks} blocks evenly")
-        self.numbers(self.nominal_sequence, "sequence: ")
+        """Check the values, and what depends on more than one table."""
+        check(self, "", TaskError)
+        whole_micrometres(self, "", "cross_pick", "infeed")
+        check_whole(self)
+
+    @property
+    def cycle(self) -> str:
+        """The cycle of its blocks."""
+        return "G81" if self.infeed > 0.0 else "G83" if self.cross_pick > 0.0 else "G82"
+
+    @property
+    def environment_id(self) -> str:
+        """The Gymnasium id that makes it: its own, or for a user's file the one of all such tasks."""
+        return ANY_TASK if self.file else environment_id(self.name)
 
     @property
     def nominal_sequence(self) -> tuple[str, ...]:
@@ -91,12 +120,17 @@ class Task:
             TaskError: at `place`, if a kind is unknown or the blocks do not make whole parts.
         """
         names = [kind.name for kind in self.kinds]
-        refuse_unknown(sequence, names, place)
+        for name in sequence:
+            if name not in names:
+                legal = ", ".join(names)
+                message = f"{place}: there is no kind {quoted(name)}{did_you_mean(name, names)}; legal are {legal}"
+                raise TaskError(message, place, name, legal)
         numbers = [names.index(name) for _, name in zip(range(self.blocks), itertools.cycle(sequence), strict=False)]
         kinds = [self.kinds[number] for number in numbers]
         whole = all(a.ends_part == b.starts_part for a, b in itertools.pairwise(kinds))
         if not (kinds and whole and kinds[0].starts_part and kinds[-1].ends_part):
-            raise TaskError(f"{place}{', '.join(sequence)} does not make {self.blocks} blocks of whole parts")
+            shown = shortened(", ".join(sequence))
+            raise TaskError(f"{place}: {shown} does not make {self.blocks} blocks of whole parts", place, sequence)
         return tuple(numbers)
 
     def kind_of_block(self, block: int) -> int:
@@ -104,43 +138,61 @@ class Task:
         sequence = self.nominal_sequence
         return [kind.name for kind in self.kinds].index(sequence[block % len(sequence)])
 
-    @property
+    @cached_property
     def wheel(self) -> Wheel:
-        """The wheel, with the changes of this task."""
-        return _changed(load_catalogue().wheel(self.setup.wheel), self.setup.wheel_changes, "[setup.wheel_changes]: ")
+        """The wheel, with what this task overrides."""
+        wheel: Wheel = self._entry("wheel", self.setup.wheel, self.setup.wheel_overrides)
+        return wheel
 
-    @property
+    @cached_property
+    def dresser(self) -> Dresser:
+        """The dresser, likewise."""
+        dresser: Dresser = self._entry("dresser", self.setup.dresser, self.setup.dresser_overrides)
+        return dresser
+
+    @cached_property
+    def fluid(self) -> Fluid:
+        """The coolant, likewise."""
+        fluid: Fluid = self._entry("fluid", self.setup.fluid, self.setup.fluid_overrides)
+        return fluid
+
+    @cached_property
     def machine(self) -> Machine:
-        """The machine, with the changes of this task."""
-        return _changed(
-            load_catalogue().machine(self.setup.machine),
-            self.setup.machine_changes,
-            "[setup.machine_changes]: ",
-        )
+        """The machine, likewise."""
+        machine: Machine = self._entry("machine", self.setup.machine, self.setup.machine_overrides)
+        return machine
 
-    @property
+    def _entry(self, kind: str, name: str, overrides: Mapping[str, float]) -> Any:
+        return entry_of(self.catalogue, f"setup.{kind}", name, {f"{kind}_overrides": overrides}, TaskError)
+
+    @cached_property
     def rates(self) -> Rates:
         """Prices of time, wheel and dresser."""
-        return rates_of(self.wheel, load_catalogue().dresser(self.setup.dresser), self.machine)
+        return rates_of(self.wheel, self.dresser, self.machine)
+
+    @cached_property
+    def materials(self) -> tuple[str, ...]:
+        """Names of all materials of its catalogue, in alphabetical order; numbers of materials count in it."""
+        return tuple(sorted(self.catalogue.materials))
+
+    @cached_property
+    def _parameters(self) -> Mapping[str, StrokeParameters]:
+        """Stroke parameters of every material."""
+        return {name: self._parameters_in(material) for name, material in self.catalogue.materials.items()}
+
+    def _parameters_in(self, material: Material) -> StrokeParameters:
+        tools = self.wheel, self.dresser, self.fluid, self.machine
+        p = stroke_parameters(material, *tools, wheel_speed=self.setup.wheel_speed)
+        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
 
     def parameters(self, kind: Kind) -> StrokeParameters:
         """Stroke parameters of a block kind, with the fixed factors of this task."""
-        catalogue = load_catalogue()
-        p = stroke_parameters(
-            catalogue.material(kind.material),
-            self.wheel,
-            catalogue.dresser(self.setup.dresser),
-            catalogue.fluid(self.setup.fluid),
-            self.machine,
-            wheel_speed=self.setup.wheel_speed,
-        )
-        refuse_unknown(self.factors, StrokeParameters._fields, "[factors]: ")
-        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
+        return self._parameters[kind.material]
 
     def limits(self, kind: Kind) -> Limits:
         """Limits of a good part of that kind."""
         return limits_of(
-            load_catalogue().material(kind.material),
+            self.catalogue.materials[kind.material],
             self.machine,
             rise_allowance=kind.rise_allowance,
             roughness_limit=kind.roughness_limit,
@@ -185,14 +237,14 @@ class Task:
             return 1 + (plunges + kind.sparkout) * (across + 1)
         return plunges + 1 + kind.sparkout
 
+    def stroke_seconds(self, kind: Kind, speed: float) -> float:
+        """Time of a stroke of a block of that kind at E `speed` (m/min) with its reversal dwell, s."""
+        vw = 1000.0 * speed / 60.0
+        return motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
+
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
         """Time of a block of nominal stock at E `speed` (m/min) without a dress, s; a first one with its loading."""
-        vw = 1000.0 * speed / 60.0
-        stroke = motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
-        return self.strokes(kind, kind.stock) * stroke + (self.setup.load if kind.starts_part else 0.0)
-
-
-def _changed(entry: EntryT, changes: Mapping[str, Any], place: str) -> EntryT:
-    """A catalogue entry with the changes of a task."""
-    refuse_unknown(changes, quantities(type(entry)), place)
-    return replace(entry, **changes)
+        stroke, load = self.stroke_seconds(kind, speed), self.setup.load if kind.starts_part else 0.0
+        if self.infeed > 0.0:
+            return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + load
+        return self.strokes(kind, kind.stock) * stroke + load

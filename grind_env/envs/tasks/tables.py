@@ -1,14 +1,27 @@
-"""The tables of a task file, one frozen dataclass each (scenarios, section 4)."""
+"""The tables of a task file, one frozen dataclass each (scenarios, section 4).
 
-from collections.abc import Iterable, Iterator, Mapping
+The annotation of a field says what it may hold, its line under `Attributes` what it means: the schema is made of them.
+"""
+
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Annotated
 
-from grind_env.errors import GrindError
+from grind_env.process.catalogue import USUAL
+from grind_env.process.entries import Quantity
+from grind_env.process.tables import TableError, check, wrong
+
+SPEED = Quantity("E", "m/min", 1, 60)
+"""The control goes no faster; the process model holds from 3 to 40 m/min."""
+LONGEST_NAME = 40
+"""Characters of the name of a kind, which stands in messages and in the names of observation entries."""
+USUAL_SPEEDS = (3.0, 30.0)
+"""m/min; the range of E for a task that gives none."""
 
 
-class TaskError(GrindError):
-    """An unknown task or a task file that does not fit the dataclasses below."""
+class TaskError(TableError):
+    """An unknown task, or a task file that does not fit the dataclasses below."""
 
 
 class ReadOnly(Mapping[str, float]):
@@ -34,15 +47,31 @@ class ReadOnly(Mapping[str, float]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionRange:
-    """What an action can choose: a geometric range or levels of E in m/min, and up to `executions` for D."""
+    """What an action can choose.
 
-    executions: int
-    speed_range: tuple[float, float] | None = None
-    speed_levels: tuple[float, ...] | None = None
+    Attributes:
+        executions: most dress executions D of a block.
+        speed_range: lowest and highest E, chosen geometrically between them; 3 to 30 m/min if there are no levels.
+        speed_levels: the values of E to choose from, in place of a range.
+    """
+
+    executions: Annotated[int, Quantity("D", "", 0, 20)] = 3
+    speed_range: Annotated[tuple[float, float] | None, SPEED] = None
+    speed_levels: Annotated[tuple[float, ...] | None, SPEED] = None
 
     def __post_init__(self) -> None:
-        if (self.speed_range is None) == (self.speed_levels is None):
-            raise TaskError("[action] needs either speed_range or speed_levels: give exactly one of the two")
+        """Check every value, and give E a range where nothing is said of it."""
+        if self.speed_range is not None and self.speed_levels is not None:
+            raise TaskError("action has both speed_range and speed_levels: give one of the two", "action.speed_levels")
+        if self.speed_range is None and self.speed_levels is None:
+            object.__setattr__(self, "speed_range", USUAL_SPEEDS)
+        check(self, "action", TaskError)
+        low, high = self.speed_ends
+        if not low < high:
+            message = (
+                f"action.speed_range is {low:g} to {high:g} m/min, but must leave a choice: let the second be higher"
+            )
+            raise TaskError(message, "action.speed_range", self.speed_range)
 
     @property
     def speed_ends(self) -> tuple[float, float]:
@@ -53,57 +82,107 @@ class ActionRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """Catalogue names of the set-up, with the values that this task changes in an entry.
+    """Catalogue names of the set-up, with single values that this task overrides in an entry.
 
-    `wheel_speed` in m/s is that of the new wheel, `overrun` in mm, `load` in s for each part. With every part the
-    convection of the coolant falls by the factor exp(-`coolant_ageing`).
+    Attributes:
+        wheel: name of the grinding wheel.
+        dresser: name of the diamond.
+        fluid: name of the coolant.
+        machine: name of the machine tool.
+        wheel_speed: surface speed of the new wheel.
+        overrun: of the table beyond the part, on each side.
+        load: time to load each part, the way of the wheel to it included.
+        coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
+        wheel_overrides: values of the wheel that differ from its entry in the catalogue.
+        dresser_overrides: the same of the dresser.
+        fluid_overrides: the same of the fluid.
+        machine_overrides: the same of the machine.
     """
 
-    wheel: str
-    dresser: str
-    fluid: str
-    machine: str
-    wheel_speed: float
-    overrun: float
-    load: float
-    coolant_ageing: float = 0.0
-    wheel_changes: Mapping[str, float] = field(default_factory=ReadOnly)
-    machine_changes: Mapping[str, float] = field(default_factory=ReadOnly)
+    wheel: str = USUAL["wheel"]
+    dresser: str = USUAL["dresser"]
+    fluid: str = USUAL["fluid"]
+    machine: str = USUAL["machine"]
+    wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
+    overrun: Annotated[float, Quantity("", "mm", 1, 1000)] = 30.0
+    load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    coolant_ageing: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    wheel_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
+    dresser_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
+    fluid_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
+    machine_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
+
+    def __post_init__(self) -> None:
+        """Check every value; the overrides are checked against the catalogue."""
+        check(self, "setup", TaskError)
+        whole_micrometres(self, "setup", "overrun")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dress:
-    """The dress program of the task: diamond passes, lead (mm/rev) and depth (mm) of each, set-up (s)."""
+    """The dress program of the task.
 
-    passes: int
-    lead: float
-    depth: float
-    setup: float
+    Attributes:
+        passes: of the diamond in an execution.
+        lead: of the diamond in a wheel revolution.
+        depth: of each pass.
+        setup: time of an execution beyond the motions of the passes.
+    """
+
+    passes: Annotated[int, Quantity("", "", 1, 50)] = 2
+    lead: Annotated[float, Quantity("", "mm", 0.005, 5)] = 0.10
+    depth: Annotated[float, Quantity("", "mm", 0.001, 0.1)] = 0.02
+    setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "dress", TaskError)
+        whole_micrometres(self, "dress", "depth")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
     """A kind of cycle block.
 
-    Lengths in mm, `roughness_limit` and `tolerance` in um (0 for none), `rise_allowance` in K, `scrap` in $.
-    A block that does not start a part goes on with the part of the block before; scrap is charged with the
-    block that ends it. The true stock is never less than `least_stock` times the nominal one.
+    Attributes:
+        name: that `sequence` has it by.
+        material: catalogue name of the work material.
+        stock: depth to grind off.
+        pick: depth of a plunge.
+        sparkout: strokes at full depth after the plunges; traverses of a G83.
+        width: of the part.
+        length: of the part, along the table.
+        scrap: price of a spoilt part, charged with the block that ends it.
+        roughness_limit: highest Ra; 0 for none.
+        tolerance: on the size error; 0 for none.
+        rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is ground
+            again later; above 0 every plunge counts and not only the last 0.05 mm.
+        least_stock: the least that the stock of a part is drawn, over the nominal one.
+        starts_part: whether the block starts a part; else it goes on with the part of the block before.
+        ends_part: whether the block ends a part.
     """
 
-    name: str
+    name: str = "part"
     material: str
-    stock: float
-    pick: float
-    sparkout: int
-    width: float
-    length: float
-    scrap: float
-    roughness_limit: float = 0.0
-    tolerance: float = 0.0
-    rise_allowance: float = 0.0
-    least_stock: float = 0.4
+    stock: Annotated[float, Quantity("H", "mm", 0.001, 20)]
+    pick: Annotated[float, Quantity("J", "mm", 0.001, 20)]
+    sparkout: Annotated[int, Quantity("L", "", 0, 1000)] = 2
+    width: Annotated[float, Quantity("b", "mm", 0.5, 2000)]
+    length: Annotated[float, Quantity("Lw", "mm", 1, 10_000)]
+    scrap: Annotated[float, Quantity("", "$", 0, 1e6)] = 50.0
+    roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = 0.0
+    tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = 0.0
+    rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
+    least_stock: Annotated[float, Quantity("", "", 0.01, 1)] = 0.4
     starts_part: bool = True
     ends_part: bool = True
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "kind", TaskError)
+        if not (self.name.isprintable() and 0 < len(self.name) <= LONGEST_NAME):
+            raise wrong("kind.name", self.name, f"1 to {LONGEST_NAME} printable characters", TaskError)
+        whole_micrometres(self, "kind", "stock", "pick", "width", "length")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,77 +190,129 @@ class Orders:
     """Small orders instead of a fixed sequence, each of one kind (all equally likely) and a lot of its own.
 
     An order has 1 to `most_parts` parts, all numbers equally likely; the last one ends with the episode.
+
+    Attributes:
+        most_parts: of an order.
     """
 
-    most_parts: int
+    most_parts: Annotated[int, Quantity("", "", 1, 1000)]
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "orders", TaskError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Due:
-    """Due dates: one after every `blocks` blocks.
+    """Due dates, from one to the next the nominal time of the blocks between times a factor.
 
-    From one to the next it is the nominal time of the blocks between (E `speed` in m/min, no dress, nominal stock,
-    loading included) times a factor that is drawn uniformly within `slack`. Lateness costs `late` $/h, without limit.
+    The nominal time is that without dresses, with nominal stock and the loading.
+
+    Attributes:
+        blocks: from one due date to the next.
+        speed: E of the nominal time.
+        slack: lowest and highest factor on it, drawn uniformly.
+        late: price of lateness in $/h, without limit.
     """
 
-    blocks: int
-    speed: float
-    slack: tuple[float, float]
-    late: float
+    blocks: Annotated[int, Quantity("", "", 1, 10_000)]
+    speed: Annotated[float, SPEED]
+    slack: Annotated[tuple[float, float], Quantity("", "", 0, 100)]
+    late: Annotated[float, Quantity("", "$/h", 0, 1e6)]
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "due", TaskError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelChange:
-    """$ and s of a wheel change: a wheel below its minimum diameter is replaced by a new one, dressed."""
+    """A wheel below its minimum diameter is replaced by a new one, dressed; without this table it stays.
 
-    price: float
-    seconds: float
+    Attributes:
+        price: of the change.
+        seconds: that it takes.
+    """
+
+    price: Annotated[float, Quantity("", "$", 0, 1e6)]
+    seconds: Annotated[float, Quantity("", "s", 0, 86_400)]
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "wheel_change", TaskError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Standard deviations of what an episode draws (scenarios, section 3).
+    """What an episode draws at random; 0 for what it does not (scenarios, section 3).
 
-    `stock` is relative, `gauge` in mm; both hold for blocks that start a part, since what a later block removes is
-    what the block before it left. `measurement` is a factor on the noise of power, size and roughness readings,
-    `diamond_flat` the largest start value in mm, `coolant_ageing` the half-width of a uniform factor around 1, the
-    rest logarithmic.
+    `stock` and `gauge` hold for blocks that start a part, since what a later block removes is what the block before it
+    left. Logarithmic standard deviations are those of a factor.
+
+    Attributes:
+        stock: standard deviation of the stock of a part over the nominal one.
+        gauge: standard deviation of the error with which its stock is known.
+        measurement: factor on the noise of power, size and roughness readings; 0 for exact gauges.
+        lot_probability: that a part begins a new lot of material.
+        lot_growth: logarithmic, of how fast a lot dulls the wheel.
+        lot_pressure: logarithmic, of how hard a lot presses on the wear flats.
+        wheel_growth: logarithmic, of how fast the wheels of an episode get dull.
+        wheel_roughness: logarithmic, of the roughness that they make.
+        fracture_force: logarithmic, of their grade.
+        g_ratio: logarithmic, of their G-ratio.
+        convection: logarithmic, of the coolant.
+        coolant_ageing: half-width of a uniform factor around 1 on `setup.coolant_ageing`.
+        diamond_flat: the widest wear flat of the diamond at the start, drawn uniformly from 0.
     """
 
-    stock: float = 0.0
-    gauge: float = 0.0
-    measurement: float = 0.0
-    lot_probability: float = 0.0
-    lot_growth: float = 0.0
-    lot_pressure: float = 0.0
-    wheel_growth: float = 0.0
-    wheel_roughness: float = 0.0
-    fracture_force: float = 0.0
-    g_ratio: float = 0.0
-    convection: float = 0.0
-    coolant_ageing: float = 0.0
-    diamond_flat: float = 0.0
+    stock: Annotated[float, Quantity("", "", 0, 0.5)] = 0.0
+    gauge: Annotated[float, Quantity("", "mm", 0, 0.1)] = 0.0
+    measurement: Annotated[float, Quantity("", "", 0, 10)] = 0.0
+    lot_probability: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    lot_growth: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    lot_pressure: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    wheel_growth: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    wheel_roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    fracture_force: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    g_ratio: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    convection: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    coolant_ageing: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 1)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "spread", TaskError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Start:
     """State of the wheel at the start where it differs from new and freshly dressed.
 
-    `executions_left` gives the range of the number of dress executions left before the minimum diameter; it is
-    drawn uniformly.
+    Attributes:
+        wear_flat_area: A, share of the wheel face; left out for that of a dressed wheel.
+        volume: V, ground since the last dress.
+        executions_left: fewest and most dress executions left before the minimum diameter, drawn uniformly; left out
+            for a new wheel.
     """
 
-    wear_flat_area: float | None = None
-    volume: float = 0.0
-    executions_left: tuple[float, float] | None = None
+    wear_flat_area: Annotated[float | None, Quantity("A", "", 1e-4, 0.5)] = None
+    volume: Annotated[float, Quantity("V", "mm3/mm", 0, 1e6)] = 0.0
+    executions_left: Annotated[tuple[float, float] | None, Quantity("", "", 0, 1e6)] = None
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        check(self, "start", TaskError)
 
 
-def refuse_unknown(table: Iterable[str], legal: Iterable[str], place: str) -> None:
-    """Check keys or names.
+def whole_micrometres(table: object, place: str, *names: str) -> None:
+    """Check lengths that become words of a program, which the control reads to 0.001 mm.
 
     Raises:
-        TaskError: at `place`, if one is not legal.
+        TaskError: one is between two of them.
     """
-    for key in table:
-        if key not in legal:
-            raise TaskError(f"{place}there is no {key}; legal are {', '.join(legal)}")
+    for name in names:
+        value = getattr(table, name)
+        if round(value, 3) != value:
+            key = f"{place}.{name}" if place else name
+            legal = f"a multiple of 0.001 mm, as the control reads it: {round(value, 3):g}"
+            raise wrong(key, value, legal, TaskError)

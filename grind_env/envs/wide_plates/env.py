@@ -9,20 +9,14 @@ from numpy.typing import NDArray
 
 from grind_env.control import read
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.form import Form
 from grind_env.envs.program import conditions, job_from_surface
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates.program import block_text, part_program
-from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.state import WheelState
 
 TASK = "wide_plates"
-
-G83 = Form("G83", read_task, CrossSimulation, block_text, part_program)
-"""A step is one part: a G83 block."""
 
 
 class WidePlatesEnv(GrindEnv):
@@ -51,7 +45,7 @@ class WidePlatesEnv(GrindEnv):
         render_mode: as for `GrindEnv`.
     """
 
-    form = G83
+    load = staticmethod(read_task)
 
     def __init__(
         self,

@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 
 from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
-from grind_env.envs.tasks import Kind, Task
-
-CROSS_FEED = 1500.0
-"""mm/min of plunge and cross picks; the longest pick is over before the wheel is back over the part."""
+from grind_env.envs.tasks import CROSS_FEED, Kind, Task
 
 
 def crossover(task: Task, kind: Kind) -> float:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.contexts import Given
-from grind_env.envs.form import check_width
+from grind_env.envs.form import Form
 from grind_env.envs.observations import SIZE_NOISE, Reading, readings
 from grind_env.envs.simulation import Episodes, EpisodesT, Simulation, Table
-from grind_env.envs.tasks import Task, TaskError
-from grind_env.envs.wide_plates.program import crossover
+from grind_env.envs.tasks import Task
+from grind_env.envs.wide_plates.program import block_text, crossover, part_program
 from grind_env.envs.wide_plates.step import step_traverses
 from grind_env.machine.zones import strip_centres, traverse_edges, zones_of
 
@@ -39,17 +39,9 @@ class CrossSimulation(Simulation):
     """Steps episodes of a task whose parts are wider than the wheel; arguments as for `Simulation`.
 
     A part is judged where it is farthest from its size.
-
-    Raises:
-        TaskError: the task does not have one kind of block, a whole part wider than the wheel, or no cross pick.
     """
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
-        check_width(task, "G83")
-        if len(task.kinds) > 1 or not (task.kinds[0].starts_part and task.kinds[0].ends_part):
-            raise TaskError(f"{task.name} has several kinds of blocks; a G83 task has one, which is a whole part")
-        if not task.cross_pick > 0.0:
-            raise TaskError(f"{task.name}: cross_pick is {task.cross_pick:g}, but must be above 0 mm for a G83")
         super().__init__(task, full=full, pre_dress=pre_dress)
         self._zones = part_in_zones(task)
         self._crossing = crossover(task, task.kinds[0]), task.cross_pick
@@ -95,6 +87,10 @@ class CrossSimulation(Simulation):
 
     def _grind(self, cycles: Table, *arguments: Any) -> None:
         step_traverses(self._zones, *self._crossing, cycles, *arguments)
+
+
+G83 = Form("G83", CrossSimulation, block_text, part_program)
+"""A step is one part: a G83 block."""
 
 
 def part_in_zones(task: Task) -> Table:

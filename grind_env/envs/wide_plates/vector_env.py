@@ -2,8 +2,9 @@
 
 from gymnasium.vector import AutoresetMode
 
+from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.envs.wide_plates.env import G83, TASK
+from grind_env.envs.wide_plates.env import TASK
 
 
 class WidePlatesVectorEnv(GrindVectorEnv):
@@ -21,7 +22,7 @@ class WidePlatesVectorEnv(GrindVectorEnv):
         max_episode_steps: as for `GrindVectorEnv`.
     """
 
-    form = G83
+    load = staticmethod(read_task)
 
     def __init__(
         self,

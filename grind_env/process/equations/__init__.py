@@ -23,7 +23,6 @@ from grind_env.process.equations.cutting import (
     sliding_force,
     specific_energy,
     tangential_force,
-    undeformed_chip_thickness,
     wear_flat_pressure,
     wheel_speed,
 )
@@ -41,7 +40,6 @@ from grind_env.process.equations.dressing import (
 from grind_env.process.equations.heat import (
     burn_threshold,
     jaeger_factor,
-    residual_stress,
     temperature,
     thermal_bow,
     work_conductance,
@@ -55,11 +53,8 @@ from grind_env.process.equations.roughness import (
 )
 from grind_env.process.equations.wear import (
     LEAST_DIAMETER,
-    corner_radius,
-    corner_wear,
     g_ratio,
     grain_sliding,
-    traverse_taper,
     waviness,
     wear_flat_growth,
     worn_diameter,
@@ -73,8 +68,6 @@ __all__ = [
     "burn_threshold",
     "chip_force",
     "contact_length",
-    "corner_radius",
-    "corner_wear",
     "curvature_difference",
     "depth_of_cut",
     "dress_width",
@@ -93,7 +86,6 @@ __all__ = [
     "normal_force",
     "overlap_ratio",
     "ploughing_force",
-    "residual_stress",
     "restoration",
     "restored_fraction",
     "sharpening_effort",
@@ -103,8 +95,6 @@ __all__ = [
     "tangential_force",
     "temperature",
     "thermal_bow",
-    "traverse_taper",
-    "undeformed_chip_thickness",
     "waviness",
     "wear_flat_growth",
     "wear_flat_pressure",

@@ -79,12 +79,6 @@ def contact_length(ae: float, de: float, Fn: float, Rr: float, E_star: float) ->
 
 
 @inlined
-def undeformed_chip_thickness(ae: float, de: float, vw: float, vs: float, C: float, r: float) -> float:
-    """Maximum undeformed chip thickness hm, um [M]."""
-    return 1000.0 * math.sqrt(4.0 / (C * r) * vw / (1000.0 * vs) * math.sqrt(ae / de))
-
-
-@inlined
 def chip_force(ae: float, vw: float, vs: float, u_ch: float) -> float:
     """Tangential force of chip formation per width, N/mm [M]."""
     return u_ch * ae * vw / vs

@@ -61,11 +61,6 @@ def burn_threshold(ae: float, de: float, vw: float, Rws: float, u0: float, Bm: f
     return u0 + Bm * (0.88 / Rws) * math.sqrt(math.sqrt(de)) / (root * math.sqrt(root) * math.sqrt(vw))
 
 
-def residual_stress(T: float) -> float:
-    """Residual stress indicator, MPa: -300 for a cool surface, tensile when overheated [C]."""
-    return -300.0 + 1.5 * max(T - 300.0, 0.0)
-
-
 def thermal_bow(alpha_th: float, dTz: float, Lw: float, h: float) -> float:
     """Bow of a plate, mm, under a mean temperature difference dTz between its faces (length Lw, height h)."""
     return alpha_th * dTz * Lw * Lw / (8.0 * h)

@@ -59,23 +59,6 @@ def waviness(alw: float, dV: float, Kn: float, ke: float, Vchi: float, ks: float
 
 
 @inlined
-def corner_radius(worn_area: float) -> float:
-    """Radius of a worn wheel corner, mm, from the worn corner area, mm2 [C]."""
-    return math.sqrt(worn_area / 0.215)
-
-
-@inlined
-def corner_wear(dw: float, ke_c: float) -> float:
-    """Corner area worn off, mm2, while the wheel face wears by dw mm [C]; `ke_c` is 0.05 to 0.2 mm."""
-    return ke_c * dw
-
-
-@inlined
 def worn_diameter(ds: float, radial: float) -> float:
     """Wheel diameter after a loss of radius, mm; none gets below `LEAST_DIAMETER`."""
     return max(ds - 2.0 * radial, min(ds, LEAST_DIAMETER))
-
-
-def traverse_taper(ae: float, Lw: float, width: float, G: float, ds: float, bs: float) -> float:
-    """Taper that wheel wear leaves over one full traverse of a part of that width, mm."""
-    return ae * Lw * width / (G * math.pi * ds * bs)

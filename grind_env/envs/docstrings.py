@@ -1,0 +1,23 @@
+"""What docstrings say of each name under a heading: pages and schemas are made of them."""
+
+import inspect
+import re
+from typing import Any
+
+NAMED = re.compile(r"^    (\w+): (.+)$")
+
+
+def meanings(cls: type[Any], heading: str) -> dict[str, str]:
+    """The names under a heading such as `Args` of the docstring of a class, each with its meaning in one line."""
+    _, _, text = inspect.cleandoc(cls.__doc__ or "").partition(f"\n{heading}:\n")
+    found: dict[str, str] = {}
+    name = ""
+    for line in text.splitlines():
+        if match := NAMED.match(line):
+            name = match[1]
+            found[name] = match[2]
+        elif name and line.startswith("        "):
+            found[name] += f" {line.strip()}"
+        else:
+            break
+    return found

@@ -1,0 +1,44 @@
+"""Episodes of parts that are ground with a continuous infeed: a step is a G81."""
+
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.form import Form
+from grind_env.envs.observations import Reading, readings
+from grind_env.envs.reciprocation.program import block_text, part_program
+from grind_env.envs.reciprocation.step import step_feedings
+from grind_env.envs.simulation import Simulation, Table
+from grind_env.envs.tasks import Task
+from grind_env.machine.feeding import Feeding, Motion
+
+DEEPEST = 5.0
+"""Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
+
+
+class ReciprocationSimulation(Simulation):
+    """Steps episodes of the task with its continuous infeed; arguments as for `Simulation`."""
+
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+        super().__init__(task, full=full, pre_dress=pre_dress)
+        self._feedings, self._motions = np.empty((0, 0)), np.empty((0, 0, 0))
+
+    @staticmethod
+    def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
+        """Those of the task, without the pick, which the coming block does not have."""
+        return tuple(
+            entry._replace(high=DEEPEST) if entry.name == "last_pick" else entry
+            for entry in readings(task, full=full, pre_dress=pre_dress)
+            if entry.name != "pick"
+        )
+
+    def _grind(self, cycles: Table, *arguments: Any) -> None:
+        n, most = len(cycles), self.task.action.executions
+        if len(self._feedings) < n:
+            self._feedings = np.empty((n, len(Feeding._fields)))
+            self._motions = np.empty((n, 2 * (most + 1), len(Motion._fields)))
+        step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], cycles, *arguments)
+
+
+G81 = Form("G81", ReciprocationSimulation, block_text, part_program)
+"""A step is one part: a G81 with its infeeds and dwells."""

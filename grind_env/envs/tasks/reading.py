@@ -1,0 +1,272 @@
+"""Task files: TOML, with the fields of `Task` and of its tables as keys.
+
+::
+
+    [setup]                    # optional like all but a kind: what is left out is as `grind tasks --schema` says
+    wheel = "a60j"
+
+    [[kind]]                   # of cycle block; several are ground in turn
+    material = "aisi_52100"
+    stock = 0.2                # mm
+    pick = 0.01                # mm
+    width = 20                 # mm
+    length = 200               # mm
+
+Above its tables a file may say `base = "power_limited"` or `base = "shop.toml"`, the name of a task of the package or a
+file beside it. Its tables then change single keys of those of the base, and everything else of it replaces what the
+base says; `title` and `reference_cost` are a task's own and never the base's.
+
+A catalogue of the user's own comes from `[catalogue] files = ["tools.toml"]`, or stands in the task file itself, in
+tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
+"""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from grind_env.envs.names import FOLDER, shipped_names, task_names
+from grind_env.envs.tasks.definition import Task
+from grind_env.envs.tasks.tables import (
+    ActionRange,
+    Dress,
+    Due,
+    Kind,
+    Orders,
+    ReadOnly,
+    Setup,
+    Spread,
+    Start,
+    TaskError,
+    WheelChange,
+)
+from grind_env.errors import did_you_mean, quoted
+from grind_env.files import ReadError
+from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
+from grind_env.process.cost import dress_cost, running_cost
+from grind_env.process.tables import Table, checked, keys, refuse_missing, refuse_unknown, wrong
+from grind_env.process.user_catalogue import files_of
+from grind_env.toml import TomlError, read_toml
+
+SUFFIX = ".toml"
+"""By it the file of a task is told from a name."""
+
+TABLES: Mapping[str, type[Any]] = MappingProxyType(
+    {
+        "action": ActionRange,
+        "setup": Setup,
+        "dress": Dress,
+        "orders": Orders,
+        "due": Due,
+        "wheel_change": WheelChange,
+        "spread": Spread,
+        "start": Start,
+    }
+)
+"""Tables of a task file by their heading; a task has those without a default only if its file does."""
+
+OWN = ("title", "reference_cost")
+"""Keys that are never those of a base."""
+ALTERNATIVES = (("sequence", "orders"), ("speed_range", "speed_levels"))
+"""Keys of which one takes the place of the other; a file that gives one does without that of its base."""
+
+PLAIN = tuple(key for key in keys(Task) if key not in ("name", "kinds", "catalogue", "file", *TABLES))
+"""Keys of a task file above its tables."""
+LEGAL = ("base", *PLAIN, *TABLES, "kind", "catalogue", *KINDS)
+"""All keys and headings of a task file."""
+
+USUAL_ROUNDS = 30
+"""How often a task that does not say its blocks repeats the sequence."""
+DERIVED = {
+    "title": "its name",
+    "blocks": f"{USUAL_ROUNDS} times the sequence",
+    "reference_cost": "what a block costs at the middle E with one dress, every part good",
+    "sequence": "all kinds in turn",
+}
+"""What keys of `PLAIN` without a default are if a file leaves them out."""
+
+
+def load_task(source: str) -> Task:
+    """A task of blocks by its name, or the one in a file of the user.
+
+    Args:
+        source: name of a task that `GrindEnv` steps, or the path of a file, which ends in `.toml`.
+
+    Raises:
+        TaskError: if there is no such task, or as `read_task`.
+    """
+    if not is_file(source):
+        _refuse_other(source, task_names())
+    return read_task(source)
+
+
+def read_task(source: str) -> Task:
+    """As `load_task`; the tasks of environments with classes of their own have names, too.
+
+    Raises:
+        TaskError: if a file cannot be read, lacks a key, or has one that is unknown or illegal; the message names file,
+            key, value and what is legal.
+    """
+    return _from_file(Path(source)) if is_file(source) else _shipped(source)
+
+
+def is_file(source: object) -> bool:
+    """Whether a task is named by its file."""
+    return isinstance(source, str) and source.endswith(SUFFIX)
+
+
+@functools.cache
+def _shipped(name: str) -> Task:
+    _refuse_other(name, shipped_names())
+    return replace(_from_file(FOLDER / f"{name}{SUFFIX}"), file="")
+
+
+def _refuse_other(name: object, known: list[str]) -> None:
+    if name not in known:
+        hint = did_you_mean(name, known) if isinstance(name, str) else ""
+        raise TaskError(
+            f"there is no task {quoted(name)}{hint}: the tasks are {', '.join(known)}, or a file that ends in {SUFFIX}"
+        )
+
+
+def _from_file(path: Path) -> Task:
+    try:
+        return _task(path, _document(path))
+    except TaskError as error:
+        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+
+
+def _document(path: Path) -> dict[str, Any]:
+    """What a task file says, on top of what its base says."""
+    layers, seen = [_parsed(path)], [path.resolve()]
+    while "base" in layers[-1]:
+        path = _base(layers[-1].pop("base"), path)
+        try:
+            layers.append(_parsed(path))
+        except TaskError as error:
+            raise TaskError(f"base: {error}", "base", path.name) from None
+        if path.resolve() in seen:
+            raise TaskError(f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name)
+        seen.append(path.resolve())
+    document = layers.pop()
+    for own in reversed(layers):
+        document = _merged(document, own)
+    return document
+
+
+def _base(source: object, path: Path) -> Path:
+    """The file of a base that the file at `path` names."""
+    if isinstance(source, str) and is_file(source):
+        return path.parent / source
+    try:
+        _refuse_other(source, shipped_names())
+    except TaskError as error:
+        raise TaskError(f"base: {error.message}", "base", source) from None
+    return FOLDER / f"{source}{SUFFIX}"
+
+
+def _merged(base: Table, own: Table) -> dict[str, Any]:
+    """Two documents in one: tables change single keys, other values are replaced."""
+    document = {key: value for key, value in base.items() if key not in OWN}
+    if "kind" in own:
+        document.pop("sequence", None)
+    _drop_alternatives(document, own)
+    for key, value in own.items():
+        before = document.get(key)
+        if isinstance(value, Mapping) and isinstance(before, Mapping):
+            before = dict(before)
+            _drop_alternatives(before, value)
+            value = {**before, **value}
+        document[key] = value
+    return document
+
+
+def _drop_alternatives(document: dict[str, Any], own: Table) -> None:
+    for one, other in ALTERNATIVES:
+        for said, dropped in ((one, other), (other, one)):
+            if said in own and dropped not in own:
+                document.pop(dropped, None)
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    """The document of a file; names of catalogue files in it are made paths, which do not depend on where it lies."""
+    try:
+        document = read_toml(path)
+        refuse_unknown(document, LEGAL, TaskError)
+        if "catalogue" in document:
+            files = [str(file) for file in files_of(document, path.parent, TaskError)]
+            document["catalogue"] = {"files": files}
+    except ReadError as error:
+        raise TaskError(f"the task cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
+    except TomlError as error:
+        raise TaskError(f"the task is not valid TOML: {error}", file=str(path)) from None
+    except TaskError as error:
+        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+    return document
+
+
+def _task(path: Path, document: Table) -> Task:
+    given = {key: _table(kind, document[key], key) for key, kind in TABLES.items() if key in document}
+    found = document.get("kind", [])
+    if not isinstance(found, list):
+        raise wrong("kind", found, "tables, each headed [[kind]]", TaskError)
+    kinds = tuple(_kind(number, table) for number, table in enumerate(found, 1))
+    try:
+        catalogue = load_catalogue(
+            *document.get("catalogue", {}).get("files", ()),
+            document={kind: document[kind] for kind in KINDS if kind in document},
+        )
+    except CatalogueError as error:
+        raise TaskError(str(error).rstrip(".")) from None
+    values = {key: _unchanging(document[key]) for key in PLAIN if key in document}
+    values.setdefault("title", path.stem)
+    if "orders" not in given:
+        values.setdefault("sequence", tuple(kind.name for kind in kinds))
+    rounds = len(values["sequence"]) if isinstance(values.get("sequence"), tuple) else max(len(kinds), 1)
+    values.setdefault("blocks", USUAL_ROUNDS * max(rounds, 1))
+    priced = "reference_cost" in values
+    values.setdefault("reference_cost", 1.0)
+    task = Task(name=path.stem, kinds=kinds, catalogue=catalogue, file=str(path), **given, **values)
+    return task if priced else replace(task, reference_cost=usual_cost(task))
+
+
+def _kind(number: int, table: object) -> Kind:
+    try:
+        kind: Kind = _table(Kind, table, "kind")
+    except TaskError as error:
+        raise TaskError(f"kind {number}: {error.message}", error.key, error.found, error.legal) from None
+    return kind
+
+
+def _table(kind: type[Any], value: object, place: str) -> Any:
+    """An instance of a dataclass from a table of a task file."""
+    table = checked(value, place, keys(kind), TaskError)
+    refuse_missing(table, kind, place, TaskError)
+    return kind(**{key: _unchanging(value) for key, value in table.items()})
+
+
+def _unchanging(value: Any) -> Any:
+    if isinstance(value, dict):
+        return ReadOnly(value)
+    return tuple(value) if isinstance(value, list) else value
+
+
+def usual_cost(task: Task) -> float:
+    """What a block costs, $, at the geometric middle of E with one dress execution, if every part is good.
+
+    The mean over the nominal sequence: its time, the wheel volume that grinds the stock off at the reference G-ratio,
+    and the dress of a new wheel.
+    """
+    rates, wheel, dress = task.rates, task.wheel, task.dress
+    speed = math.sqrt(math.prod(task.action.speed_ends))
+    dressing = dress_cost(float(dress.passes), dress.depth, task.dress_seconds, wheel.diameter, wheel.width, rates)
+    sequence = [task.kinds[task.kind_of_block(block)] for block in range(len(task.nominal_sequence))]
+    costs = []
+    for kind in sequence:
+        p = task.parameters(kind)
+        worn = kind.stock * kind.width * kind.length / (p.Gref * p.gm)
+        costs.append(running_cost(task.nominal_seconds(kind, speed), worn, 0.0, rates) + dressing)
+    return math.fsum(costs) / len(costs)

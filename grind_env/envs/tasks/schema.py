@@ -1,0 +1,207 @@
+"""What may stand in a task file, and what stands in one with nothing left out.
+
+The dataclasses say it all: their annotations what a key may hold, their docstrings what it means.
+"""
+
+import itertools
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
+
+from grind_env.envs.docstrings import meanings
+from grind_env.envs.names import shipped_names
+from grind_env.envs.tasks.definition import Task
+from grind_env.envs.tasks.reading import DERIVED, PLAIN, TABLES
+from grind_env.envs.tasks.tables import Kind
+from grind_env.process.catalogue import KINDS, load_catalogue, quantities
+from grind_env.process.tables import Content, contents
+
+TYPES = {float: "number", int: "whole number", bool: "true or false", str: "text", tuple: "list", Mapping: "table"}
+JSON_TYPES = {float: "number", int: "integer", bool: "boolean", str: "string", tuple: "array", Mapping: "object"}
+BASE = f"task that this one is like but for what its file says: a file beside it, or {', '.join(shipped_names())}"
+FILES = "files of catalogue entries, which may name a `base` each and come on top of those of the package"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One key.
+
+    Attributes:
+        table: its table; "" above all tables.
+        key: the key.
+        content: what it may hold.
+        meaning: what it means.
+        default: its value if it is left out; None for none.
+        derived: what follows from other keys in its place; "" for a key with a default or none.
+        required: whether it must be there.
+    """
+
+    table: str
+    key: str
+    content: Content
+    meaning: str
+    default: Any = None
+    derived: str = ""
+    required: bool = False
+
+    def __str__(self) -> str:
+        """The key with type, range, unit and default: `load: number, 0 to 86400 s; default 20.0`."""
+        content = self.content
+        holds = " or ".join(content.choices) or TYPES[content.type]
+        if content.type in (tuple, Mapping):
+            holds = " ".join(filter(None, (holds, "of", str(content.count or ""), f"{TYPES[content.item]}s")))
+        span = f", {content.quantity}" if content.quantity else ""
+        default = self.derived or ("none" if self.default is None else _toml(self.default))
+        return f"{self.key}: {holds}{span}; {'required' if self.required else f'default {default}'}"
+
+
+def rows() -> list[Row]:
+    """All keys of a task file but those of catalogue entries, which `process.entries` has."""
+    tables = {**TABLES, "kind": Kind}
+    return [
+        Row("", "base", Content(str, str), BASE),
+        *(row for row in _rows("", Task) if row.key in PLAIN),
+        *(row for name, kind in tables.items() for row in _rows(name, kind)),
+        Row("catalogue", "files", Content(tuple, str), FILES),
+    ]
+
+
+def _rows(table: str, kind: Any) -> Iterator[Row]:
+    known, said = contents(kind), meanings(kind, "Attributes")
+    for item in fields(kind):
+        if item.name not in known:
+            continue
+        value = None if item.default in (MISSING, ()) else item.default
+        derived = DERIVED.get(item.name, "") if kind is Task else ""
+        required = not derived and item.default is MISSING and item.default_factory is MISSING
+        yield Row(table, item.name, known[item.name], said[item.name].rstrip("."), value, derived, required)
+
+
+def schema_text() -> str:
+    """All keys with type, unit, range, default and meaning, table by table."""
+    lines = ["Above all tables"]
+    for table, listed in itertools.groupby(rows(), key=lambda row: row.table):
+        if table:
+            lines += ["", "[[kind]], once for each kind of cycle block" if table == "kind" else f"[{table}]"]
+        for row in listed:
+            lines += [f"  {row}", f"      {row.meaning}"]
+    kinds = ", ".join(f"[{kind}.NAME]" for kind in KINDS)
+    lines += [
+        "",
+        f"{kinds}",
+        "  entries of a catalogue, as `--json` has them; a `base` in one supplies what it leaves out",
+    ]
+    return "\n".join(lines)
+
+
+def json_schema() -> dict[str, Any]:
+    """The same as a JSON Schema (2020-12) of the document, catalogue entries included."""
+    listed = rows()
+    tables = {name: _object([row for row in listed if row.table == name]) for name in {row.table for row in listed}}
+    top = tables.pop("")
+    kind = tables.pop("kind")
+    entries = {
+        name: {"type": "object", "additionalProperties": _entry_schema(name), "description": f"{name} entries by name"}
+        for name in KINDS
+    }
+    top["properties"] |= tables | {"kind": {"type": "array", "items": kind, "minItems": 1}} | entries
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "A task of grind_env", **top}
+
+
+def _entry_schema(kind: str) -> dict[str, Any]:
+    numbers = {
+        key: {"type": "number", "minimum": each.low, "maximum": each.high, "unit": each.unit}
+        for key, each in quantities(KINDS[kind]).items()
+    }
+    return {"type": "object", "properties": {"base": {"type": "string"}, **numbers}, "additionalProperties": False}
+
+
+def _object(listed: list[Row]) -> dict[str, Any]:
+    schema: dict[str, Any] = {
+        "type": "object",
+        "properties": {row.key: _property(row) for row in listed},
+        "additionalProperties": False,
+    }
+    required = [row.key for row in listed if row.required]
+    return schema | ({"required": required} if required else {})
+
+
+def _property(row: Row) -> dict[str, Any]:
+    content, item = row.content, _item_schema(row.content)
+    derived = f"; {row.derived} if left out" if row.derived else ""
+    schema: dict[str, Any] = {"description": f"{row.meaning}{derived}"}
+    if row.default is not None:
+        schema["default"] = row.default
+    if content.quantity and content.quantity.unit:
+        schema["unit"] = content.quantity.unit
+    if content.type is tuple:
+        count = {"minItems": content.count, "maxItems": content.count} if content.count else {}
+        return schema | {"type": "array", "items": item} | count
+    if content.type is Mapping:
+        return schema | {"type": "object", "additionalProperties": item}
+    return schema | item
+
+
+def _item_schema(content: Content) -> dict[str, Any]:
+    schema: dict[str, Any] = {"type": JSON_TYPES[content.item]}
+    if content.choices:
+        schema["enum"] = list(content.choices)
+    if content.quantity:
+        schema |= {"minimum": content.quantity.low, "maximum": content.quantity.high}
+    return schema
+
+
+def document(task: Task) -> dict[str, Any]:
+    """The document of a task with nothing left out: read again, it is the same task."""
+    known = load_catalogue()
+    own = {
+        kind: {
+            name: {key: getattr(entry, key) for key in quantities(KINDS[kind])}
+            for name, entry in getattr(task.catalogue, f"{kind}s").items()
+            if getattr(known, f"{kind}s").get(name) != entry
+        }
+        for kind in KINDS
+    }
+    return {
+        **{key: _plain(getattr(task, key)) for key in PLAIN if getattr(task, key) not in ((), {})},
+        **{key: _said(getattr(task, key)) for key in TABLES if getattr(task, key) is not None},
+        "kind": [_said(kind) for kind in task.kinds],
+        **{kind: entries for kind, entries in own.items() if entries},
+    }
+
+
+def _said(table: Any) -> dict[str, Any]:
+    values = {item.name: getattr(table, item.name) for item in fields(table)}
+    return {key: _plain(value) for key, value in values.items() if value is not None and value != {}}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return dict(value)
+    return list(value) if isinstance(value, tuple) else value
+
+
+def toml_text(content: Mapping[str, Any], heading: str = "") -> str:
+    """A document as TOML."""
+    tables = {key: value for key, value in content.items() if _is_table(value)}
+    lines = [f"{key} = {_toml(value)}" for key, value in content.items() if key not in tables]
+    blocks = ["\n".join(lines)] if lines else []
+    for key, value in tables.items():
+        name = f"{heading}{key if key.isidentifier() else json.dumps(key)}"
+        for each in value if isinstance(value, list) else [value]:
+            inner = toml_text(each, f"{name}.")
+            title = f"[[{name}]]" if isinstance(value, list) else f"[{name}]"
+            bare = any(not _is_table(entry) for entry in each.values())
+            blocks.append(f"{title}\n{inner}" if bare else inner)
+    return "\n\n".join(blocks)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return json.dumps(value)

@@ -1,0 +1,46 @@
+"""The catalogue of a user's document: its files, and the values that a set-up overrides in an entry.
+
+Jobs and tasks have both: `[catalogue] files = ["shop.toml"]`, and `[setup] wheel_overrides = { width = 65.0 }`.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from grind_env.process.catalogue import KINDS, Catalogue, CatalogueError, load_catalogue, quantities
+from grind_env.process.tables import Error, Table, sub_table, wrong
+
+OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
+"""Keys of a set-up that change single values of an entry."""
+
+
+def files_of(document: Table, folder: Path, error: Error) -> list[Path]:
+    """The catalogue files that a document names, which are looked for in a folder."""
+    files = sub_table(document, "catalogue", ("files",), error).get("files", [])
+    if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
+        raise wrong("catalogue.files", files, "a list of file names", error)
+    return [folder / name for name in files]
+
+
+def catalogue_of(document: Table, folder: Path, error: Error) -> Catalogue:
+    """The built-in catalogue with the files that a document names."""
+    files = files_of(document, folder, error)
+    try:
+        return load_catalogue(*files)
+    except CatalogueError as reason:
+        raise error(f"catalogue.files: {reason}", "catalogue.files", files) from None
+
+
+def entry_of(catalogue: Catalogue, key: str, name: object, setup: Table, error: Error) -> Any:
+    """The catalogue entry that a key such as `setup.wheel` names, with the overrides for its kind in the set-up."""
+    kind = key.rpartition(".")[2]
+    place = f"setup.{kind}_overrides"
+    try:
+        entry = getattr(catalogue, kind)(name)
+    except CatalogueError as reason:
+        raise error(f"{key}: {reason}", key, name) from None
+    overrides = sub_table(setup, f"{kind}_overrides", quantities(type(entry)), error, place)
+    try:
+        return replace(entry, **overrides)
+    except CatalogueError as reason:
+        raise error(f"{place}: {reason}", place, overrides) from None

@@ -1,0 +1,313 @@
+"""Tasks that users write: `grind/Task-v0` of whatever file, in both forms."""
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from grind_env.cli import main
+from grind_env.control import read
+from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.names import FOLDER, environment_id, shipped_names
+from grind_env.envs.program import conditions, job, job_from_surface
+from grind_env.envs.reciprocation.program import request_times
+from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
+from grind_env.envs.tasks.reading import TABLES
+from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
+from grind_env.machine.grind import grind
+from grind_env.machine.job import WheelStart
+from grind_env.process.state import WheelState
+from grind_env.toml import tomllib
+from tests.envs.harness import assert_same, native, row_of, sync
+
+ID = "grind/Task-v0"
+
+MINIMAL = """
+[setup]
+wheel = "a60j"
+
+[[kind]]
+material = "aisi_52100"
+stock = 0.04
+pick = 0.01
+width = 20
+length = 200
+"""
+LOT = """
+[material.hard_lot]
+base = "aisi_52100"
+wear_flat_growth = 5e-6
+
+[wheel.a60j]
+base = "a60j"
+width = 30
+"""
+SPREAD = "\n[spread]\nstock = 0.2\nmeasurement = 1\nlot_probability = 0.3\nlot_growth = 0.5\ndiamond_flat = 0.1\n"
+OWN = MINIMAL.replace("aisi_52100", "hard_lot") + LOT + SPREAD
+CYCLES = {
+    "G81": "blocks = 4\ninfeed = 0.5\n" + OWN,
+    "G82": "blocks = 4\n" + OWN,
+    "G83": "blocks = 4\ncross_pick = 12\n" + OWN.replace("width = 20", "width = 60"),
+}
+every_cycle = pytest.mark.parametrize("cycle", CYCLES)
+
+
+def written(folder: Path, text: str, name: str = "shop") -> str:
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def test_a_dozen_lines_are_a_task(tmp_path: Path) -> None:
+    path = written(tmp_path, MINIMAL)
+    env = gym.make(ID, task=path)
+    assert json.loads(env.spec.to_json())["kwargs"]["task"] == path
+    env.action_space.seed(0)
+    observation, _ = env.reset(seed=0)
+    rewards, terminated = [], False
+    while not terminated:
+        assert env.observation_space.contains(observation)
+        observation, reward, terminated, _, info = env.step(env.action_space.sample())
+        rewards.append(reward)
+    assert len(rewards) == 30 and max(rewards) < 0.0
+    assert info["block"].startswith("G82 X230. I-30. Y-.04 J-.01")
+
+
+@every_cycle
+def test_the_cycle_follows_from_the_file(cycle: str, tmp_path: Path) -> None:
+    env = gym.make(ID, task=written(tmp_path, CYCLES[cycle])).unwrapped
+    env.reset(seed=0)
+    assert env.step(np.zeros(2, np.float32))[4]["block"].startswith(cycle)
+    assert env.task.parameters(env.task.kinds[0]).kA == 5e-6 and env.task.wheel.width == 30.0
+    assert env.task.environment_id == ID
+
+
+@every_cycle
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_the_native_vector_form_is_the_single_one_bit_by_bit(cycle: str, mode: AutoresetMode, tmp_path: Path) -> None:
+    path = written(tmp_path, CYCLES[cycle])
+    ours, theirs = native(ID, 3, mode, task=path, predress=True), sync(ID, 3, mode, task=path, predress=True)
+    assert_same(ours.reset(seed=4), theirs.reset(seed=4))
+    ours.action_space.seed(1)
+    for _ in range(4):
+        actions = ours.action_space.sample()
+        assert_same(ours.step(actions), theirs.step(actions))
+
+
+@every_cycle
+def test_a_task_of_a_user_keeps_the_contract(cycle: str, tmp_path: Path) -> None:
+    path = written(tmp_path, CYCLES[cycle])
+    check_vector_env(
+        lambda mode: native(ID, 2, mode, task=path),
+        single=lambda: gym.make(ID, task=path, show_block=False),
+        steps=12,
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_names() if name != "stroke"])
+def test_a_copy_of_a_shipped_file_gives_the_episodes_of_its_id(name: str, tmp_path: Path) -> None:
+    path = written(tmp_path, (FOLDER / f"{name}.toml").read_text(encoding="utf-8"), name)
+    mine, theirs = gym.make(ID, task=path), gym.make(environment_id(name))
+    assert replace(mine.unwrapped.task, file="") == theirs.unwrapped.task
+    assert_same(mine.reset(seed=7), theirs.reset(seed=7))
+    theirs.action_space.seed(2)
+    for _ in range(6):
+        action = theirs.action_space.sample()
+        assert_same(mine.step(action), theirs.step(action))
+    assert mine.unwrapped.part_program() == theirs.unwrapped.part_program()
+
+
+def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
+    path = written(tmp_path, MINIMAL)
+    assert load_task(path).blocks == 30
+    written(tmp_path, "blocks = 7\n" + MINIMAL)
+    assert load_task(path).blocks == 7
+
+
+@pytest.mark.parametrize("task", [None, 3, "", ".toml", "no/such.toml", "a\0.toml", ["slot"]])
+def test_what_names_no_task_is_refused_in_one_sentence(task: Any) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TaskError) as caught:
+            make(ID, task=task)
+        assert str(caught.value).isprintable() and ".toml" in str(caught.value)
+
+
+# --- random files ------------------------------------------------------------------------------------------------
+
+ROWS = [row for row in rows() if row.key != "base" and row.table not in ("catalogue", "orders", "due", "wheel_change")]
+SLIPS = [None, True, "thin", -1, float("nan"), 1e300, [], {}, [1, "x"], {"a": 1}]
+
+
+def numbers(row: Any) -> st.SearchStrategy[float]:
+    """Legal numbers of a key, in whole thousandths as lengths have to be."""
+    low, high = row.content.quantity.low, min(row.content.quantity.high, 1e4)
+    if row.content.item is int:
+        return st.integers(int(low), int(min(high, 60)))
+    return st.floats(low, high).map(lambda value: min(max(round(value, 3), low), high))
+
+
+def legal(row: Any) -> st.SearchStrategy[Any]:
+    content = row.content
+    if content.choices:
+        return st.sampled_from(content.choices)
+    if content.type is tuple and content.item is float:
+        size = content.count or 3
+        return st.lists(numbers(row), min_size=size, max_size=size, unique=True).map(sorted)
+    if content.quantity and content.type in (int, float):
+        return numbers(row)
+    return st.booleans() if content.type is bool else st.just(SUITABLE.get(row.key, {}))
+
+
+SUITABLE = {"material": "inconel_718", "wheel": "b126", "dresser": "single_point", "fluid": "emulsion"} | {
+    "machine": "default", "sequence": ["part"], "title": "Flügel (2)\nO9 %", "name": "part"
+}  # fmt: skip
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> dict[str, Any]:
+    """A file of a few legal values beside those of the smallest one, or with one key misspelt, missing or illegal."""
+    content = tomllib.loads("blocks = 4\n" + MINIMAL)
+    for row in draw(st.lists(st.sampled_from(ROWS), max_size=5, unique=True)):
+        value = draw(legal(row))
+        place = (
+            content
+            if not row.table
+            else content["kind"][0]
+            if row.table == "kind"
+            else content.setdefault(row.table, {})
+        )
+        place[row.key] = value
+    slip = draw(st.sampled_from(["none", "none", "value", "key", "missing"]))
+    if slip != "none":
+        place = draw(st.sampled_from([content, content["setup"], content["kind"][0]]))
+        key = draw(st.sampled_from(sorted(place)))
+        value = place.pop(key)
+        if slip == "value":
+            place[key] = draw(st.sampled_from(SLIPS[1:]))
+        if slip == "key":
+            place[f"{key}_"] = value
+    return content
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(content=documents())
+def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_path: Path) -> None:
+    path = written(tmp_path, toml_text(content))
+    try:
+        env = gym.make(ID, task=path).unwrapped
+    except TaskError as error:
+        assert str(error).startswith(path) and str(error).isprintable()
+        return
+    observation, _ = env.reset(seed=0)
+    vector = native(ID, 2, task=path)
+    assert_same(vector.reset(seed=0)[0][0], observation)
+    for action in (np.array([1.0, 1.0], np.float32), np.array([-1.0, -1.0], np.float32), np.zeros(2, np.float32)):
+        if env.episodes.block[0] >= env.task.blocks:
+            break
+        stepped = env.step(action)
+        assert env.observation_space.contains(stepped[0]) and np.isfinite(stepped[1])
+        assert_same(row_of(vector.step(np.tile(action, (2, 1))), 0)[:3], stepped[:3])
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
+def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
+    content: dict[str, Any], cycle: str, seed: int, tmp_path: Path
+) -> None:
+    content = {key: value for key, value in content.items() if key not in ("infeed", "cross_pick")}
+    own = {"G81": {"infeed": 0.5}, "G82": {}, "G83": {"cross_pick": 12.0}}[cycle]
+    if isinstance(content.get("setup"), dict):
+        content["setup"]["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
+    if cycle == "G83" and isinstance(content.get("kind"), list):
+        content["kind"][0]["width"] = 60.0
+    try:
+        env = gym.make(ID, task=written(tmp_path, toml_text(content | own)), predress=True).unwrapped
+    except TaskError:
+        return
+    env.reset(seed=seed)
+    env.action_space.seed(seed)
+    task, wheel = env.task, WheelState(*env.episodes.wheels[0])
+    count = min(task.blocks, 3)
+    infos = [env.step(env.action_space.sample())[4] for _ in range(count)]
+    shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_from_surface(task)
+    start = WheelStart(
+        diameter=wheel.ds,
+        diamond_flat=wheel.wd,
+        wear_flat_area=task.start.wear_flat_area,
+        volume_since_dress=task.start.volume,
+    )
+    programs = read(env.part_program())
+    control = replace(shop.control, operator_dress_at=request_times(programs, shop.control)) if cycle == "G81" else None
+    parts = conditions(task, env.episodes.tape[0])[:count]
+    record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
+    assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
+    assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
+    left = WheelState(*env.episodes.wheels[0])
+    for name in ("ds", "A", "W"):
+        assert record.strokes[name][-1] == pytest.approx(getattr(left, name), rel=1e-9, abs=1e-12), name
+
+
+# --- schema ------------------------------------------------------------------------------------------------------
+
+
+def test_the_schema_has_every_key_with_its_meaning() -> None:
+    found = {(row.table, row.key) for row in rows()}
+    wanted = {(name, item.name) for name, kind in {**TABLES, "kind": Kind}.items() for item in fields(kind)}
+    own = {("", item.name) for item in fields(Task)} - {
+        ("", name) for name in ("name", "kinds", "catalogue", "file", *TABLES)
+    }
+    assert found == wanted | own | {("", "base"), ("catalogue", "files")}
+    assert all(row.meaning for row in rows())
+
+
+def test_every_shipped_file_fits_the_json_schema_and_a_slip_does_not() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    for text in [(FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in shipped_names()] + [
+        *CYCLES.values()
+    ]:
+        validator.validate(tomllib.loads(text))
+    for old, new in (("stock = 0.04", "stock = -1"), ("stock = 0.04", "stok = 1"), ("stock = 0.04", "")):
+        assert not validator.is_valid(tomllib.loads(MINIMAL.replace(old, new)))
+
+
+@pytest.mark.parametrize("name", [*shipped_names(), *CYCLES])
+def test_what_is_printed_of_a_task_is_the_task(name: str, tmp_path: Path) -> None:
+    task = load_task(written(tmp_path, CYCLES[name])) if name in CYCLES else read_task(name)
+    again = read_task(written(tmp_path, toml_text(document(task)), "again"))
+    assert replace(again, name=task.name, file=task.file) == task
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as ended:
+        main(["tasks", *arguments])
+    out, err = capsys.readouterr()
+    return int(ended.value.code or 0), out, err
+
+
+def test_grind_tasks_checks_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = written(tmp_path, CYCLES["G83"])
+    status, out, err = run(capsys, path)
+    assert (status, err) == (0, "") and tomllib.loads(out) == document(load_task(path))
+    assert json.loads(run(capsys, path, "--json")[1]) == document(load_task(path))
+    status, out, err = run(capsys, written(tmp_path, MINIMAL.replace("pick", "pik")))
+    assert (status, out) == (2, "")
+    assert (
+        err.startswith(f"grind: {path}: kind 1: there is no key kind.pik (did you mean pick?)") and err.count("\n") == 1
+    )
+
+
+def test_grind_tasks_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "--schema")
+    assert (status, err) == (0, "")
+    assert "  wheel_speed: number, 5 to 150 m/s; default 30.0\n      surface speed of the new wheel\n" in out
+    assert json.loads(run(capsys, "--schema", "--json")[1]) == json_schema()
