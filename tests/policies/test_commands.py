@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 
 import grind_env
@@ -57,6 +58,22 @@ def test_every_environment_is_evaluated_under_every_name_of_the_option(
     assert json.loads(out)["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
 
 
+def test_a_task_file_is_evaluated(tmp_path: Path, grind: Callable[..., Ended]) -> None:
+    path = tmp_path / "shop.toml"
+    path.write_text('base = "oracle6"\nblocks = 3\n', encoding="utf-8")
+    status, out, _ = grind("evaluate", "--task", path, "--policy", "E9D1", "--episodes", 2, "--json")
+    answer = json.loads(out)
+    assert (status, answer["env"], answer["name"]) == (0, "grind/Task-v0", "shop")
+    assert "score" not in answer
+    env, totals = gym.make("grind/Task-v0", task=str(path)), []
+    for seed in episode_seeds("evaluation", 2):
+        env.reset(seed=seed)
+        infos = [env.step(env.unwrapped.codec.encode(9000.0, 1.0)[0])[-1] for _ in range(3)]
+        totals.append([sum(info[name] for info in infos) for name in ("block_cost", "good_parts")])
+    cost, good = map(sum, zip(*totals, strict=True))
+    assert answer["cost_per_good_part"] == pytest.approx(cost / good)
+
+
 def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Callable[..., Ended]) -> None:
     command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
     assert json.loads(grind(*command, "--json")[1])["paired"] is False
@@ -87,6 +104,8 @@ def test_without_a_window_the_episode_is_shown_as_text(grind: Callable[..., Ende
 BAD = {
     "no problem": (("--env", "no_such"), "there is no problem 'no_such'"),
     "an id without E and D": (("--env", "grind/Wen-v0"), "there is no problem 'grind/Wen-v0'"),
+    "no task file": (("--task", "no_such.toml"), "no_such.toml"),
+    "a task file that is none": (("--task", "junk.toml"), "junk.toml"),
     "no policy": (("--policy", "no_such"), "there is no policy 'no_such'"),
     "a policy of other environments": (
         ("--env", "stroke", "--policy", "look_ahead"),
@@ -117,6 +136,7 @@ def test_a_users_mistake_is_one_sentence(
     monkeypatch.chdir(tmp_path)
     Path("jobless.nc").write_text((EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8"), encoding="utf-8")
     Path("junk.nc").write_text("G82 X[ I\n", encoding="utf-8")
+    Path("junk.toml").write_text("kinds = 3\n", encoding="utf-8")
     words = tuple({"JOBLESS": "jobless.nc", "JUNK": "junk.nc"}.get(word, word) for word in words)
     given = words if "--policy" in words else (*words, "--policy", "handbook")
     status, out, err = grind(command, *given)

@@ -153,3 +153,11 @@ def test_episodes_of_different_lengths_are_joined() -> None:
         np.testing.assert_array_equal(getattr(joined, name), getattr(together, name))
     # means are of the steps that there were
     assert joined.dresses == pytest.approx(sum(float(part.executions.sum()) for part in parts) / sum(lengths))
+
+
+def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
+    simulation = shortened("stroke", 3)
+    run = evaluate(Handbook(), simulation, range(4))
+    assert np.nansum(run.executions, axis=1).tolist() == [3.0] * 4
+    assert (run.executions[:, 0] == 1.0).all()
+    assert (run.speeds[~np.isnan(run.speeds)] == 12_000.0).all()
