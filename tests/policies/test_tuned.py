@@ -1,15 +1,19 @@
 import dataclasses
+import re
+from pathlib import Path
 
 import pytest
 
+import grind_env
 from agents.coefficients import RULES, entry_names, from_vector
 from agents.tune import tunable, tune
 from grind_env.policies.evaluation import episode_seeds, evaluate
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
 from tests.policies.harness import simulated
 
+EXAMPLES = Path(grind_env.__file__).with_name("examples")
 PLATES, ORACLE = simulated("power_limited"), simulated("oracle6")
 TUNED = Tuned(
     parameters={"E": [10.5, 7.0], "D": [1, 0], "gA": -0.5},
@@ -99,9 +103,15 @@ def test_the_tuned_rule_slows_down_as_the_wheel_dulls():
     assert -0.9 <= read_tuned("power_limited")["adaptive_rule"].parameters["gA"] <= -0.5
 
 
+def problem_of(name: str) -> Problem:
+    """The problem that a file of parameters is for; those of an example program end in how often it is run."""
+    batch = re.fullmatch(r"(.+)_x(\d+)", name)
+    return find_problem(name) if batch is None else find_problem(str(EXAMPLES / f"{batch[1]}.nc"), parts=int(batch[2]))
+
+
 @pytest.mark.parametrize("task", sorted(path.stem for path in CONFIGS.glob("*.toml")))
 def test_the_files_hold_what_their_parameters_cost(task):
-    simulation, tuned = find_problem(task).simulation(), read_tuned(task)
+    simulation, tuned = problem_of(task).simulation(), read_tuned(task)
     assert list(tuned) == tunable(simulation)
     # a look-ahead takes seconds an evaluation
     for name in set(tuned) - ({"look_ahead"} if task != "oracle6" else set()):
