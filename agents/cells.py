@@ -18,6 +18,7 @@ import numpy as np
 
 from agents.provenance import ROOT
 from grind_env.envs.contexts import SPLITS
+from grind_env.envs.names import OTHERS
 from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, split_of, start_episodes
@@ -33,7 +34,14 @@ CHUNK = 64
 """Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
-UNPROBED = ("grind_env.belief.", "grind_env.envs.memory", "grind_env.envs.model", "grind_env.kernel.layers")
+UNPROBED = (
+    "grind_env.belief.",
+    "grind_env.envs.memory",
+    "grind_env.envs.model",
+    "grind_env.envs.simulation",
+    *(f"grind_env.envs.{name}.simulation" for name in OTHERS),
+    "grind_env.kernel.layers",
+)
 """Where else lies what decides what a policy sees or does, and what the probe of a problem does not run."""
 RANGES_OF = {"test": SPLITS["test"]}
 """What the contexts of a split of seeds are drawn from, where it is not everything."""
@@ -65,7 +73,8 @@ def kept_evaluation(
     """
     simulation = problem.simulation()
     place = folder / problem.name / "cells" / policy.name
-    decides = f"{sources(type(policy).__module__)} {behaviour(simulation)} {policy!r}"
+    made_of = sources(type(policy).__module__), sources(type(simulation).__module__)
+    decides = f"{made_of} {behaviour(simulation)} {policy!r}"
     code = hashlib.sha256(decides.encode()).hexdigest()
     drawn_from = RANGES_OF.get(split_of(seeds.start))
     chunks = []

@@ -91,6 +91,11 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         return _of_program(None, job, parts)
     path = Path(text)
     if path.suffix == ".toml":
+        if path.stem in names:
+            raise ProblemError(
+                f"{text} has the name of a task of this package, and its results would take the place"
+                f" of those of {path.stem}: rename the file"
+            )
         return Problem(path.stem, TASK, (("task", text),))
     if path.is_file():
         return _of_program(text, job, parts)
