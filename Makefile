@@ -43,7 +43,7 @@ notebooks: setup
 
 # One page for each registered environment, written from the code, and their index.
 docs: setup
-	$(BIN)/python -m grind_env.envs.pages build/docs
+	$(BIN)/python -m grind_env.pages build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

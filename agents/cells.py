@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from agents.provenance import ROOT
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import SPLITS
 from grind_env.envs.names import OTHERS
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, split_of, start_episodes
 from grind_env.policies.policy import Policy

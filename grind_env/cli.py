@@ -248,10 +248,10 @@ def tasks(
     from rich.table import Column, Table
 
     from grind_env.envs.form import check_task
-    from grind_env.envs.pages import page, summaries, summary
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text
+    from grind_env.pages import page, summaries, summary
 
     if schema:
         print(json.dumps(json_schema()) if as_json else schema_text())

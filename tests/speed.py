@@ -18,11 +18,11 @@ from rich.console import Console
 from rich.table import Table
 
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
-from grind_env.envs.episode import EpisodeGenerator
+from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.blocks.tables import kind_row, shop_row
 from grind_env.envs.reciprocation.infeed import write_motions
 from grind_env.envs.reciprocation.program import TASK
 from grind_env.envs.reciprocation.step import feeding_of, infeed_of
-from grind_env.envs.rows import kind_row, shop_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.batch import (
     CYCLE,

@@ -10,7 +10,7 @@ import pytest
 
 from agents.benchmark.results import PARQUET, read_results
 from agents.benchmark.trained import from_file
-from agents.dress_table import read_study
+from agents.dressing.table import read_study
 from agents.learning.curve import read_curve
 from agents.learning.settings import settings_for
 from grind_env import files

@@ -35,8 +35,8 @@ def dataset(
     """
     import minari
 
-    from agents.dataset_writer import PLACE
-    from agents.datasets import dataset_id, datasets_folder, make_dataset
+    from agents.offline.dataset import dataset_id, datasets_folder, make_dataset
+    from agents.offline.writer import PLACE
     from grind_env.policies.naming import Unzip, chosen_policy
 
     problem = find_problem(task, job, parts)

@@ -42,8 +42,8 @@ def study(
     results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = FOLDER,
 ) -> None:
     """Cost against dress interval, dress lead and depth, and what decides when to dress."""
-    from agents.dress_figure import dress_figure
-    from agents.dress_study import count, csv_text, dress_study
+    from agents.dressing.figure import dress_figure
+    from agents.dressing.study import count, csv_text, dress_study
 
     problems = [find_problem(name, job, parts) for name in (task_names() if task is None else [task])]
     deciders = {each.name: deciding(each) for each in problems}
@@ -57,7 +57,7 @@ def study(
             write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
     print(f"tables and pictures: {results}")
     if results.resolve() == FOLDER:
-        from agents.dress_table import write_readme
+        from agents.dressing.table import write_readme
 
         write_readme(results)
         print("written to README.md")

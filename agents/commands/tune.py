@@ -50,7 +50,7 @@ def tuning(
     """
     problem = find_problem(task, job, parts)
     if kind is None:
-        from agents.tune import tune
+        from agents.tuning.rules import tune
 
         names = None if policies is None else [name.strip() for name in policies.split(",")]
         tuned = tune(
@@ -68,7 +68,7 @@ def tuning(
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
         return
     # torch takes seconds to load
-    from agents.hyperparameters import Search, tune_learner
+    from agents.tuning.learners import Search, tune_learner
 
     search = Search(
         trials=trials,

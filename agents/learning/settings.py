@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from grind_env.errors import quoted, reason
-from grind_env.policies.learned.view import Actions, Memory
+from grind_env.policies.learned.view import Actions, MemoryKind
 from grind_env.policies.tuned import ConfigError
 from grind_env.toml import read_toml
 
@@ -34,7 +34,7 @@ class Settings:
     steps: int
     """Environment steps of a whole training."""
     envs: int
-    memory: Memory
+    memory: MemoryKind
     actions: Actions
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic."""
@@ -46,7 +46,7 @@ class Settings:
     def __post_init__(self) -> None:
         # in one order, so that equal settings read the same
         object.__setattr__(self, "hyper", dict(sorted(self.hyper.items())))
-        for name, legal in (("memory", get_args(Memory)), ("actions", get_args(Actions))):
+        for name, legal in (("memory", get_args(MemoryKind)), ("actions", get_args(Actions))):
             if getattr(self, name) not in legal:
                 raise ConfigError(f"{name} is {quoted(getattr(self, name))}, but must be one of {', '.join(legal)}")
         for name in ("steps", "envs", *(["hidden"] if self.hidden else [])):

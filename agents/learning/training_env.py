@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from grind_env.envs.rows import Outcome, reward_terms
+from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.policies.learned.view import FORMS, Actions, LearnerView, Memory
+from grind_env.policies.learned.view import FORMS, Actions, LearnerView, MemoryKind
 from grind_env.policies.problem import Problem
 from grind_env.sb3.adapter import SB3VecEnv
 
@@ -77,7 +77,7 @@ class LearnerVecEnv(SB3VecEnv):
         self,
         problem: Problem,
         envs: int,
-        memory: Memory = "belief",
+        memory: MemoryKind = "belief",
         actions: Actions = "grid",
         worst_reward: float = -10.0,
     ) -> None:

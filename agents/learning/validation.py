@@ -8,7 +8,7 @@ from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, evaluate
-from grind_env.policies.learned.view import Actions, LearnerView, Memory
+from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
@@ -22,7 +22,7 @@ class LiveAgent:
 
     sees: Sees = "measurements"
 
-    def __init__(self, model: BaseAlgorithm, memory: Memory, actions: Actions) -> None:
+    def __init__(self, model: BaseAlgorithm, memory: MemoryKind, actions: Actions) -> None:
         self.name = "agent in training"
         self.model, self.memory, self.actions = model, memory, actions
 

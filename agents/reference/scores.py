@@ -14,7 +14,7 @@ from agents.cells import RESULTS, RUNS, kept_evaluation
 from agents.provenance import provenance
 from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
-from agents.tune import tune
+from agents.tuning.rules import tune
 from grind_env.envs.names import OTHERS, environment_id, task_names
 from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds

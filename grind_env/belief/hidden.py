@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 
 CUT = 1.8
 """Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""

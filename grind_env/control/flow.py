@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from grind_env.control.reader import Program, Source
+from grind_env.control.reader import Program, SourceText
 
 TEXT_END = "text end"
 """How a program ends whose text does, before an M02, M30 or M99."""
@@ -17,14 +17,14 @@ class BlockStream:
     def __init__(self, program: Program) -> None:
         self.program = program
         self._blocks = iter(program.blocks)
-        self._ahead: deque[Source] = deque()
+        self._ahead: deque[SourceText] = deque()
 
-    def __iter__(self) -> Iterator[Source]:
+    def __iter__(self) -> Iterator[SourceText]:
         """Take the blocks one by one."""
         while self._ahead or self._draw():
             yield self._ahead.popleft()
 
-    def ahead(self) -> Iterator[Source]:
+    def ahead(self) -> Iterator[SourceText]:
         """Look at the blocks not yet taken, in order."""
         for index in itertools.count():
             if index >= len(self._ahead) and not self._draw():

@@ -16,7 +16,7 @@ from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, Progr
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
 from grind_env.control.rewriting import with_words
-from grind_env.control.table import Table
+from grind_env.control.table import Reciprocator
 from grind_env.control.timeline import Timeline
 
 DEEPEST = 4
@@ -34,7 +34,7 @@ class Interpreter:
         self.timeline = Timeline(control, self.budget)
         self.mover = Mover(self.timeline, control, programs.main.place)
         self.interruptions = Interruptions(self.mover, programs, control, self._execute_between)
-        self.table = Table(self.mover, self.interruptions, control)
+        self.table = Reciprocator(self.mover, self.interruptions, control)
         self.calls: list[Call] = []
         self.rounds: Rounds | None = None
         self.chosen: dict[str, str] = {}

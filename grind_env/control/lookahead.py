@@ -19,7 +19,7 @@ from grind_env.control.geometry import Path, Straight
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
-from grind_env.control.reader import HIGHEST_PROGRAM, Program, Source, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Program, SourceText, read_block
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 PRESET_CODES = ("G92", "G92.1")
@@ -146,7 +146,7 @@ class _Walk:
         self._find = find
         self.ended = False
 
-    def __iter__(self) -> Iterator[Source]:
+    def __iter__(self) -> Iterator[SourceText]:
         while not self.ended:
             source = next(self._levels[-1][1], None)
             if source is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.source import Mark, Scanner, Source, Text, changed, text_in, text_of
+from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import Block, Word, read_block
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "Blocks",
     "Program",
     "Programs",
-    "Source",
+    "SourceText",
     "Word",
     "read",
     "read_block",
@@ -49,13 +49,13 @@ class Blocks:
     text: Text
     start: Mark
     count: int
-    last: Source | None
+    last: SourceText | None
 
     def __len__(self) -> int:
         """The number of blocks."""
         return self.count
 
-    def __iter__(self) -> Iterator[Source]:
+    def __iter__(self) -> Iterator[SourceText]:
         """Read them from the first one on; the text is closed with the iterator.
 
         Raises:
@@ -66,7 +66,7 @@ class Blocks:
         else:
             yield from self._read()
 
-    def _read(self) -> Iterator[Source]:
+    def _read(self) -> Iterator[SourceText]:
         left = self.count
         if not left:
             return
@@ -80,7 +80,7 @@ class Blocks:
 
 
 @functools.lru_cache(maxsize=64)
-def _kept(blocks: Blocks) -> tuple[Source, ...]:
+def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
     """The blocks of a short program, which may be called a thousand times over."""
     return tuple(blocks._read())
 
@@ -180,7 +180,7 @@ def _split(text: Text, folder: Path | None) -> Programs:
     return Programs(text.name, programs, folder)
 
 
-def _has_words(source: Source) -> bool:
+def _has_words(source: SourceText) -> bool:
     """Whether a block holds more than comments; a faulty one does."""
     try:
         return bool(read_block(source).words)
@@ -188,7 +188,7 @@ def _has_words(source: Source) -> bool:
         return True
 
 
-def _program_number(source: Source) -> int:
+def _program_number(source: SourceText) -> int:
     block = read_block(source)
     name, *others = block.words
     if others:

@@ -29,7 +29,7 @@ _WITHIN_LINE = ("", ";", "%")
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 
 
-class Source(NamedTuple):
+class SourceText(NamedTuple):
     """The text of one block as it stands in the file; line and column count from 1."""
 
     file: str
@@ -101,7 +101,7 @@ class Scanner:
         self._handle, self._text, self._start = handle, text, start
         self._last: tuple[re.Match[str], int, int, int] | None = None
 
-    def __iter__(self) -> Iterator[Source]:
+    def __iter__(self) -> Iterator[SourceText]:
         """Read the blocks.
 
         Raises:
@@ -116,7 +116,7 @@ class Scanner:
                 block = text.strip()
                 if block:
                     self._last = match, offset, line, line_begin
-                    source = Source(name, line, match.start() + text.index(block) - line_begin + 1, block)
+                    source = SourceText(name, line, match.start() + text.index(block) - line_begin + 1, block)
                     if len(block) > LONGEST_BLOCK:
                         message = f"the block has {len(block)} characters; {LONGEST_BLOCK} are allowed"
                         raise source.place.error("block-format", message)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
-from grind_env.control.cycles.block import Memory, Situation, plan_cycle, redirect
+from grind_env.control.cycles.block import ModalWords, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
 from grind_env.control.grinding import grind, grind_whole, least_strokes
 from grind_env.control.interruptions import Interruptions
@@ -17,7 +17,7 @@ from grind_env.control.paths import AXES, displaced
 from grind_env.control.reciprocation import Reciprocation
 
 
-class Table:
+class Reciprocator:
     """Cycles and the reciprocation that outlives them.
 
     Attributes:
@@ -26,7 +26,7 @@ class Table:
 
     def __init__(self, mover: Mover, interruptions: Interruptions, control: Control) -> None:
         self.timeline, self.mover, self.interruptions, self.control = mover.timeline, mover, interruptions, control
-        self.memory = Memory()
+        self.memory = ModalWords()
 
     def redirect(self, command: Command) -> None:
         """Let the words of a motion block change the reciprocation under way, and E the feed of later cycles."""
@@ -121,7 +121,9 @@ class Table:
 
 
 @functools.lru_cache(maxsize=256)
-def _planned(command: Command, memory: Memory, situation: Situation, origin: Position) -> tuple[CyclePlan, Memory]:
+def _planned(
+    command: Command, memory: ModalWords, situation: Situation, origin: Position
+) -> tuple[CyclePlan, ModalWords]:
     """The plan in machine coordinates, and the memory, of a block that may be executed for many parts."""
     plan, memory = plan_cycle(command, memory, situation)
     return _on_machine(plan, origin), memory

@@ -5,7 +5,7 @@ import re
 from typing import NamedTuple
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.source import Source
+from grind_env.control.source import SourceText
 from grind_env.errors import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
@@ -54,7 +54,7 @@ class Word(NamedTuple):
 class Block(NamedTuple):
     """A block that has been read: its words in textual order, without the N word."""
 
-    source: Source
+    source: SourceText
     place: Place
     words: tuple[Word, ...]
 
@@ -64,7 +64,7 @@ class Block(NamedTuple):
 
 
 @functools.lru_cache(maxsize=1024)
-def read_block(source: Source) -> Block:
+def read_block(source: SourceText) -> Block:
     """Read the words of a block.
 
     Raises:

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, is_full, refuse_render
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.form import check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task, load_task

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from grind_env.envs.program import block_text, coming_block, job, part_program
+from grind_env.envs.blocks.program import block_text, coming_block, job, part_program
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.view import view_of

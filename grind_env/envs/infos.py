@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.rows import Outcome, reward_terms
+from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 

@@ -24,7 +24,7 @@ class WrapperError(GrindError):
     """An environment that a wrapper cannot wrap, or a bad argument."""
 
 
-class Memory(Protocol):
+class EpisodeMemory(Protocol):
     """What N episodes have shown so far, as one flat observation each."""
 
     space: spaces.Box[np.float32]
@@ -76,7 +76,7 @@ class StackMemory:
         self.stack[mask] = 0.0
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Move the stack on by one; see `Memory`."""
+        """Move the stack on by one; see `EpisodeMemory`."""
         self.stack[mask, :-1] = self.stack[mask, 1:]
         self.stack[mask, -1, : self.entries] = observations[mask]
         self.stack[mask, -1, self.entries :] = 0.0
@@ -119,7 +119,7 @@ class BeliefMemory:
         self.belief.restart(mask)
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Update the belief; the actions are read from the observation. See `Memory`."""
+        """Update the belief; the actions are read from the observation. See `EpisodeMemory`."""
         belief = np.stack(self.belief.update(observations, mask), axis=1)
         scaled = np.clip(belief / self.scale, self.low, self.high)
         self.shown[mask] = np.concatenate([observations, scaled], axis=1)[mask]

@@ -16,13 +16,13 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.step import CYCLE_FIELDS, NEW_PART, step_blocks
+from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory, kind_table, parameter_table, shop_row
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
-from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.observations import Reading, physical, readings, scaling
-from grind_env.envs.observe import observe_blocks
-from grind_env.envs.rows import KindRow, Memory, Outcome, Shop, kind_table, parameter_table, shop_row
-from grind_env.envs.step import CYCLE_FIELDS, NEW_PART, step_blocks
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
@@ -109,7 +109,7 @@ class Simulation:
         self.change_shop(self.shop)
         self._generator = generator
         self._first_part = np.array(NEW_PART)
-        nothing = Memory(*[0.0] * len(Memory._fields))
+        nothing = ShopMemory(*[0.0] * len(ShopMemory._fields))
         self._first_memory = np.array(nothing._replace(gauged=-1.0, volume=self.task.start.volume, survival=1.0))
 
     def change_shop(self, shop: Shop) -> None:
@@ -130,7 +130,7 @@ class Simulation:
             np.zeros(n, np.int64),
             np.empty((n, len(WheelState._fields))),
             np.empty((n, len(PartState._fields))),
-            np.empty((n, len(Memory._fields))),
+            np.empty((n, len(ShopMemory._fields))),
         )
 
     def restart(self, episodes: Episodes, i: int, rng: np.random.Generator, given: Given | None = None) -> None:

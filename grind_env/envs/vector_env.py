@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import Form, check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading, bounds
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_common import (

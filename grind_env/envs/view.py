@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.program import block_text
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.program import block_text
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece

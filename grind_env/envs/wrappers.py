@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from grind_env.envs.contexts import option_items
-from grind_env.envs.memory import Array, BeliefMemory, Flags, Memory, StackMemory, WrapperError, belief_entries
+from grind_env.envs.memory import Array, BeliefMemory, EpisodeMemory, Flags, StackMemory, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
 from grind_env.envs.simulation import Simulation
 
@@ -24,7 +24,7 @@ AnyVectorEnv = VectorEnv[Any, Any, Any]
 class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
     """A single environment that shows a memory of its episode."""
 
-    def __init__(self, env: AnyEnv, memory: Memory) -> None:
+    def __init__(self, env: AnyEnv, memory: EpisodeMemory) -> None:
         gym.Wrapper.__init__(self, env)
         self.memory = memory
         self.observation_space = memory.space
@@ -45,7 +45,7 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
 class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
     """A vector environment that shows a memory of every episode, in any autoreset mode."""
 
-    def __init__(self, env: AnyVectorEnv, memory: Memory) -> None:
+    def __init__(self, env: AnyVectorEnv, memory: EpisodeMemory) -> None:
         VectorWrapper.__init__(self, env)
         self.memory = memory
         self.single_observation_space = memory.space

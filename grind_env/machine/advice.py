@@ -89,7 +89,7 @@ def destroying_infeed(depth: float, feed: float) -> str:
     return f"an infeed {depth:.3g} mm deep at F{feed:g} mm/min destroys the wheel; take smaller steps or a higher F"
 
 
-def groove_outside_model(cut: state.Stroke) -> str | None:
+def groove_outside_model(cut: state.StrokeResult) -> str | None:
     """What to say about an infeed beyond the limits of validity of the process model; None within them."""
     if cut.ae <= 0.0:
         return None

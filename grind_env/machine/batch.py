@@ -9,7 +9,7 @@ import numpy as np
 
 from grind_env.control.cycles import RULES
 from grind_env.kernel import entry
-from grind_env.kernel.rows import dtype_of
+from grind_env.kernel.columns import dtype_of
 from grind_env.machine.courses import COURSES
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FEED

@@ -7,10 +7,10 @@ from grind_env.machine import cycle, tally
 from grind_env.machine.tally import Tally
 from grind_env.process import cost, stroke
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
-class Verdict(NamedTuple):
+class PartVerdict(NamedTuple):
     """What a part has cost, in $, and how likely it is to be good."""
 
     survival: float
@@ -24,7 +24,7 @@ class Verdict(NamedTuple):
 
 
 @entry
-def count_stroke(before: Tally, done: Stroke, seconds: float, plunge: bool) -> Tally:
+def count_stroke(before: Tally, done: StrokeResult, seconds: float, plunge: bool) -> Tally:
     """A tally with one more stroke; `plunge` says whether it has gone deeper than any before it."""
     return tally.count_stroke(before, done, seconds, 0.0, plunge, False, False)
 
@@ -68,7 +68,7 @@ def judge(
     rates: Rates,
     scrap_price: float,
     earlier: float,
-) -> Verdict:
+) -> PartVerdict:
     """Cost and survival of a part.
 
     Arguments as in `process.cost`; `scrap_price` in $, `earlier` the probability that it was good in its stages before.
@@ -77,7 +77,7 @@ def judge(
     time_cost, wheel_cost, dress_cost = cost.expenses(seconds, wheel_volume, dresses, rates)
     scrap_cost = scrap_price * (1.0 - survival)
     total_cost = time_cost + wheel_cost + dress_cost + scrap_cost
-    return Verdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)
+    return PartVerdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)
 
 
 @entry

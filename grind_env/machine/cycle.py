@@ -7,7 +7,7 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke
 from grind_env.process.equations import wheel_speed
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
 
 
@@ -82,7 +82,7 @@ def advance(
     part: PartState,
     tally: Tally,
     p: StrokeParameters,
-) -> tuple[WheelState, PartState, Tally, Stroke]:
+) -> tuple[WheelState, PartState, Tally, StrokeResult]:
     """One stroke.
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import inlined
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.courses import Course
 from grind_env.machine.cycle import stroke_seconds
 from grind_env.machine.rules import travelled

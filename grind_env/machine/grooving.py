@@ -22,7 +22,7 @@ from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.strips import Strips, grind_strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 PLACE_DECIMALS = 6
 """Decimals, mm, to which the coordinates of two infeeds of one groove agree."""
@@ -68,7 +68,9 @@ class Grooves:
         """In the order in which they were begun."""
         return iter(self._grooves.values())
 
-    def grind(self, wheel: WheelState, event: Infeed, p: StrokeParameters) -> tuple[WheelState, Stroke, float] | None:
+    def grind(
+        self, wheel: WheelState, event: Infeed, p: StrokeParameters
+    ) -> tuple[WheelState, StrokeResult, float] | None:
         """One infeed of the wheel.
 
         Args:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, lane_reader, lane_writer
+from grind_env.kernel.columns import column_reader, lane_reader, lane_writer
 from grind_env.machine.courses import Course
 from grind_env.machine.cycle import PartState, advance, dress, measured, stroke_seconds
 from grind_env.machine.rows import (
@@ -27,7 +27,7 @@ from grind_env.machine.rows import (
 )
 from grind_env.machine.surfaces import Buffer, Place, Surface, whole, zoned
 from grind_env.machine.tally import Tally
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 LANES = 8
 """Machines at once: one AVX-512 or two AVX2 registers wide."""
@@ -86,7 +86,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         return Place(Z=depth(cycle, progress), edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
-    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> Stroke:
+    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> StrokeResult:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
         cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
         wheel, part, tally, stroke = advance(

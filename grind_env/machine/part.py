@@ -22,7 +22,7 @@ from grind_env.machine.tally import NOTHING
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 Ends: TypeAlias = tuple[float, float]
 """Reversal points between which the table moves, mm."""
@@ -72,7 +72,7 @@ class PartConditions:
 class Pass(NamedTuple):
     """What an infeed amounts to on the part."""
 
-    stroke: Stroke
+    stroke: StrokeResult
     b: float
     """Engaged width, mm."""
     Lw: float

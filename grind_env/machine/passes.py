@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.cycle import dress_lead
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.rows import Table
 from grind_env.machine.strips import IDLE, Strips, grind_strips
 from grind_env.machine.tally import Tally, count_dress, count_stroke
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel
 
 
@@ -90,8 +90,8 @@ class Way(NamedTuple):
 
 
 read_table_stroke, write_table_stroke = column_reader(TableStroke), column_writer(TableStroke)
-write_stroke = column_writer(Stroke, len(TableStroke._fields))
-write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(Stroke._fields))
+write_stroke = column_writer(StrokeResult, len(TableStroke._fields))
+write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(StrokeResult._fields))
 write_dressed = column_writer(Dressed)
 
 
@@ -139,7 +139,8 @@ def grind_passes(
         Rs: updated.
         reached: updated.
         covered: deepest Z so far of a stroke over the whole length, mm; updated.
-        rows: shape (strokes, fields of `TableStroke`, `Stroke`, `WheelSeen`); how they lie is read, the rest written.
+        rows: shape (strokes, fields of `TableStroke`, `StrokeResult`, `WheelSeen`); where they lie is read, the
+            rest written.
         first_way: of the first one.
         later_way: of the others.
         first: first strip under the wheel in each.

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
-from grind_env.kernel.rows import dtype_of
-from grind_env.machine.compiled import Verdict
+from grind_env.kernel.columns import dtype_of
+from grind_env.machine.compiled import PartVerdict
 from grind_env.machine.passes import TableStroke, WheelSeen
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 
 Table = NDArray[Any]
 
@@ -27,7 +27,7 @@ STROKE_ROW = np.dtype(
         ("number", np.int64),  # within the cycle; 0 outside a G82 or G83
         ("groove", np.int64),  # of the G76 or G77 block, from 1; 0 for a stroke
         *dtype_of(TableStroke).descr,
-        *dtype_of(Stroke).descr,
+        *dtype_of(StrokeResult).descr,
         *dtype_of(WheelSeen).descr,
     ]
 )
@@ -65,14 +65,14 @@ PART_ROW = np.dtype(
         ("worn", np.float64),  # wheel volume, mm3
         ("dressed_off", np.float64),  # wheel volume, mm3
         ("earlier", np.float64),  # probability that it was good in its stages before the last one; 1 without such
-        *dtype_of(Verdict).descr,
+        *dtype_of(PartVerdict).descr,
     ]
 )
 
 
 def numbers_of(rows: Table) -> Table:
-    """Rows of strokes as a table of the fields of `TableStroke`, `Stroke` and `WheelSeen`: a view."""
-    fields = len(TableStroke._fields) + len(Stroke._fields) + len(WHEEL_FIELDS)
+    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view."""
+    fields = len(TableStroke._fields) + len(StrokeResult._fields) + len(WHEEL_FIELDS)
     return rows.view(np.float64).reshape(rows.size, -1)[:, -fields:]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.feeding import FULL, Feeding, deepest_pick

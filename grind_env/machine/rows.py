@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.cycle import Cycle, PartState
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 Table = NDArray[Any]
 """One row a machine."""
@@ -35,9 +35,9 @@ class Made(NamedTuple):
     """Engaged width, mm."""
 
 
-LOG = np.dtype([(name, np.float64) for record in (Made, Stroke, WheelState) for name in record._fields])
+LOG = np.dtype([(name, np.float64) for record in (Made, StrokeResult, WheelState) for name in record._fields])
 """A stroke in a log: how it was made, what happened in it, and the wheel after it."""
 
 log_made = column_writer(Made)
-log_stroke = column_writer(Stroke, len(Made._fields))
-log_wheel = column_writer(WheelState, len(Made._fields) + len(Stroke._fields))
+log_stroke = column_writer(StrokeResult, len(Made._fields))
+log_wheel = column_writer(WheelState, len(Made._fields) + len(StrokeResult._fields))

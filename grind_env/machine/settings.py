@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from grind_env.control import CyclePlan
-from grind_env.kernel.rows import column_reader
+from grind_env.kernel.columns import column_reader
 from grind_env.machine.dress_program import NO_DRESS, DressPlan
 
 Table = NDArray[Any]

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import grind_stroke
 
 Strips = NDArray[np.float64]
 """One value per strip of the part."""
 
 
-IDLE = Stroke(*[0.0] * len(Stroke._fields))
+IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
 """A stroke that does not pass over the part."""
 
 
@@ -161,7 +161,7 @@ def grind_strips(
     width: float,
     Lw: float,
     p: StrokeParameters,
-) -> tuple[WheelState, Stroke, float, bool]:
+) -> tuple[WheelState, StrokeResult, float, bool]:
     """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
     Args:

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import lane_reader, lane_writer
+from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.machine.cycle import Cycle, PartState, advance
 from grind_env.machine.rows import Table, read_part, read_zone, write_part, write_zone
 from grind_env.machine.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
 from grind_env.machine.tally import Tally
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 class Place(NamedTuple):
@@ -95,7 +95,7 @@ def whole(buffer: Buffer) -> Surface:
         part: PartState,
         tally: Tally,
         p: StrokeParameters,
-    ) -> tuple[WheelState, PartState, Tally, Stroke, float]:
+    ) -> tuple[WheelState, PartState, Tally, StrokeResult, float]:
         wheel, part, tally, stroke = advance(cycle, place.Z, seconds, cycle.width, part.Z, wheel, part, tally, p)
         write_part(surfaces, i, part)
         return wheel, part, tally, stroke, cycle.width
@@ -225,7 +225,7 @@ def zoned(buffer: Buffer) -> Surface:
         part: PartState,
         tally: Tally,
         p: StrokeParameters,
-    ) -> tuple[WheelState, PartState, Tally, Stroke, float]:
+    ) -> tuple[WheelState, PartState, Tally, StrokeResult, float]:
         zones = surfaces[i]
         contact = contact_at(place.Z - wheel.W)
         for number in range(len(zones)):

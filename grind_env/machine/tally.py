@@ -6,7 +6,7 @@ The compiled loops, the run of a program and the episodes of every environment c
 from typing import NamedTuple
 
 from grind_env.kernel import inlined
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 
 FINISHING_DEPTH = 0.05
 """mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
@@ -111,7 +111,7 @@ def count_plunge(tally: Tally | Plunges, power: float, full: bool) -> Plunges:
 
 @inlined
 def count_stroke(
-    tally: Tally, stroke: Stroke, seconds: float, deeper: float, plunge: bool, full: bool, finishing: bool
+    tally: Tally, stroke: StrokeResult, seconds: float, deeper: float, plunge: bool, full: bool, finishing: bool
 ) -> Tally:
     """Count a stroke.
 

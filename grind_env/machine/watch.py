@@ -203,7 +203,7 @@ class Watch:
         part = self.part.job.part
         return part.start < turn < part.start + part.length
 
-    def infeed(self, event: Infeed, cut: state.Stroke, before: WheelState, after: WheelState) -> None:
+    def infeed(self, event: Infeed, cut: state.StrokeResult, before: WheelState, after: WheelState) -> None:
         """A grooving wheel has made an infeed; the wheel before and after it."""
         outside = advice.groove_outside_model(cut)
         if outside is not None:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import SPLITS as CONTEXT_SPLITS
 from grind_env.envs.contexts import Given
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array

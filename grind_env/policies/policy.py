@@ -11,7 +11,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.rows import KindRow
+from grind_env.envs.blocks.tables import KindRow
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Array, Decision

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 
 from grind_env.envs.job.env import EXAMPLE
-from grind_env.envs.job.program import batch_name
+from grind_env.envs.job.text import batch_name
 from grind_env.envs.names import OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted

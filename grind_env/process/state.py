@@ -135,7 +135,7 @@ class StrokeParameters(NamedTuple):
     """Diamond wear per wheel volume dressed off, mm/mm3."""
 
 
-class Stroke(NamedTuple):
+class StrokeResult(NamedTuple):
     """What happens in one stroke: the quantities a record shows."""
 
     ae: float

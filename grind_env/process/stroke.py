@@ -9,13 +9,13 @@ import math
 
 from grind_env.kernel import inlined
 from grind_env.process import equations as eq
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 @inlined
 def grind_stroke(
     wheel: WheelState, S: float, Rs: float, Z: float, vw: float, b: float, Lw: float, p: StrokeParameters
-) -> tuple[WheelState, Stroke]:
+) -> tuple[WheelState, StrokeResult]:
     """One pass of the wheel over the part.
 
     Args:
@@ -83,7 +83,7 @@ def grind_stroke(
         wd=wheel.wd,
     )
     worn = math.pi * wheel.ds * dw * b
-    return after, Stroke(
+    return after, StrokeResult(
         ae=ae,
         Q=Q,
         heq=heq,

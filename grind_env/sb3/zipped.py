@@ -9,7 +9,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import reason
 from grind_env.policies.learned.network import LearnedPolicy, acting_part
 from grind_env.policies.learned.saved import PolicyFileError, check_sums, fits
-from grind_env.policies.learned.view import Actions, LearnerView, Memory
+from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 
 
 def load_zip(path: Path, simulation: Simulation) -> LearnedPolicy:
@@ -26,7 +26,7 @@ def load_zip(path: Path, simulation: Simulation) -> LearnedPolicy:
         # a pickle runs whatever its author wrote, which may raise anything; PyTorch goes on to advise more trust
         said = reason(error).partition(". ")[0]
         raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({said})") from None
-    for memory in get_args(Memory):
+    for memory in get_args(MemoryKind):
         for actions in get_args(Actions):
             if fits(actor.network, LearnerView(simulation, memory, actions)):
                 check_sums(path, actor.network, actor.tensors)

@@ -17,8 +17,8 @@ import typer
 
 from agents import datasets
 from agents.commands import dataset as command
-from agents.dataset_writer import PLACE, Content, Recorded, write, write_apart
-from agents.datasets import alone, holds, make_dataset, recorded
+from agents.offline.dataset import alone, holds, make_dataset, recorded
+from agents.offline.writer import PLACE, Content, Recorded, write, write_apart
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, evaluate

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from agents import dress_study as studies
-from agents.dress_figure import dress_figure
-from agents.dress_study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
+from agents.dressing.figure import dress_figure
+from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import find_problem

@@ -5,8 +5,8 @@ import pytest
 
 from agents.benchmark.readme import README
 from agents.commands.dress_study import FOLDER
-from agents.dress_study import Finding, csv_text
-from agents.dress_table import BEGIN, END, HEADINGS, Study, line, read_study, replaced, write_readme
+from agents.dressing.study import Finding, csv_text
+from agents.dressing.table import BEGIN, END, HEADINGS, Study, line, read_study, replaced, write_readme
 from grind_env.policies.tuned import ConfigError
 
 PLAN = Finding(

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.rows import Outcome, reward_terms
+from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.policies.learned.view import LearnerView, Memory
+from grind_env.policies.learned.view import LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
 
 PROBLEM = find_problem("power_limited")
@@ -17,7 +17,7 @@ def native(envs: int = 3) -> GrindVectorEnv:
 
 
 @pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])
-def test_features_are_those_of_the_episodes_one_by_one(memory: Memory):
+def test_features_are_those_of_the_episodes_one_by_one(memory: MemoryKind):
     env = LearnerVecEnv(PROBLEM, 3, memory)
     env.seed(11)
     together, ends = [env.reset()], []

@@ -12,11 +12,11 @@ from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
 from agents.reference.wen_scores import losses, optimum
+from grind_env.envs.wen.model import CASES
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import ConfigError
-from grind_env.process.wen import CASES
 from grind_env.scores import read_references, reference
 from tests.policies.harness import changed
 

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from agents.search import Found, evolve, grid_search, refine
+from agents.tuning.search import Found, evolve, grid_search, refine
 
 
 def test_grid_search_finds_the_least_and_counts():

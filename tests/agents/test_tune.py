@@ -8,11 +8,11 @@ from typer.testing import CliRunner
 
 from agents import hyperparameters, tune
 from agents.commands import tune as command
-from agents.hyperparameters import Search, tune_learner, write_settings
 from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
-from agents.search import evolve, grid_search
-from agents.studies import KeptCosts, open_study, sqlite_url
+from agents.tuning.learners import Search, tune_learner, write_settings
+from agents.tuning.search import evolve, grid_search
+from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import ConfigError, read_tuned

@@ -9,9 +9,9 @@ from sqlalchemy import event
 from sqlalchemy.pool import Pool
 
 from agents import hyperparameters
-from agents.hyperparameters import Search, ended, tune_learner
-from agents.search import evolve
-from agents.studies import KeptCosts, open_study, sqlite_url
+from agents.tuning.learners import Search, ended, tune_learner
+from agents.tuning.search import evolve
+from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.policies.problem import find_problem
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from grind_env.control import source as source_module
 from grind_env.control.errors import ControlError
 from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
-from grind_env.control.source import Mark, Scanner, Source, Text, text_of
+from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
 
 Found = tuple[int, int, str]
 
@@ -44,7 +44,7 @@ def naive_blocks(text: str) -> list[Found]:
     return found
 
 
-def seen(sources: Iterator[Source] | Blocks) -> list[Found]:
+def seen(sources: Iterator[SourceText] | Blocks) -> list[Found]:
     return [(source.line, source.column, source.text) for source in sources]
 
 

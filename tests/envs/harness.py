@@ -10,12 +10,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from grind_env.machine.job import Lots
 from grind_env.process.state import WheelState

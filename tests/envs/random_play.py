@@ -14,7 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 import grind_env
-from grind_env.envs.pages import summary
+from grind_env.pages import summary
 
 N = 4096
 """Sub-environments side by side."""

@@ -7,6 +7,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.belief.hidden import CUT
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import (
     CONTEXT_FACTORS,
     SPLITS,
@@ -18,7 +19,6 @@ from grind_env.envs.contexts import (
 )
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.envs.actions import ActionError
+from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.pages import page, summary
-from grind_env.envs.program import job_from_surface
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.envs.wide_plates.simulation import CrossSimulation
+from grind_env.pages import page, summary
 from tests.envs.harness import FORMS, assert_same
 
 ID = "grind/WidePlates-v0"

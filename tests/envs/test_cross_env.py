@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs.blocks.program import conditions, job_from_surface
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.observations import physical
-from grind_env.envs.program import conditions, job_from_surface
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.envs.wide_plates.simulation import CrossSimulation

@@ -18,9 +18,9 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.actions import ActionCodec, ActionError
-from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (
     BLOCKS,
     FORMS,

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from grind_env.envs.blocks.tables import Outcome, ShopMemory
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
-from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
@@ -322,7 +322,7 @@ def test_physical_gives_back_what_observe_scaled(name: str) -> None:
         "dresses": 17.0,
     }
     worn = {"ds": 287.125, "A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
-    for fields, table, values in ((Memory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
+    for fields, table, values in ((ShopMemory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
         for field, value in values.items():
             table[1, fields._fields.index(field)] = value
     shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}

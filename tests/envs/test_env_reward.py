@@ -6,9 +6,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState

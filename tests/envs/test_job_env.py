@@ -20,7 +20,6 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 import grind_env
 from grind_env.control import read, read_file
 from grind_env.envs.actions import ActionError
-from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.job import simulation as job_simulation
 from grind_env.envs.job.env import JobEnv
 from grind_env.envs.job.outline import Choice, outline_of_runs
@@ -29,6 +28,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
+from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, assert_same, job_drawn, row_of
 from tests.machine.harness import DRESS
 

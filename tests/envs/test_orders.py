@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.observations import physical
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, rollout, start
 

@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job, part_program
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.program import CycleBlock, coming_block, conditions, job, part_program
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

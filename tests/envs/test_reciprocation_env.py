@@ -18,10 +18,9 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
-from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
-from grind_env.envs.program import conditions, job_from_surface
 from grind_env.envs.reciprocation.env import ReciprocationEnv
 from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.reciprocation.vector_env import ReciprocationVectorEnv
@@ -29,6 +28,7 @@ from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.state import WheelState
+from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, assert_same
 
 ID = "grind/Reciprocation-v0"

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
+from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.reciprocation.infeed import Infeed, Segment, segments, write_motions
 from grind_env.envs.reciprocation.step import feeding_of
-from grind_env.envs.rows import KindRow, Shop
 from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.cycle import PartState
 from grind_env.machine.feeding import Feeding, Motion
@@ -18,7 +18,7 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import LOG
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
@@ -128,7 +128,7 @@ def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     assert list(record.dresses["cause"]) == ["pre"] * case.pre_dress + ["operator"] * case.D
     counts = np.cumsum([part.strokes for part in case.segments]).astype(int)
     assert list(record.dresses["after"]) == [0] * case.pre_dress + counts[:-1].tolist()
-    for name in Stroke._fields:
+    for name in StrokeResult._fields:
         np.testing.assert_allclose(record.strokes[name], log[name][0, :n], rtol=1e-8, atol=1e-11, err_msg=name)
     for name in WHEEL_FIELDS:
         assert record.strokes[name][-1] == pytest.approx(wheels[name][0], rel=1e-9, abs=1e-13), name

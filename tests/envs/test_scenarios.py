@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, actions, start

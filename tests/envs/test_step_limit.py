@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
-from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.tasks import TaskError
+from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
 
 STEPS = {

@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
+from grind_env.envs.blocks.program import conditions, job
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.program import conditions, job
-from grind_env.envs.rows import Outcome
 from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.stroke.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.stroke.step import TOGETHER
 from grind_env.envs.stroke.vector_env import StrokeVectorEnv
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

@@ -8,8 +8,8 @@ import gymnasium as gym
 import pytest
 
 from grind_env.envs import tasks
+from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.episode import EpisodeGenerator
 from grind_env.envs.form import check_task
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 from grind_env.cli import main
 from grind_env.control import read
-from grind_env.envs.conformance import check_vector_env
+from grind_env.envs.blocks.program import conditions, job, job_from_surface
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
-from grind_env.envs.program import conditions, job, job_from_surface
 from grind_env.envs.reciprocation.program import request_times
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
@@ -24,6 +23,7 @@ from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.process.state import WheelState
+from grind_env.testing.conformance import check_vector_env
 from grind_env.toml import tomllib
 from tests.envs.harness import assert_same, native, row_of, sync
 

@@ -22,9 +22,9 @@ from grind_env.envs.tasks import TaskError
 from grind_env.envs.wen.actions import HIGH, LOW, action_array, decode, encode
 from grind_env.envs.wen.env import WenEnv
 from grind_env.envs.wen.judging import judged
+from grind_env.envs.wen.model import CASES, Setting, WenVerdict
 from grind_env.envs.wen.vector_env import WenVectorEnv
 from grind_env.errors import GrindError
-from grind_env.process.wen import CASES, Setting, Verdict
 from tests.envs.harness import Array, assert_same
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -35,10 +35,10 @@ cases = pytest.mark.parametrize("case", list(CASES))
 modes = pytest.mark.parametrize("mode", MODES)
 
 
-def verdict(case: str, settings: Any) -> Verdict:
+def verdict(case: str, settings: Any) -> WenVerdict:
     """Verdict with columns, of settings of shape (N, 4)."""
     table = np.atleast_2d(np.asarray(settings, float))
-    return Verdict(*judged(table, np.full(len(table), NUMBER[case])).T)
+    return WenVerdict(*judged(table, np.full(len(table), NUMBER[case])).T)
 
 
 def loss(case: str, settings: Any, weight: float = 1.0) -> Array:

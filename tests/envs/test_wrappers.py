@@ -12,11 +12,11 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.belief.wheel import BeliefError, WheelBelief
-from grind_env.envs.conformance import check_vector_env
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError, belief_entries
 from grind_env.envs.model import MemberModel
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
+from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import actions, assert_same, native
 from tests.envs.walks import Walk, Walks
 

@@ -23,8 +23,8 @@ import grind_env
 from grind_env.control import Control
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.kernel import entry
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.fingerprint import fingerprint
-from grind_env.kernel.rows import column_reader, column_writer
 from grind_env.machine import batch, loops
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
 from grind_env.machine.courses import PLUNGE
@@ -33,7 +33,7 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import Table
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
@@ -221,7 +221,7 @@ def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     # a depth of 1e-18 mm, where the other way of adding up gives 0, is a wheel that touches or does not
     Z = record.strokes["Z"]
     firm = (np.abs(Z) > 1e-12) | (Z == 0.0)
-    for name in Stroke._fields:
+    for name in StrokeResult._fields:
         assert_close(record.strokes[name][firm], batch.log[name][:n][firm], name)
     if n not in places_of_dresses(case):  # else the wheel has been dressed since its last stroke
         for name in WHEEL_FIELDS:
@@ -385,7 +385,7 @@ def test_generated_readers_and_writers_are_part_of_the_fingerprint() -> None:
         code = compile("write(table, 0, read(table, 0))", "kernel", "exec")
         return fingerprint(FunctionType(code, {"read": column_reader(reads), "write": column_writer(writes)}))
 
-    pairs = list(itertools.product((WheelState, Stroke), repeat=2))
+    pairs = list(itertools.product((WheelState, StrokeResult), repeat=2))
     assert len({found(*pair) for pair in pairs}) == len(pairs)
 
 

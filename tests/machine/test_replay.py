@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import execute, read
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.outline import JobProgramError
-from grind_env.envs.job.program import with_words_chosen
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
-from grind_env.envs.rows import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.rows import Table

@@ -33,14 +33,14 @@ from grind_env.machine.tally import (
     mean_last_power,
 )
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 from tests.machine.harness import DRESS_NUMBERS, job, log_cycles, start_wheel
 
 MICRON = 0.001
 DRESS_SECONDS, STROKE_SECONDS = 30.0, 1.65
 P = job().parameters
 WHEEL_AT_START = start_wheel(P)
-EMPTY = Stroke(*[0.0] * len(Stroke._fields))
+EMPTY = StrokeResult(*[0.0] * len(StrokeResult._fields))
 
 
 class Counted(NamedTuple):

@@ -21,7 +21,7 @@ from grind_env.machine.loops import Loops, loops_of
 from grind_env.machine.rows import LOG
 from grind_env.machine.zones import EDGES
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 from tests.machine.harness import DRESS_NUMBERS, HEAD, job, run, start_wheel
 
 
@@ -161,7 +161,7 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
     assert part["Z"] == pytest.approx(depths[-1])
     made = log[0, : len(depths)]
-    for name in Stroke._fields:
+    for name in StrokeResult._fields:
         np.testing.assert_allclose(record.strokes[name], made[name], rtol=1e-9, atol=1e-13, err_msg=name)
     seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
     assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)

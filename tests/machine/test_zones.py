@@ -19,7 +19,7 @@ from grind_env.machine.strips import Zone, grind_strips
 from grind_env.machine.surfaces import MOST_ZONES
 from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import Stroke, WheelState
+from grind_env.process.state import StrokeResult, WheelState
 from tests.machine.harness import CATALOGUE, job, run
 
 FEED = 191.0 / 60.0
@@ -227,14 +227,14 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
     )
     for row in found.log[0, : int(strokes_of(found)[0])]:
         first, last = np.searchsorted(centres, (row["edge"], row["edge"] + WHEEL_WIDTH))
-        stroke, b = Stroke(*[0.0] * len(Stroke._fields)), 0.0
+        stroke, b = StrokeResult(*[0.0] * len(StrokeResult._fields)), 0.0
         if first < last:
             place = int(first), int(last), float(row["Z"])
             wheel, stroke, b, _ = grind_strips(
                 wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p
             )
         assert row["b"] == b
-        assert tuple(row[list(Stroke._fields)]) == stroke
+        assert tuple(row[list(StrokeResult._fields)]) == stroke
         assert tuple(row[list(WheelState._fields)]) == wheel
     for column, values in ((S, ground), (RS, roughness), (REACHED, reached)):
         assert found.surfaces[0, :, column].tobytes() == values.tobytes()
@@ -250,7 +250,7 @@ def test_a_program_and_the_scalar_loop_agree(case: Case) -> None:
     assert n == tally["strokes"]
     assert len(record.dresses) == tally["dresses"]
     log = found.log[0, :n]
-    assert_close_logs(log, record.strokes, ("seconds", "Z", "b", *Stroke._fields))
+    assert_close_logs(log, record.strokes, ("seconds", "Z", "b", *StrokeResult._fields))
     part = record.parts[0]
     mean = found.surfaces[0, :, S].mean()
     assert_close(mean, part["S"], "S")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.coefficients import RULES, entry_names, from_vector
+from agents.tuning.coefficients import RULES, entry_names, from_vector
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.planners.known_state import ModelPredictive

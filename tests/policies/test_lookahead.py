@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grind_env.belief.hidden import Belief
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import nearest_speed, speed_grid

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread
 from grind_env.policies.scripted.burn_line import BurnLine

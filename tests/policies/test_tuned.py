@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import grind_env
-from agents.coefficients import RULES, entry_names, from_vector
-from agents.tune import tunable, tune
+from agents.tuning.coefficients import RULES, entry_names, from_vector
+from agents.tuning.rules import tunable, tune
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import make_policy

@@ -4,7 +4,7 @@ from gymnasium import spaces
 
 from grind_env.envs.memory import BeliefMemory, belief_entries
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.policies.learned.view import ESTIMATES, STACKED, LearnerView, Memory
+from grind_env.policies.learned.view import ESTIMATES, STACKED, LearnerView, MemoryKind
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from tests.policies.harness import simulated
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.bits
 
 PLATES = simulated("power_limited")
 ENTRIES = len(PLATES.entries)
-MEMORIES: tuple[Memory, ...] = ("belief", "stack", "estimates")
+MEMORIES: tuple[MemoryKind, ...] = ("belief", "stack", "estimates")
 
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
@@ -26,7 +26,7 @@ def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("memory", MEMORIES)
-def test_features_do_not_depend_on_the_episodes_beside(memory: Memory):
+def test_features_do_not_depend_on_the_episodes_beside(memory: MemoryKind):
     seen = observations(3, 12)
     together = LearnerView(PLATES, memory)
     together.begin(3)
@@ -40,7 +40,7 @@ def test_features_do_not_depend_on_the_episodes_beside(memory: Memory):
 
 
 @pytest.mark.parametrize("memory", MEMORIES)
-def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: Memory):
+def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: MemoryKind):
     seen, later = observations(2, 6), observations(2, 4, seed=8)
     view, plain, fresh = (LearnerView(PLATES, memory) for _ in range(3))
     for each in (view, plain, fresh):
@@ -57,7 +57,7 @@ def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memo
 
 
 @pytest.mark.parametrize("memory", MEMORIES)
-def test_episodes_outside_the_mask_take_nothing_in(memory: Memory):
+def test_episodes_outside_the_mask_take_nothing_in(memory: MemoryKind):
     seen, strange = observations(2, 6), observations(2, 6, seed=9)
     view, plain = LearnerView(PLATES, memory), LearnerView(PLATES, memory)
     view.begin(2)

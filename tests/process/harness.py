@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.parameters import stroke_parameters
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke
 
 CATALOGUE = load_catalogue()
@@ -53,7 +53,7 @@ class Grinder:
         self.Z, self.S, self.Rs = 0.0, 0.0, INITIAL_ROUGHNESS
         self.wheel = self.wheel._replace(W=0.0)
 
-    def stroke(self, downfeed: float = 0.0) -> Stroke:
+    def stroke(self, downfeed: float = 0.0) -> StrokeResult:
         self.Z += downfeed
         self.wheel, stroke = grind_stroke(
             self.wheel, self.S, self.Rs, self.Z, self.speed, self.width, self.length, self.p
@@ -62,7 +62,7 @@ class Grinder:
         self.Rs = stroke.Ra
         return stroke
 
-    def strokes(self, count: int, downfeed: float = 0.0) -> list[Stroke]:
+    def strokes(self, count: int, downfeed: float = 0.0) -> list[StrokeResult]:
         return [self.stroke(downfeed) for _ in range(count)]
 
     def dress(self, passes: float = 2.0, lead: float = 0.10, depth: float = 0.020) -> float:
@@ -86,7 +86,7 @@ def grinder(
     return Grinder(p, table_speed, wheel, width)
 
 
-def cut(depth: float, at: Grinder) -> Stroke:
+def cut(depth: float, at: Grinder) -> StrokeResult:
     """The stroke that removes just `depth` mm; the interference it needs is found by bisection."""
     low, high = 0.0, 100.0 * depth + 10.0
     for _ in range(200):

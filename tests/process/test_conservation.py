@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from grind_env.process.state import Stroke, StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.process.harness import grinder, parameters
 
 STROKES = 10_000
@@ -23,7 +23,7 @@ class Event(NamedTuple):
     speed: float
     width: float
     length: float
-    stroke: Stroke | None
+    stroke: StrokeResult | None
     passes: float = 0.0
     depth: float = 0.0
     removed: float = 0.0
@@ -65,7 +65,7 @@ def history(request: pytest.FixtureRequest) -> list[Event]:
     return random_history(parameters(material, wheel), seed)
 
 
-def strokes(history: list[Event]) -> list[tuple[Event, Stroke]]:
+def strokes(history: list[Event]) -> list[tuple[Event, StrokeResult]]:
     return [(event, event.stroke) for event in history if event.stroke is not None]
 
 

@@ -4,7 +4,7 @@ from statistics import median
 
 import pytest
 
-from grind_env.process.state import Stroke
+from grind_env.process.state import StrokeResult
 from tests.process.harness import Grinder, grinder, parameters, table, tolerance
 from tests.process.jobs import deep_cycles, small_parts
 
@@ -153,7 +153,7 @@ def reference(case: str) -> tuple[Grinder, float]:
     return grinder(parameters(material, wheel, wheel_speed), table_speed), downfeed
 
 
-def shown(stroke: Stroke, machine: Grinder) -> dict[str, float]:
+def shown(stroke: StrokeResult, machine: Grinder) -> dict[str, float]:
     """A stroke under the column names of the tables."""
     values = {"u": stroke.u_s, "P": stroke.power / machine.width, **stroke._asdict()}
     return {**values, "Ra": stroke.Rg}

@@ -20,7 +20,7 @@ WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class ModalWords:
     """What later cycle blocks may omit, per role and not per letter (ruling 5), in coordinates of the program.
 
     Picks are signed; all lengths are mm.
@@ -58,7 +58,7 @@ class Situation:
         return self.position[axis] if self.reciprocating is None else self.secondary
 
 
-def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[CyclePlan, Memory]:
+def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
     """Fill in the parameters of a cycle block.
 
     Returns:
@@ -108,7 +108,9 @@ def plan_cycle(command: Command, memory: Memory, situation: Situation) -> tuple[
     return plan, memory
 
 
-def redirect(command: Command, memory: Memory, table: Reciprocation, origin: float, maximum_feed: float) -> Memory:
+def redirect(
+    command: Command, memory: ModalWords, table: Reciprocation, origin: float, maximum_feed: float
+) -> ModalWords:
     """Let the words of a block without a cycle change reversal points and speed (16-9, PD-7, PD-8).
 
     Args:
@@ -145,7 +147,7 @@ def integrand(command: Command, letter: str, start: float) -> float:
     return displaced(start, value.mm) if command.modes.incremental else value.mm
 
 
-def _reciprocating_axis(command: Command, memory: Memory, rules: Rules) -> int:
+def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> int:
     """The axis across the plane; for G81 the one named in the block (16-13), else that of the last cycle."""
     first, second = PLANES[command.modes.plane]
     if rules.plunges:
@@ -160,7 +162,7 @@ def _reciprocating_axis(command: Command, memory: Memory, rules: Rules) -> int:
     return memory.axis
 
 
-def _reversal_points(command: Command, memory: Memory, situation: Situation, axis: int) -> tuple[Memory, float]:
+def _reversal_points(command: Command, memory: ModalWords, situation: Situation, axis: int) -> tuple[ModalWords, float]:
     start = situation.start_point(axis)
     memory = replace(memory, axis=axis)
     if AXES[axis] in command.words:
@@ -175,7 +177,7 @@ def _reversal_points(command: Command, memory: Memory, situation: Situation, axi
     return memory, secondary
 
 
-def _feed_and_dress(command: Command, memory: Memory, pre_dress: bool) -> tuple[Memory, float, int | None, int]:
+def _feed_and_dress(command: Command, memory: ModalWords, pre_dress: bool) -> tuple[ModalWords, float, int | None, int]:
     block, words = command.block, command.words
     dresses = numbers.integer(block, words["D"], 0, MOST) if "D" in words else 0
     if "P" in words:
@@ -196,8 +198,8 @@ def _feed_and_dress(command: Command, memory: Memory, pre_dress: bool) -> tuple[
 
 
 def _add_plunge(
-    plan: CyclePlan, command: Command, memory: Memory, situation: Situation, axis: int
-) -> tuple[CyclePlan, Memory]:
+    plan: CyclePlan, command: Command, memory: ModalWords, situation: Situation, axis: int
+) -> tuple[CyclePlan, ModalWords]:
     letter, pick = AXES[axis], INTEGRANDS[axis]
     start = situation.position[axis]
     if letter in command.words:
@@ -227,8 +229,8 @@ def _add_plunge(
 
 
 def _add_crossover(
-    plan: CyclePlan, command: Command, memory: Memory, situation: Situation, axis: int
-) -> tuple[CyclePlan, Memory]:
+    plan: CyclePlan, command: Command, memory: ModalWords, situation: Situation, axis: int
+) -> tuple[CyclePlan, ModalWords]:
     letter, pick = AXES[axis], INTEGRANDS[axis]
     start = situation.position[axis]
     if letter in command.words:

@@ -21,16 +21,16 @@ from grind_env.envs.arguments import (
     refuse_predress,
     refuse_render,
 )
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.job.outline import BlockOutline
-from grind_env.envs.job.program import MOST_PARTS, batch_name, repeated, with_words_chosen
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.tape import JobTape, barred_factors
+from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated, with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view, text_of
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
-from grind_env.envs.rows import Outcome
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
 from grind_env.machine.job import Job

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
@@ -30,7 +31,6 @@ from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jo
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import Layout, Readings, scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost

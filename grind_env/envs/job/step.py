@@ -5,12 +5,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.rows import Memory, Shop, read_kind, read_memory, read_shop, write_memory, write_outcome
-from grind_env.envs.settling import counted_rise, outcome_of, power_readings, remembered
-from grind_env.envs.step import NEW_PART, write_factored
-from grind_env.envs.tape import TapeRow, read_row
+from grind_env.envs.blocks.settling import counted_rise, outcome_of, power_readings, remembered
+from grind_env.envs.blocks.step import NEW_PART, write_factored
+from grind_env.envs.blocks.tables import (
+    Shop,
+    ShopMemory,
+    read_kind,
+    read_memory,
+    read_shop,
+    write_memory,
+    write_outcome,
+)
+from grind_env.envs.blocks.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.cycle import PartState, dress_lead, measured
 from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
@@ -65,9 +73,9 @@ class Found(NamedTuple):
 read_stage, write_stage = column_reader(Stage), column_writer(Stage)
 read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS, PARAMETERS = len(Stage._fields), len(Found._fields), len(StrokeParameters._fields)
-STOCK, SURVIVAL = TapeRow._fields.index("stock"), Memory._fields.index("survival")
+STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
-PICK, SECONDS = Memory._fields.index("pick"), Tally._fields.index("seconds")
+PICK, SECONDS = ShopMemory._fields.index("pick"), Tally._fields.index("seconds")
 
 
 @inlined
@@ -245,7 +253,7 @@ def steps_of(
             wheels: shape (N, fields of `WheelState`).
             surfaces: of the parts; `parts` itself, or shape (N, zones, fields of `Zone`).
             parts: as they are gauged, shape (N, fields of `PartState`).
-            memory: shape (N, fields of `Memory`).
+            memory: shape (N, fields of `ShopMemory`).
             stages: shape (N, fields of `Stage`).
             settings: of the coming blocks, shape (N, fields of `BlockSettings`).
             active: indices of the episodes to step, int64.

@@ -7,11 +7,11 @@ from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.env import load_simulation, read_given
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.view import RunBlock, job_view, text_of
-from grind_env.envs.rows import Outcome
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.render.view import View
 

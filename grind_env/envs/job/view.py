@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.rows import Outcome
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.view import STOCK_ROOM
 from grind_env.machine.cycle import PartState
 from grind_env.process.cost import NO_LIMIT

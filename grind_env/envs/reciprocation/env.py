@@ -1,8 +1,8 @@
 """`grind/Reciprocation-v0`: the literal G81, one part a step."""
 
 from grind_env.control import read
+from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.program import job_from_surface
 from grind_env.envs.reciprocation.program import TASK, request_times
 from grind_env.envs.tasks import read_task
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_writer
+from grind_env.kernel.columns import column_writer
 from grind_env.machine.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
 from grind_env.machine.rules import motion_time
 

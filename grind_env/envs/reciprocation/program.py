@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from grind_env.control import Control, Motion, Programs, Source, execute
-from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.blocks.tables import KindRow, Shop, kind_row
 from grind_env.envs.reciprocation.infeed import Infeed, segments
 from grind_env.envs.reciprocation.step import infeed_of
-from grind_env.envs.rows import KindRow, Shop, kind_row
 from grind_env.envs.tasks import Task
 
 TASK = "reciprocation"

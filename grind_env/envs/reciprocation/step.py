@@ -3,17 +3,17 @@
 import math
 from typing import Any
 
+from grind_env.envs.blocks.step import Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_kind, read_shop
+from grind_env.envs.blocks.tape import read_row
 from grind_env.envs.reciprocation.infeed import Infeed, write_motions
-from grind_env.envs.rows import KindRow, Memory, Shop, read_kind, read_shop
-from grind_env.envs.step import Choices, EpisodeArrays, Tables, prepare, settle
-from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.rows import column_writer
+from grind_env.kernel.columns import column_writer
 from grind_env.machine.batch import FEEDS
 from grind_env.machine.feeding import FULL, Feeding
 from grind_env.machine.rules import motion_time
 
-PICK = Memory._fields.index("pick")
+PICK = ShopMemory._fields.index("pick")
 STROKE_SECONDS = Feeding._fields.index("stroke_seconds")
 grind_feedings = FEEDS.lanes
 

@@ -4,9 +4,9 @@ import gymnasium as gym
 
 from grind_env.control import read
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
+from grind_env.envs.blocks.program import job
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.form import Form
-from grind_env.envs.program import job
 from grind_env.envs.reciprocation.program import request_times
 from grind_env.envs.stroke.program import block_text, coming_stroke, part_program
 from grind_env.envs.stroke.simulation import StrokeSimulation

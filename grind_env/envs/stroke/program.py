@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.envs.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
+from grind_env.envs.blocks.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.reciprocation.program import REQUEST
 from grind_env.envs.simulation import Episodes
-from grind_env.envs.stroke.rules import Pace, Table, depth_of, last_dwell, next_turn, pick_before, setting_out
+from grind_env.envs.stroke.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
 from grind_env.envs.stroke.simulation import StrokeEpisodes
 from grind_env.envs.stroke.step import StrokeMemory
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, Task
 
 
@@ -81,7 +81,7 @@ def _stop(task: Task, pace: Pace) -> list[str]:
     return [f"G04 X{number(last_dwell(table_of(task), pace))}", "G80"]
 
 
-def table_of(task: Task) -> Table:
+def table_of(task: Task) -> TableRun:
     """How the table of a task goes."""
     machine = task.machine
-    return Table(task.stroke_length(task.kinds[0]), machine.acceleration, machine.reversal_dwell)
+    return TableRun(task.stroke_length(task.kinds[0]), machine.acceleration, machine.reversal_dwell)

@@ -15,7 +15,7 @@ from grind_env.control.rules import motion_time, picks_to
 from grind_env.envs.tasks import PICK_FEED
 
 
-class Table(NamedTuple):
+class TableRun(NamedTuple):
     """How the table goes."""
 
     length: float
@@ -65,7 +65,7 @@ def pick_before(stroke: float, stock: float, pick: float) -> float:
     return depth_of(stroke, stock, pick) - (depth_of(stroke - 1.0, stock, pick) if stroke > 0.0 else 0.0)
 
 
-def stroke_time(table: Table, speed: float) -> float:
+def stroke_time(table: TableRun, speed: float) -> float:
     """Time of a stroke with its reversal dwell at E `speed` (mm/min), s."""
     return motion_time(table.length, speed / 60.0, table.acceleration) + table.dwell
 
@@ -75,7 +75,7 @@ def setting_out(speed: float) -> Pace:
     return Pace(clock=0.0, began=0.0, speed=speed)
 
 
-def next_turn(table: Table, pace: Pace, pick: float, speed: float, dress: bool) -> Turn:
+def next_turn(table: TableRun, pace: Pace, pick: float, speed: float, dress: bool) -> Turn:
     """Go down by `pick` for the next stroke at E `speed` (mm/min), after a dress or not."""
     braking = ramp_time(table.length, pace.speed / 60.0, table.acceleration)
     decelerates = pace.began + motion_time(table.length, pace.speed / 60.0, table.acceleration) - braking
@@ -91,7 +91,7 @@ def next_turn(table: Table, pace: Pace, pick: float, speed: float, dress: bool) 
     return Turn(dwell=dwell, request=request, wait=wait, pace=Pace(clock=clock, began=began, speed=speed))
 
 
-def last_dwell(table: Table, pace: Pace) -> float:
+def last_dwell(table: TableRun, pace: Pace) -> float:
     """Dwell up to the middle of the stroke in progress, after which G80 lets it come to its end, s."""
     middle = pace.began + 0.5 * motion_time(table.length, pace.speed / 60.0, table.acceleration)
     return math.floor(1000.0 * (middle - pace.clock)) / 1000.0

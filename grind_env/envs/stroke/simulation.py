@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.blocks.tables import KindRow
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.observations import Reading
-from grind_env.envs.rows import KindRow
 from grind_env.envs.simulation import NOISE, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.envs.stroke.observe import observe_strokes
 from grind_env.envs.stroke.readings import stroke_readings
 from grind_env.envs.stroke.rules import Pace
 from grind_env.envs.stroke.step import StrokeMemory, step_strokes
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.tally import Plunges
 

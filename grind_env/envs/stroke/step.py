@@ -4,15 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.envs.blocks.settling import PowerReadings, chance, counted_rise, handover_of, outcome_of, remembered
+from grind_env.envs.blocks.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
+from grind_env.envs.blocks.tables import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
+from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
-from grind_env.envs.rows import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
-from grind_env.envs.settling import PowerReadings, chance, counted_rise, handover_of, outcome_of, remembered
-from grind_env.envs.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
 from grind_env.envs.stroke import rules
-from grind_env.envs.stroke.rules import Pace, Table
-from grind_env.envs.tape import read_row, write_row
+from grind_env.envs.stroke.rules import Pace, TableRun
 from grind_env.kernel import entry, inlined, inlined_rule
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES
 from grind_env.machine.cycle import dress_lead
 from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_cycle, write_part
@@ -89,7 +89,7 @@ def prepare_stroke(i: int, tables: Tables, episodes: StrokeArrays, E: float, D: 
     kinds, base, shop, materials = tables
     row, made = read_row(episodes.rows, i), read_strokes(episodes.strokes, i).made
     kind = kind_of(kinds, materials, row.material, PART)
-    table = Table(length=kind.stroke, acceleration=shop.acceleration, dwell=shop.dwell)
+    table = TableRun(length=kind.stroke, acceleration=shop.acceleration, dwell=shop.dwell)
     seconds = stroke_time(table, E)
     if made > 0.0:
         pick = pick_before(made, row.stock, kind.pick)

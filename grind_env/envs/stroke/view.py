@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from grind_env.envs.rows import Outcome
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.stroke.program import StrokeBlock
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.process.cost import NO_LIMIT

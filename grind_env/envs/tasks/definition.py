@@ -17,10 +17,10 @@ from grind_env.envs.tasks.tables import (
     Kind,
     Orders,
     ReadOnly,
-    Setup,
     Spread,
     Start,
     TaskError,
+    TaskSetup,
     WheelChange,
     whole_micrometres,
 )
@@ -73,7 +73,7 @@ class Task:
     blocks: Annotated[int, Quantity("", "", 1, 10_000)]
     reference_cost: Annotated[float, Quantity("", "$", 1e-4, 1e9)]
     action: ActionRange = field(default_factory=ActionRange)
-    setup: Setup = field(default_factory=Setup)
+    setup: TaskSetup = field(default_factory=TaskSetup)
     dress: Dress = field(default_factory=Dress)
     kinds: tuple[Kind, ...]
     sequence: tuple[str, ...] = ()

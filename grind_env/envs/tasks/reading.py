@@ -37,10 +37,10 @@ from grind_env.envs.tasks.tables import (
     Kind,
     Orders,
     ReadOnly,
-    Setup,
     Spread,
     Start,
     TaskError,
+    TaskSetup,
     WheelChange,
 )
 from grind_env.errors import did_you_mean, quoted
@@ -57,7 +57,7 @@ SUFFIX = ".toml"
 TABLES: Mapping[str, type[Any]] = MappingProxyType(
     {
         "action": ActionRange,
-        "setup": Setup,
+        "setup": TaskSetup,
         "dress": Dress,
         "orders": Orders,
         "due": Due,

@@ -81,7 +81,7 @@ class ActionRange:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setup:
+class TaskSetup:
     """Catalogue names of the set-up, with single values that this task overrides in an entry.
 
     Attributes:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.envs.actions import ActionError, check_shape, plain, real_numbers
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.tasks import TaskError
-from grind_env.process.wen import HIGHEST, LOWEST, Setting
+from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
 
 Array = NDArray[Any]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.contexts import ContextError, option_items
 from grind_env.envs.observations import Reading
-from grind_env.process.wen import CASES
+from grind_env.envs.wen.model import CASES
 
 Array = NDArray[Any]
 

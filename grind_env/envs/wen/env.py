@@ -13,8 +13,8 @@ from grind_env.envs.wen.actions import action_space, check_arguments, decode, si
 from grind_env.envs.wen.cases import draw_case, observation_info, observation_space, observed, read_case
 from grind_env.envs.wen.info import report
 from grind_env.envs.wen.judging import judged, named
+from grind_env.envs.wen.model import CASES, Setting, WenVerdict
 from grind_env.envs.wen.view import sheet_of
-from grind_env.process.wen import CASES, Setting, Verdict
 from grind_env.render.sheet import Sheet
 
 
@@ -24,7 +24,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     ## Description
 
     The most used published optimisation problem of surface grinding (Wen, Tay & Nee 1992; see
-    `grind_env.process.wen`): a contextual bandit with known optima, to check an optimiser with. When to dress has no
+    `grind_env.envs.wen.model`): a contextual bandit with known optima, to check an optimiser with. When to dress has no
     weight in it.
 
     ## Action space
@@ -72,7 +72,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.fixed: int | None = None
         self.case: int | None = None
         self.over = False
-        self.chosen: tuple[Setting, Verdict] | None = None
+        self.chosen: tuple[Setting, WenVerdict] | None = None
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name and meaning of every entry of the observation."""

@@ -5,7 +5,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from grind_env.envs.wen.judging import OBJECTIVE, VIOLATION
-from grind_env.process.wen import Setting, Verdict
+from grind_env.envs.wen.model import Setting, WenVerdict
 
 Array = NDArray[Any]
 
@@ -18,7 +18,7 @@ def report(settings: Array, verdicts: Array) -> dict[str, Any]:
             "violation": 0.0 - verdicts[:, VIOLATION],
         },
         "cost": verdicts[:, VIOLATION].copy(),
-        **{name: verdicts[:, k].copy() for k, name in enumerate(Verdict._fields[:OBJECTIVE])},
+        **{name: verdicts[:, k].copy() for k, name in enumerate(WenVerdict._fields[:OBJECTIVE])},
         **{name: settings[:, k].copy() for k, name in enumerate(Setting._fields)},
     }
 

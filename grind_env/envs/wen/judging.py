@@ -5,21 +5,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.process.wen import CASES, Setting, Verdict, judge_settings
+from grind_env.envs.wen.model import CASES, Setting, WenVerdict, judge_settings
 
 Array = NDArray[Any]
 
 CASE_ROWS = np.array(list(CASES.values()))
-OBJECTIVE, VIOLATION = Verdict._fields.index("objective"), Verdict._fields.index("violation")
+OBJECTIVE, VIOLATION = WenVerdict._fields.index("objective"), WenVerdict._fields.index("violation")
 
 
 def judged(settings: Array, cases: Array) -> Array:
-    """Verdicts, shape (N, fields of `Verdict`), of settings for cases given by number, shape (N,)."""
-    verdicts = np.empty((len(settings), len(Verdict._fields)))
+    """Verdicts, shape (N, fields of `WenVerdict`), of settings for cases given by number, shape (N,)."""
+    verdicts = np.empty((len(settings), len(WenVerdict._fields)))
     judge_settings(settings, CASE_ROWS[cases], verdicts)
     return verdicts
 
 
-def named(setting: Array, verdict: Array) -> tuple[Setting, Verdict]:
+def named(setting: Array, verdict: Array) -> tuple[Setting, WenVerdict]:
     """A setting and its verdict, rows of such tables, by name."""
-    return Setting(*setting.tolist()), Verdict(*verdict.tolist())
+    return Setting(*setting.tolist()), WenVerdict(*verdict.tolist())

@@ -28,8 +28,8 @@ from grind_env.envs.wen.actions import action_array, action_space, check_argumen
 from grind_env.envs.wen.cases import draw_case, observation_info, observation_space, observed, read_case
 from grind_env.envs.wen.info import report, with_masks
 from grind_env.envs.wen.judging import judged, named
+from grind_env.envs.wen.model import CASES, Setting, WenVerdict
 from grind_env.envs.wen.view import sheet_of
-from grind_env.process.wen import CASES, Setting, Verdict
 
 Array = NDArray[Any]
 
@@ -76,7 +76,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         self.fixed: list[int | None] = [None] * num_envs
         self.cases = np.zeros(num_envs, np.int64)
         self.begun, self.due = np.zeros(num_envs, bool), np.zeros(num_envs, bool)
-        self.chosen: list[tuple[Setting, Verdict] | None] = [None] * num_envs
+        self.chosen: list[tuple[Setting, WenVerdict] | None] = [None] * num_envs
 
     @property
     def np_random_seed(self) -> Any:

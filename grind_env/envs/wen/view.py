@@ -2,14 +2,14 @@
 
 import math
 
-from grind_env.process.wen import CASES, HIGHEST, LOWEST, Setting, Verdict
+from grind_env.envs.wen.model import CASES, HIGHEST, LOWEST, Setting, WenVerdict
 from grind_env.render.sheet import Entry, Sheet
 
 UNITS = {"Vs": "m/min", "Vw": "m/min", "doc": "mm", "L": "mm per revolution"}
 """Units of a setting."""
 
 
-def sheet_of(case: str, setting: Setting | None, verdict: Verdict | None) -> Sheet:
+def sheet_of(case: str, setting: Setting | None, verdict: WenVerdict | None) -> Sheet:
     """The sheet of a case with its setting and verdict; before the step there is neither."""
     title = f"Wen, Tay & Nee: {case} grinding"
     if setting is None or verdict is None:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import read
+from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.program import conditions, job_from_surface
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart

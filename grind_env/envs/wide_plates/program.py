@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from grind_env.envs.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
 from grind_env.envs.tasks import CROSS_FEED, Kind, Task
 
 

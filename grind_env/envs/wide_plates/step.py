@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.rows import read_shop
-from grind_env.envs.step import TARGET, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.blocks.step import TARGET, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.envs.blocks.tables import read_shop
 from grind_env.kernel import entry
 from grind_env.machine.batch import NO_MOTIONS, TRAVERSES, longest_first
 from grind_env.machine.cycle import Cycle, PartState

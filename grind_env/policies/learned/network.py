@@ -17,7 +17,7 @@ from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
 from grind_env.policies.choices import Decision
-from grind_env.policies.learned.view import Actions, LearnerView, Memory
+from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 from grind_env.policies.policy import Sees
 
 Tensor = NDArray[np.float32]
@@ -171,7 +171,7 @@ class LearnedPolicy:
 
     actor: Actor
     task_name: str
-    memory: Memory
+    memory: MemoryKind
     actions: Actions
     name: str
     sees: Sees = field(default="measurements", init=False)

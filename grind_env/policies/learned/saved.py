@@ -31,7 +31,7 @@ from grind_env.policies.learned.network import (
     Tensor,
     outputs_of,
 )
-from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, Memory
+from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
 
 Sizes = NDArray[np.float64]
@@ -59,7 +59,7 @@ class Description:
 
     task: str
     kind: str
-    memory: Memory
+    memory: MemoryKind
     actions: Actions
     network: Network
     spaces: str
@@ -204,7 +204,7 @@ def read_description(path: Path, text: str | None) -> Description:
         return Description(
             task=_word(document["task"]),
             kind=_word(document["kind"]),
-            memory=_one_of(get_args(Memory), document["memory"]),
+            memory=_one_of(get_args(MemoryKind), document["memory"]),
             actions=_one_of(get_args(Actions), document["actions"]),
             network=Network(
                 family=_one_of(tuple(FAMILIES), network["family"]),

@@ -27,7 +27,7 @@ from grind_env.policies.learned.means import RunningMeans
 from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 
-Memory = Literal["belief", "means", "stack", "estimates"]
+MemoryKind = Literal["belief", "means", "stack", "estimates"]
 """What a learner remembers."""
 Actions = Literal["grid", "index", "box"]
 """How it acts: E and D as two whole numbers, both as one, or two numbers between -1 and 1."""
@@ -62,7 +62,7 @@ class LearnerView:
         actions: form of the actions.
     """
 
-    def __init__(self, simulation: Simulation, memory: Memory = "belief", actions: Actions = "grid") -> None:
+    def __init__(self, simulation: Simulation, memory: MemoryKind = "belief", actions: Actions = "grid") -> None:
         entries = simulation.entries
         self.task, self.entries = simulation.task, entries
         self.codec = ActionCodec(simulation.task, FORMS[actions])

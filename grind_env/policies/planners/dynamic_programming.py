@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.rows import KindRow, Memory, Outcome
+from grind_env.envs.blocks.tables import KindRow, Outcome, ShopMemory
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
@@ -19,7 +19,7 @@ AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
 """Edges of the classes of specific volume since the dress, mm3/mm."""
 ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
-SURVIVAL = Memory._fields.index("survival")
+SURVIVAL = ShopMemory._fields.index("survival")
 SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2

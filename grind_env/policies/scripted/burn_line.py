@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
-from grind_env.kernel.rows import column_reader
+from grind_env.kernel.columns import column_reader
 from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.instruments import Instruments

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, log
-from grind_env.kernel.rows import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.process.equations import (
     chip_force,
     curvature_difference,

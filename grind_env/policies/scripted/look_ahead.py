@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.blocks.tables import Outcome, ShopMemory
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.model import MemberModel
-from grind_env.envs.rows import Memory, Outcome
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
@@ -25,7 +25,7 @@ HASTE_WIDTH = 0.1
 """Change of the log of work over time left within which a due date turns from safe to lost."""
 
 SECONDS = Outcome._fields.index("seconds")
-SURVIVAL, DRESSES = (Memory._fields.index(name) for name in ("survival", "dresses"))
+SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
 MATERIAL, ROUGHNESS = (TapeRow._fields.index(name) for name in ("material", "ra_scale"))
 DRAWN = [TapeRow._fields.index(name) for name in FACTORS]
 

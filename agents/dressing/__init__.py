@@ -1,0 +1,1 @@
+"""The dress study: how a wheel should be dressed."""

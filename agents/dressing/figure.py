@@ -1,0 +1,109 @@
+"""The picture of a dress study."""
+
+from collections.abc import Sequence
+from io import BytesIO
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, NullLocator
+
+from agents.dressing.study import Finding, about
+from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE
+
+COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
+TITLE = 10
+DEAREST = 20.0
+"""Intervals that cost more than so many times the best one are left out of the picture; the table has them."""
+
+
+def dress_figure(found: Sequence[Finding], title: str) -> bytes:
+    """Draw the three answers for one task side by side, as PNG."""
+    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title)
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.0, 1.15, 1.1))
+    (own,) = about(found, "plan")
+    draw_intervals(left, [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost])
+    draw_dresser(middle, about(found, "dresser"), own)
+    draw_deciders(right, about(found, "decision"), own)
+    figure.legend(fontsize=8, loc="outside lower right", ncols=1 + len(COLOURS))
+    image = BytesIO()
+    figure.savefig(image, format="png", dpi=90)
+    return image.getvalue()
+
+
+def draw_intervals(axes: Axes, found: Sequence[Finding]) -> None:
+    """Cost against the blocks from dress to dress, which are drawn at equal distances."""
+    at, cost = np.arange(len(found)), np.array([each.cost for each in found])
+    low, high = np.array([each.cost_low for each in found]), np.array([each.cost_high for each in found])
+    axes.errorbar(at, cost, np.stack([cost - low, high - cost]), color=BLUE, marker="o", capsize=3, lw=1.2)
+    axes.set_xticks(at, [f"{each.every}\n{each.E:.2g}" for each in found], fontsize=8)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_title("one dress every N blocks", fontsize=TITLE)
+    axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
+    axes.grid(alpha=0.3)
+
+
+def draw_dresser(axes: Axes, found: Sequence[Finding], own: Finding) -> None:
+    """Cost over dress lead and dress depth, each with the best fixed plan; the task's own dress has a frame.
+
+    The overlap ratio and the interval stand below.
+    """
+    leads, depths = (sorted({getattr(each, name) for each in found}) for name in ("lead", "depth"))
+    cost = np.full((len(depths), len(leads)), np.nan)
+    for each in found:
+        cost[depths.index(each.depth), leads.index(each.lead)] = each.cost
+    least = np.nanmin(cost)
+    image = axes.imshow(cost, origin="lower", aspect="auto", cmap="cividis_r", vmin=least, vmax=1.6 * least)
+    for each in found:
+        at = leads.index(each.lead), depths.index(each.depth)
+        dark = each.cost > 1.3 * least
+        axes.text(
+            *at,
+            f"{each.cost:.2f}\n{each.overlap:.1f} / {each.every}",
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="white" if dark else "black",
+        )
+    axes.set_xticks(range(len(leads)), [f"{value:g}" for value in leads])
+    axes.set_yticks(range(len(depths)), [f"{value:g}" for value in depths])
+    corner = leads.index(own.lead) - 0.5, depths.index(own.depth) - 0.5
+    axes.add_patch(Rectangle(corner, 1.0, 1.0, fill=False, edgecolor=ORANGE, lw=2.5))
+    axes.set_title("the dresser: $ per good part, overlap / best N", fontsize=TITLE)
+    axes.set(
+        xlabel="dress lead, mm per revolution",
+        ylabel="dress depth, mm a pass",
+    )
+    axes.figure.colorbar(image, ax=axes, extend="max")
+
+
+def draw_deciders(axes: Axes, found: Sequence[Finding], fixed: Finding) -> None:
+    """Cost of the policies that decide when to dress, the cheapest on top, and of the best fixed plan."""
+    ordered = sorted(found, key=lambda each: -each.cost)
+    for row, each in enumerate(ordered):
+        axes.plot([each.cost_low, each.cost_high], [row, row], color=COLOURS[each.sees], lw=3, alpha=0.6)
+        axes.plot(each.cost, row, "o", color=COLOURS[each.sees])
+        axes.annotate(
+            f"{each.D:.2f}",
+            (each.cost_high, row),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            color=GREY,
+        )
+    axes.set_yticks(range(len(ordered)), [each.policy for each in ordered])
+    axes.axvline(fixed.cost, color=GREY, ls="--", lw=1.2, label=f"best fixed plan, N = {fixed.every}")
+    axes.set_title("what decides when to dress", fontsize=TITLE)
+    axes.set_xlabel("$ per good part, and executions a block")
+    for sees, colour in COLOURS.items():
+        axes.plot([], [], "o", color=colour, label=f"sees {sees}")
+    axes.margins(x=0.18)
+    axes.grid(alpha=0.3, axis="x")

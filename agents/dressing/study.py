@@ -1,0 +1,218 @@
+"""How a wheel should be dressed: the interval, the dresser's settings, and what decides when.
+
+Three questions of a grinding engineer for each task. All E and all intervals are chosen on training episodes; the
+costs that are told come from evaluation episodes.
+"""
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from csv import DictWriter
+from dataclasses import asdict, dataclass, fields, replace
+from io import StringIO
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from agents.budgets import STUDY_EPISODES
+from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
+from agents.provenance import provenance
+from agents.tuning.search import Found, refine
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.policies.choices import Array, speed_bounds, speed_grid
+from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
+from grind_env.policies.planners.hindsight import plan_cost
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import JOB, Problem
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.tuned import write_whole
+from grind_env.process.equations import dress_width, overlap_ratio
+from grind_env.process.state import StrokeParameters
+
+TRAINING = 256
+"""Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
+best one, 128 up to 2.5 %, and 256 no worse ones than 1024 (WideRails)."""
+SCREENING = 48
+"""Of them, that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
+SPEEDS = 12
+INTERVALS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
+"""Intervals tried with each setting of the dresser."""
+LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
+DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
+"""Settings of the dresser, as factors of the task's own."""
+
+TIP = StrokeParameters._fields.index("rd")
+
+Advance = Callable[[], object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What one way to dress costs on the evaluation episodes of a task."""
+
+    task: str
+    question: str
+    """`interval`, `plan` (the best of all intervals, by the training episodes), `dresser` or `decision`."""
+    policy: str
+    sees: str
+    every: int
+    """Blocks from dress to dress of a fixed plan; 0 of a policy that decides."""
+    lead: float
+    """mm a wheel revolution."""
+    depth: float
+    """mm a pass."""
+    overlap: float
+    """Overlap ratio of the new diamond."""
+    E: float
+    """Mean table speed, m/min."""
+    D: float
+    """Mean executions a block."""
+    cost: float
+    """$ per good part, with the ends of its 95 % interval."""
+    cost_low: float
+    cost_high: float
+    scrap: float
+    """Share of the parts."""
+
+
+def dress_study(
+    problem: Problem, deciders: Sequence[Policy], *, episodes: int = STUDY_EPISODES, runs: Path = RUNS, advance: Advance
+) -> list[Finding]:
+    """Answer the three questions for a problem; that of the dresser only if a task says how it is set.
+
+    Args:
+        problem: what is ground.
+        deciders: policies that decide when to dress, for the third question.
+        episodes: evaluation episodes.
+        runs: what is found is kept below, in `<problem>/dress_study/`, and used again while the problem is the same.
+        advance: called after every finding; there are `count(problem, deciders)`.
+    """
+    seeds, simulation = episode_seeds("evaluation", episodes), problem.simulation()
+    found = []
+    for every in intervals(simulation):
+        found.append(kept_finding(runs, simulation, "interval", seeds, (every,)))
+        advance()
+    found.append(kept_finding(runs, simulation, "plan", seeds, intervals(simulation)))
+    advance()
+    for lead, depth in dresser_settings(problem):
+        dress = simulation.task.dress
+        dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, 6))
+        other = type(simulation)(replace(simulation.task, dress=dress))
+        found.append(kept_finding(runs, other, "dresser", seeds, PLANS))
+        advance()
+    for policy in deciders:
+        found.append(finding(simulation, "decision", policy, kept_evaluation(policy, problem, seeds, runs)))
+        advance()
+    return found
+
+
+def intervals(simulation: Simulation) -> list[int]:
+    """The intervals that fit in an episode."""
+    return [every for every in INTERVALS if every <= simulation.most_steps]
+
+
+def dresser_settings(problem: Problem) -> list[tuple[float, float]]:
+    """Factors on lead and depth that are tried; none for a part program, whose dress program says both."""
+    return [] if problem.id == JOB else list(product(LEADS, DEPTHS))
+
+
+def count(problem: Problem, deciders: Sequence[Policy]) -> int:
+    """Number of findings of a study."""
+    return len(intervals(problem.simulation())) + 1 + len(dresser_settings(problem)) + len(deciders)
+
+
+def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
+    """The constant E and the interval, of those given, of least cost on training episodes; one execution each time.
+
+    A few episodes find a good E for each interval; the best interval shows on many only, and E is refined there.
+    """
+    task, episodes = simulation.task, start_episodes(simulation, episode_seeds("training", TRAINING))
+    few = episodes.pick(np.arange(min(SCREENING, TRAINING)))
+    speeds = [float(speed) / 1000.0 for speed in speed_grid(task, SPEEDS)]
+    plans = []
+    for interval in every:
+        tried = [Fixed(E, 1, interval, "interval") for E in speeds]
+        plans.append(tried[int(mean_costs(tried, simulation, few).argmin())])
+    costs = mean_costs(plans, simulation, episodes)
+    best = plans[int(costs.argmin())]
+    if task.action.speed_levels is not None:
+        return best
+    low, high = (0.001 * bound for bound in speed_bounds(task))
+    start = Found(best.E, float(costs.min()), len(plans))
+    found = refine(lambda E: float(mean_costs([replace(best, E=E)], simulation, episodes)[0]), start, low, high)
+    return replace(best, E=found.point)
+
+
+def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episodes) -> Array:
+    """Mean cost of an episode under each of the plans, $, shape (plans,); the episodes are left as they are."""
+    n, steps = len(episodes.block), simulation.most_steps
+    decided = []
+    for plan in plans:
+        plan.begin(simulation, 1)
+        # a fixed plan looks at nothing
+        decided.append([plan.act(np.zeros((1, 0), np.float32), None) for _ in range(steps)])
+    # of plans, blocks, E and D, one episode
+    table = np.array(decided).transpose(2, 0, 3, 1)
+    speeds, executions = np.broadcast_to(table, (2, len(plans), n, steps))
+    costs: Array = plan_cost(simulation, episodes, speeds, executions).mean(axis=1)
+    return costs
+
+
+def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range, every: Sequence[int]) -> Finding:
+    """The best fixed plan with these intervals on the evaluation episodes, kept or new."""
+    code = f"{bare(inspect.getsource(best_plan))} {bare(inspect.getsource(mean_costs))} {sources(Fixed.__module__)}"
+    made_by = f"{code} {behaviour(simulation)} {question} {seeds} {every} {SPEEDS} {TRAINING} {SCREENING}"
+    path = runs / simulation.task.name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
+    # a file that is missing or damaged is made anew
+    with suppress(OSError, ValueError, TypeError):
+        return Finding(**json.loads(path.read_text(encoding="utf-8")))
+    plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
+    result = finding(simulation, question, plan, evaluate(plan, simulation, seeds), plan.every)
+    write_whole(path, json.dumps(asdict(result)))
+    return result
+
+
+def finding(simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0) -> Finding:
+    """What an evaluation says."""
+    cost, dress = run.cost_per_good_part, simulation.task.dress
+    return Finding(
+        task=simulation.task.name,
+        question=question,
+        policy=policy.name,
+        sees=policy.sees,
+        every=every,
+        lead=dress.lead,
+        depth=dress.depth,
+        overlap=new_overlap(simulation),
+        E=run.speed,
+        D=run.dresses,
+        cost=cost.value,
+        cost_low=cost.low,
+        cost_high=cost.high,
+        scrap=run.scrap,
+    )
+
+
+def new_overlap(simulation: Simulation) -> float:
+    """Overlap ratio of the dress with a diamond that is not worn."""
+    task, tip = simulation.task, simulation.nominal_parameters()[0, TIP]
+    return overlap_ratio(dress_width(task.dress.depth, tip, 0.0), task.dress_lead)
+
+
+def about(found: Sequence[Finding], question: str) -> list[Finding]:
+    """The findings on one question."""
+    return [each for each in found if each.question == question]
+
+
+def csv_text(found: Sequence[Finding], seeds: range) -> str:
+    """The findings, with seeds and versions in every row."""
+    facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
+    text = StringIO()
+    lines = DictWriter(text, [*(each.name for each in fields(Finding)), *facts], lineterminator="\n")
+    lines.writeheader()
+    lines.writerows({**asdict(each), **facts} for each in found)
+    return text.getvalue()

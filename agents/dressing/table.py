@@ -1,0 +1,104 @@
+"""The table of the dress studies in the README, written from the checked-in ones."""
+
+from collections.abc import Iterable, Sequence
+from csv import DictReader
+from csv import Error as CsvError
+from dataclasses import fields
+from io import StringIO
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from agents.benchmark.readme import README, between, table
+from agents.benchmark.summary import NONE
+from agents.dressing.study import Finding, about
+from grind_env.errors import reason
+from grind_env.files import read_text
+from grind_env.policies.tuned import ConfigError, write_whole
+
+BEGIN, END = "<!-- dress study: written by `python -m agents dress-study` -->", "<!-- end of dress study -->"
+THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")
+"""Policies that dress when one measured number passes a limit."""
+LEARNED, KNOWS_ALL = "learned", "hindsight"
+HEADINGS = (
+    "task",
+    "episodes",
+    "best N",
+    "fixed plan, $",
+    "best threshold, $",
+    "learned, $",
+    "hindsight, $",
+    "best lead, mm",
+    "depth, mm",
+    "overlap",
+    "N",
+    "fixed plan with it, $",
+)
+
+
+class Study(NamedTuple):
+    """What was found for one task, and on how many episodes."""
+
+    found: Sequence[Finding]
+    episodes: int
+
+
+def read_study(path: Path) -> Study:
+    """The study of a task, from the table that the command wrote.
+
+    Raises:
+        ConfigError: if the file is damaged.
+    """
+    try:
+        rows = list(DictReader(StringIO(read_text(path), newline="")))
+        found = [Finding(**{each.name: _value(each.type, row[each.name]) for each in fields(Finding)}) for row in rows]
+        first, last = map(int, rows[0]["seeds"].split(".."))
+        if missing := {"plan", "dresser", "decision"} - {each.question for each in found}:
+            raise ValueError(f"it does not answer {min(missing)!r}")
+    except (KeyError, IndexError, TypeError, ValueError, CsvError) as error:
+        task = path.stem
+        raise ConfigError(
+            f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
+        ) from None
+    return Study(found, last - first + 1)
+
+
+def _value(kind: Any, text: str) -> Any:
+    return kind(text)
+
+
+def line(study: Study) -> list[str]:
+    """The cells of a task: costs are $ per good part, with how much more they are than those of the planner."""
+    deciders = {each.policy: each for each in about(study.found, "decision")}
+    least = deciders[KNOWS_ALL].cost
+
+    def cost(each: Finding | None) -> str:
+        return NONE if each is None else f"{each.cost:.2f} ({100.0 * (each.cost / least - 1.0):+.0f} %)"
+
+    (plan,) = about(study.found, "plan")
+    threshold = min((deciders[name] for name in THRESHOLDS), key=lambda each: each.cost)
+    dresser = min(about(study.found, "dresser"), key=lambda each: each.cost)
+    return [
+        plan.task,
+        str(study.episodes),
+        str(plan.every),
+        cost(plan),
+        f"{threshold.policy} {cost(threshold)}",
+        cost(deciders.get(LEARNED)),
+        f"{least:.2f}",
+        f"{dresser.lead:g}",
+        f"{dresser.depth:g}",
+        f"{dresser.overlap:.1f}",
+        str(dresser.every),
+        cost(dresser),
+    ]
+
+
+def replaced(text: str, studies: Iterable[Study]) -> str:
+    """The text of a page with the table between its markers."""
+    return between(text, BEGIN, END, "\n".join(table(HEADINGS, [line(each) for each in studies])))
+
+
+def write_readme(folder: Path, path: Path = README) -> None:
+    """Put the table of all studies in a folder into a page."""
+    studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
+    write_whole(path, replaced(read_text(path), studies))

@@ -1,0 +1,1 @@
+"""Datasets for offline reinforcement learning."""

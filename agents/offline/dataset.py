@@ -1,0 +1,210 @@
+"""Offline data: a Minari dataset of the episodes of one policy on one task."""
+
+import fcntl
+import os
+import re
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.cells import RUNS
+from agents.offline.writer import PLACE, Content, Recorded, write_apart
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.errors import GrindError
+from grind_env.files import FileError
+from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem
+
+DATASETS = RUNS / "datasets"
+"""Where Minari keeps datasets if `PLACE` is not set."""
+
+VERSION = 0
+NOT_IN_IDS = re.compile("[^A-Za-z0-9]+")
+EPISODE_BYTES = 20_000
+"""What HDF5 takes for an episode beside its numbers."""
+STEP_BYTES = 26
+"""Of a block: action, reward, scrap and two flags."""
+PIECE = 1 << 20
+"""Bytes that are reserved at once."""
+BEFORE = "before"
+"""Name in the workshop of the dataset that is replaced."""
+NAMESPACE = "namespace_metadata.json"
+"""File by which Minari knows a folder of datasets."""
+REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "good", "finished"))
+
+
+def recorded(policy: Policy, problem: Problem, seeds: Sequence[int]) -> Recorded:
+    """Run a policy through the episode of each seed, side by side, and keep what it saw, did and earned."""
+    simulation, n = problem.simulation(), len(seeds)
+    codec = ActionCodec(simulation.task)
+    episodes = start_episodes(simulation, seeds)
+    observations, actions, outcomes = [simulation.observe(episodes)], [], []
+    steps = np.zeros(n, np.int64)
+    policy.begin(simulation, n)
+    while (running := ~simulation.over(episodes)).any():
+        decision = policy.act(observations[-1], reveal(policy.sees, simulation, episodes))
+        actions.append(np.asarray(codec.encode(*decision), np.float32))
+        choice = simulation.taken(episodes, codec.decode(actions[-1]))
+        outcomes.append(simulation.advance(episodes, *choice)[0])
+        observations.append(simulation.observe(episodes))
+        steps += running
+    blocks = np.stack(outcomes, axis=1)
+    return Recorded(
+        observations=np.stack(observations, axis=1),
+        actions=np.stack(actions, axis=1),
+        rewards=np.ascontiguousarray(blocks[..., REWARD]),
+        steps=steps,
+        scrap=np.where(blocks[..., FINISHED] > 0.0, 1.0 - blocks[..., GOOD], 0.0),
+    )
+
+
+def dataset_id(problem: Problem, policy: Policy) -> str:
+    """Id of the dataset of a policy: `grind/power_limited/adaptive-rule-v0`."""
+    return f"grind/{problem.name}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
+
+
+def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool = False) -> Path:
+    """Record a policy and store the dataset, whole or not at all; see `datasets_folder`.
+
+    Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
+    sees. Every episode has its seed: `env.reset(seed=...)` and its actions give the same rewards again. Infos hold
+    `cost`, the probability of scrap, for safe reinforcement learning; the first entry is that of the reset.
+
+    Killed at any moment, the same call goes on to the same dataset. A dataset of the very same episodes stays.
+
+    Args:
+        policy: what acts.
+        problem: what it grinds.
+        seeds: of the episodes.
+        fresh: put it in place of a dataset of that id.
+
+    Returns:
+        Folder of the dataset.
+
+    Raises:
+        GrindError: if there is a dataset of that id with other episodes and `fresh` is not asked for.
+        FileError: if there is no room for it; that is seen before the recording.
+    """
+    name, folder = dataset_id(problem, policy), datasets_folder().absolute()
+    path = folder / name
+    simulation = problem.simulation()
+    size = len(seeds) * (EPISODE_BYTES + simulation.most_steps * (STEP_BYTES + 4 * len(simulation.entries)))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
+            if path.exists() and not fresh:
+                if not holds(path, seeds, recorded(policy, problem, seeds)):
+                    raise GrindError(
+                        f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place"
+                    )
+                return path
+            with reserved(unfinished / "room", size):
+                data = recorded(policy, problem, seeds)
+            content = Content(name, problem, simulation.task.title, policy.name, policy.sees, seeds, data)
+            write_apart(content, unfinished, lock)
+            _put_in_place(unfinished, folder, path)
+    except OSError as error:
+        raise FileError(
+            f"the dataset cannot be written to {folder} ({error.strerror or error}): it needs about"
+            f" {size / 1e6:.1f} MB; make room, or name another folder in {PLACE}, and run the same command again"
+        ) from None
+    return path
+
+
+def holds(path: Path, seeds: range, data: Recorded) -> bool:
+    """Whether a dataset has these very episodes."""
+    import minari
+
+    try:
+        stored = minari.MinariDataset(path / "data")
+        kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
+        found: list[tuple[Any, ...]] = [
+            (e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()
+        ]
+    # what lies there is no dataset of ours, or a damaged one
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    new: list[tuple[Any, ...]] = [
+        (data.observations[i, : n + 1], data.actions[i, :n], data.rewards[i, :n], data.scrap[i, :n])
+        for i, n in enumerate(data.steps.tolist())
+    ]
+    same = (np.array_equal(a, b) for old, each in zip(found, new, strict=False) for a, b in zip(old, each, strict=True))
+    return kept == list(seeds) and len(found) == len(new) and all(same)
+
+
+def datasets_folder() -> Path:
+    """The folder that `MINARI_DATASETS_PATH` names, or `runs/datasets`."""
+    return Path(os.environ.get(PLACE, DATASETS))
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[int]:
+    """Wait for the lock that a file stands for; it is open, for a process to share it, and goes in the end.
+
+    The system takes the lock from a process that ends, however it ends.
+    """
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        # whoever had it before has removed the file
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                break
+        os.close(descriptor)
+    try:
+        yield descriptor
+    finally:
+        path.unlink()
+        os.close(descriptor)
+
+
+@contextmanager
+def workshop(path: Path) -> Iterator[Path]:
+    """An empty folder beside a dataset in which its successor is made; for who is `alone`."""
+    folder = path.with_name(f".grind-{path.name}")
+    _clear(folder, path)
+    folder.mkdir()
+    try:
+        yield folder
+    finally:
+        _clear(folder, path)
+
+
+def _clear(folder: Path, path: Path) -> None:
+    """Remove the folder of a run that has ended or was killed."""
+    before = folder / BEFORE
+    # the old dataset was put aside, but no new one took its place
+    if before.exists() and not path.exists():
+        before.rename(path)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def reserved(path: Path, size: int) -> Iterator[None]:
+    """Hold so many bytes of the disk for a while.
+
+    Raises:
+        OSError: if they are not there.
+    """
+    with path.open("wb") as file:
+        for start in range(0, size, PIECE):
+            file.write(bytes(min(PIECE, size - start)))
+    yield
+    path.unlink()
+
+
+def _put_in_place(unfinished: Path, folder: Path, path: Path) -> None:
+    """Move what Minari made below one folder to the same place below another."""
+    for namespace in unfinished.rglob(NAMESPACE):
+        known = folder / namespace.relative_to(unfinished)
+        if not known.exists():
+            namespace.rename(known)
+    if path.exists():
+        path.rename(unfinished / BEFORE)
+    (unfinished / path.relative_to(folder)).rename(path)

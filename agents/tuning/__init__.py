@@ -1,0 +1,1 @@
+"""Tuning of scripted policies and of learned agents."""

@@ -1,0 +1,124 @@
+"""Optuna studies: every trial of a search in a database, so that a search that was killed goes on where it was."""
+
+import sqlite3
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import optuna
+import sqlalchemy
+from optuna.distributions import BaseDistribution, FloatDistribution
+from optuna.trial import TrialState, create_trial
+from sqlalchemy.exc import SQLAlchemyError
+
+from grind_env.errors import reason
+from grind_env.policies.tuned import ConfigError
+
+optuna.logging.set_verbosity(optuna.logging.WARNING)
+
+BUSY_SECONDS = 60
+"""How long to wait for an SQLite file that another process writes to."""
+BOUND = 1e6
+"""Entries of a search vector beyond it are not kept."""
+
+
+def sqlite_url(path: Path) -> str:
+    """URL of an SQLite file, whose folder is made."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"the folder {path.parent} cannot be made: {error.strerror}") from None
+    return f"sqlite:///{path}"
+
+
+def open_study(
+    url: str, name: str, *, sampler: optuna.samplers.BaseSampler | None = None, fresh: bool = False
+) -> optuna.Study:
+    """The study of that name, made if it is not there.
+
+    Args:
+        url: of any relational database that SQLAlchemy knows.
+        name: of the study.
+        sampler: proposes trials; none for a search that only keeps its own.
+        fresh: throw away what the study holds.
+
+    Raises:
+        ConfigError: if the database cannot be opened.
+    """
+    try:
+        waiting: dict[str, Any] = {}
+        if url.startswith("sqlite"):
+            waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
+            _make_tables(sqlalchemy.create_engine(url, **waiting))
+        storage = optuna.storages.RDBStorage(url, engine_kwargs=waiting)
+        if fresh and name in optuna.get_all_study_names(storage):
+            optuna.delete_study(study_name=name, storage=storage)
+        return optuna.create_study(storage=storage, study_name=name, sampler=sampler, load_if_exists=True)
+    except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
+        raise ConfigError(f"the storage {url} cannot be opened ({reason(error)}): give the URL of a database") from None
+
+
+def _make_tables(engine: sqlalchemy.Engine) -> None:
+    """Make the tables of Optuna in an SQLite file that has none, all or nothing.
+
+    Optuna makes them one by one. Killed in between, it leaves a file that it can never open again.
+    """
+    model = optuna.storages.RDBStorage("sqlite://").engine
+    with closing(engine.raw_connection()) as here, closing(model.raw_connection()) as there:
+        file: Any = here.driver_connection
+        tables: Any = there.driver_connection
+        # no transaction but the one below
+        file.isolation_level = None
+        file.execute("BEGIN IMMEDIATE")
+        if file.execute("SELECT name FROM sqlite_master").fetchone() is None:
+            _, *statements, _ = tables.iterdump()
+            for statement in statements:
+                file.execute(statement)
+        file.execute("COMMIT")
+    engine.dispose()
+
+
+class KeptCosts:
+    """A cost function whose values are kept in a study, in the order in which a search asks for them.
+
+    A search that repeats itself, as all of `agents.tuning.search` do, asks for the kept points first and gets
+    their costs without a new evaluation. Asking Optuna for each point instead would cost a transaction for every entry.
+
+    Args:
+        study: where they are kept.
+        names: of the entries of a point.
+        cost: the function.
+        advance: called with every value that is handed out.
+    """
+
+    def __init__(
+        self,
+        study: optuna.Study,
+        names: Sequence[str],
+        cost: Callable[[Any], float],
+        advance: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.study, self.names, self.cost, self.advance = study, names, cost, advance
+        self.kept = study.get_trials(deepcopy=False, states=[TrialState.COMPLETE])
+        self.asked = 0
+        self.distributions: Mapping[str, BaseDistribution] = dict.fromkeys(names, FloatDistribution(-BOUND, BOUND))
+
+    def __call__(self, point: Any) -> float:
+        """The cost at a point, shape (entries,).
+
+        Raises:
+            ConfigError: if the study holds another point here, so that it is of another search.
+        """
+        params = {name: float(value) for name, value in zip(self.names, point, strict=True)}
+        if self.asked < len(self.kept):
+            trial = self.kept[self.asked]
+            if trial.params != params:
+                raise ConfigError(f"the study {self.study.study_name} is of another search: tune again with --fresh")
+            value = float(trial.values[0])
+        else:
+            value = self.cost(point)
+            self.study.add_trial(create_trial(params=params, distributions=dict(self.distributions), value=value))
+        self.asked += 1
+        self.advance()
+        return value

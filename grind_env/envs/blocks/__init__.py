@@ -1,0 +1,1 @@
+"""Tasks of cycle blocks: their numbers, tapes, compiled step, observations and programs."""

@@ -1,0 +1,149 @@
+"""The compiled readings before a block."""
+
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.blocks.tables import Shop, read_kind, read_memory, read_shop
+from grind_env.envs.blocks.tape import TapeRow, read_row
+from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
+from grind_env.kernel import entry, inlined, log
+from grind_env.kernel.columns import column_writer
+from grind_env.machine.rows import read_wheel
+
+READINGS = len(Readings._fields)
+KIND = TapeRow._fields.index("kind")
+
+write_readings = column_writer(Readings)
+
+
+@inlined
+def scaled(value: float, offset: float, scale: float, low: float, high: float) -> float:
+    """A reading as an entry of the observation, cut at the range of its sensor."""
+    return min(max((value - offset) / scale, low), high)
+
+
+@inlined
+def observe_block(
+    i: int,
+    kinds: Any,
+    tape: Any,
+    block: Any,
+    wheels: Any,
+    memory: Any,
+    shop: Shop,
+    layout: Layout,
+    offset: Any,
+    scale: Any,
+    low: Any,
+    high: Any,
+    values: Any,
+    observations: Any,
+) -> None:
+    """Write the observation of episode i; `values`, shape (1, fields of `Readings`), is overwritten."""
+    total = tape.shape[1]
+    plain, materials = layout.columns.size, layout.materials.size
+    execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
+    wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
+    ahead = block[i] < total
+    row = read_row(tape[i], min(block[i], total - 1))
+    number, material = int(row.kind), int(row.material)
+    kind = read_kind(kinds, number * materials + material)
+    here = 1.0 if ahead else 0.0
+    changed = seen.wheel_changes > 0.0
+    growth = row.spare_kA if changed else row.kA
+    ra_scale = row.spare_ra_scale if changed else row.ra_scale
+    time_to_due = here * (row.due - seen.clock)
+    slack = log(max(time_to_due / row.work, LEAST_SLACK)) if here * row.work > 0.0 else 0.0
+    reading = Readings(
+        mean_power=seen.mean_power,
+        first_power=seen.first_power,
+        peak_power=seen.peak_power,
+        last_speed=seen.speed,
+        last_executions=seen.executions,
+        last_pick=seen.pick,
+        last_width=seen.width,
+        size_error=seen.size_error,
+        roughness=seen.roughness,
+        parts_since_gauged=seen.since_gauged,
+        volume=seen.volume,
+        blocks_since_dress=seen.blocks_since_dress,
+        dresses=seen.dresses,
+        diameter=wheel.ds,
+        pick=here * kind.pick,
+        width=here * kind.width,
+        length=here * kind.length,
+        sparkout=here * kind.sparkout,
+        stock=here * row.gauged / kind.stock,
+        roughness_limit=here * kind.roughness,
+        tolerance=here * kind.size,
+        scrap=here * kind.scrap,
+        new_lot=here * row.new_lot,
+        remaining=(total - block[i]) / total,
+        last_pre_dress=seen.pre_dress,
+        executions_left=(wheel.ds - shop.least_diameter) / execution_depth,
+        time_to_due=time_to_due,
+        slack=slack,
+        wear_flat=wheel.A,
+        loading=wheel.lam,
+        waviness=wheel.alw,
+        diamond_flat=wheel.wd,
+        dressed_roughness=wheel.Rd,
+        dressed_density=wheel.Cd,
+        growth=growth,
+        pressure=row.pm,
+        fracture=row.fc,
+        wear=row.Gref,
+        convection=row.hf,
+        roughness_scale=ra_scale,
+        wheel_volume=wheel.V,
+    )
+    write_readings(values, 0, reading)
+    for k in range(plain):
+        observations[i, k] = scaled(values[0, layout.columns[k]], offset[k], scale[k], low[k], high[k])
+    if ahead and layout.kinds > 0:
+        observations[i, plain + number] = 1.0
+        if block[i] + 1 < total:
+            after = int(tape[i, block[i] + 1, KIND])
+            observations[i, plain + layout.kinds + after] = 1.0
+    if ahead and layout.materials[material] >= 0:
+        observations[i, layout.materials[material]] = 1.0
+
+
+@entry
+def observe_blocks(
+    kinds: Any,
+    tape: Any,
+    block: Any,
+    wheels: Any,
+    memory: Any,
+    shops: Any,
+    layout: Layout,
+    offset: Any,
+    scale: Any,
+    low: Any,
+    high: Any,
+    observations: Any,
+) -> None:
+    """Write the observations before the coming blocks.
+
+    Args:
+        kinds: as for `step_blocks`, like the next five.
+        tape: noise tape.
+        block: coming block.
+        wheels: wheel states.
+        memory: what is remembered.
+        shops: numbers of the task, shape (1, fields of `Shop`).
+        layout: which readings are shown, and where.
+        offset: of each entry, shape (entries,), like the next three.
+        scale: of each entry.
+        low: of each entry.
+        high: of each entry.
+        observations: shape (N, entries), float32; written.
+    """
+    shop = read_shop(shops, 0)
+    values = np.empty((1, READINGS))
+    for i in range(block.size):
+        observe_block(
+            i, kinds, tape, block, wheels, memory, shop, layout, offset, scale, low, high, values, observations
+        )

@@ -1,0 +1,251 @@
+"""An episode as a part program: the blocks that an engineer could carry to the machine.
+
+Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
+(tests/envs/test_program_equality.py).
+"""
+
+import itertools
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.belief.hidden import FACTORS
+from grind_env.control import read
+from grind_env.envs.blocks.tables import ShopMemory
+from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow
+from grind_env.envs.simulation import Episodes
+from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
+from grind_env.machine.cycle import PartState
+from grind_env.machine.dress_program import plan_dress
+from grind_env.machine.job import Job, Part, Setup, Stage, Times
+from grind_env.machine.part import PartConditions
+from grind_env.process.tables import wrong
+
+DRESS_PROGRAM = 9100
+RECIPROCATING_AXIS = 0
+WHEEL_CHANGES = ShopMemory._fields.index("wheel_changes")
+CLEAR = 20.0
+"""mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
+NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
+"""What is left out of a comment: parentheses, which end it, and what a control may not have."""
+LONGEST_COMMENT = 80
+NEAR = 1.0
+"""mm; from here on the wheel comes down beside the part with a feed."""
+
+
+class CycleBlock(NamedTuple):
+    """The cycle block of one step."""
+
+    kind: Kind
+    surface: float
+    """Depth at which the block began, mm."""
+    stock: float
+    """Depth that it had to remove, mm."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
+    pre_dress: bool
+    """Whether the block begins with a dress (G82.1)."""
+    wheel_changes: int
+    """Wheel changes of the episode before the block."""
+
+
+def number(value: float) -> str:
+    """A word's number with a decimal point and at most three decimals, as the control reads it."""
+    text = f"{value:.3f}".rstrip("0")
+    return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
+
+
+def coming_block(
+    task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
+) -> CycleBlock:
+    """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
+    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
+    kind = task.kinds[int(row.kind)]
+    surface = 0.0 if kind.starts_part else PartState(*episodes.parts[i].tolist()).Z
+    changes = int(episodes.memory[i, WHEEL_CHANGES])
+    return CycleBlock(kind, surface, row.stock, float(speed), int(executions), pre_dress > 0.0, changes)
+
+
+def block_text(task: Task, block: CycleBlock) -> str:
+    """The G82 block as the control reads it."""
+    overrun, kind = task.setup.overrun, block.kind
+    words = (
+        f"X{number(kind.length + overrun)}",
+        f"I{number(-overrun)}",
+        f"Y{number(-(block.surface + block.stock))}",
+        f"J{number(-kind.pick)}",
+        f"L{kind.sparkout + 1}",
+        f"F{number(PICK_FEED)}",
+        f"E{number(block.speed)}",
+        f"P{DRESS_PROGRAM}",
+        f"D{block.executions}",
+    )
+    return ("G82.1 " if block.pre_dress else "G82 ") + " ".join(words)
+
+
+def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
+    """A main program that runs the blocks, and the dress program."""
+
+    def lines_of(block: CycleBlock) -> list[str]:
+        first = min(block.surface + block.kind.pick, block.surface + block.stock)
+        return [*approach(task, first), block_text(task, block), "G80"]
+
+    return program_of(task, blocks, lines_of)
+
+
+def approach(task: Task, depth: float) -> list[str]:
+    """Over the part and down beside it to a depth, mm, from wherever the operator has left the wheel."""
+    return [
+        f"G00 Y{number(CLEAR)} (CLEAR OF THE PART)",
+        f"G00 X{number(-task.setup.overrun)} Z0. (BESIDE IT)",
+        f"G00 Y{number(NEAR)}",
+        f"G01 Y{number(0.0 - depth)} F{number(PICK_FEED)}",  # not -depth, which may be -0.0
+    ]
+
+
+def comment(text: str) -> str:
+    """A text as it may stand between the parentheses of a comment."""
+    return NO_COMMENT.sub(" ", text.upper())[:LONGEST_COMMENT]
+
+
+def start_of(task: Task) -> list[str]:
+    """The first blocks of a main program: its number, its modes, wheel and coolant on."""
+    speed = f"S{60 * task.wheel_revolutions:.0f}"
+    return [f"O0001 ({comment(task.title)})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
+
+
+def end_of(task: Task) -> list[str]:
+    """The last blocks of a main program, coolant and wheel off, and the dress program."""
+    return ["M09", "M05", "M30", *dress_program(task), ""]
+
+
+def next_part(change: str = "") -> str:
+    """The stop between two parts, at which the operator perhaps does something else before, such as a wheel change."""
+    return f"M00 ({change}RETRACT, LOAD THE NEXT PART, TOUCH OFF AT Y0)"
+
+
+def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[CycleBlock], list[str]]) -> str:
+    """A main program of the lines of each block, M00 before each further part, and the dress program.
+
+    Where the episode changed the wheel, the operator does so at that M00 or M01.
+    """
+    lines = start_of(task)
+    for k, block in enumerate(blocks):
+        if k > 0:
+            change = "CHANGE THE WHEEL, " if block.wheel_changes > blocks[k - 1].wheel_changes else ""
+            if block.kind.starts_part:
+                lines.append(next_part(change))
+            else:
+                lines += [f"G00 Y{number(CLEAR)}", f"M01 ({change}GAUGE THE PART)"]
+        lines += lines_of(block)
+    return "\n".join([*lines, *end_of(task)])
+
+
+def dress_program(task: Task) -> list[str]:
+    """A dress program of the task's passes, lead and depth: the diamond stands on the table, beside the part."""
+    travel = task.wheel.width + DRESS_CLEARANCE
+    lines = [
+        f"O{DRESS_PROGRAM} (DRESS)",
+        "G90 G94",
+        f"G00 Y{number(CLEAR)} (OFF THE PART)",
+        f"G00 X{number(-task.setup.overrun - 90.0)} Z{number(-travel)} (BESIDE THE DIAMOND)",
+        "G00 Y10. (WHEEL FACE AT THE DIAMOND)",
+    ]
+    for k in range(task.dress.passes):
+        lines.append(f"G91 G01 Y{number(-task.dress.depth)} F60.")
+        lines.append(f"Z{number(travel if k % 2 == 0 else -travel)} F{number(60.0 * task.dress_feed)}")
+    return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
+
+
+def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
+    """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
+
+    Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
+    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else a pick.
+
+    Raises:
+        TaskError: that set-up time is less than the way of the wheel to the diamond and back.
+    """
+    setup = Setup(
+        wheel=task.wheel,
+        dresser=task.dresser,
+        fluid=task.fluid,
+        machine=task.machine,
+        wheel_speed=task.setup.wheel_speed,
+    )
+    change = None if task.wheel_change is None else task.wheel_change.seconds
+    times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
+    part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
+    bare = Job(part=part, setup=setup, times=times)
+    position = (-task.setup.overrun, -(kinds[0].pick if first is None else first), 0.0)
+    programs = read("\n".join(["M30", *dress_program(task)]))
+    motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
+    beyond = task.dress_seconds - motions.seconds
+    if beyond < 0.0:
+        least = task.dress.setup - beyond
+        raise wrong("dress.setup", task.dress.setup, f"at least {least:.1f} s, which its way takes", TaskError)
+    return replace(bare, times=replace(times, dress_setup=beyond))
+
+
+def job_from_surface(task: Task) -> Job:
+    """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
+    return job(task, *task.kinds, first=0.0)
+
+
+def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
+    """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
+    kind, depths = kinds[-1], list(itertools.accumulate(stocks))
+    stages = tuple(
+        Stage(
+            stock=depth,
+            roughness_limit=earlier.roughness_limit,
+            tolerance=earlier.tolerance,
+            rise_allowance=earlier.rise_allowance,
+        )
+        for earlier, depth in zip(kinds[:-1], depths, strict=False)
+    )
+    return Part(
+        material=task.catalogue.material(material),
+        length=kind.length,
+        width=kind.width,
+        stock=depths[-1],
+        roughness_limit=kind.roughness_limit,
+        tolerance=kind.tolerance,
+        scrap_cost=kind.scrap,
+        rise_allowance=kind.rise_allowance,
+        stages=stages,
+    )
+
+
+def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
+    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
+    parts: list[list[TapeRow]] = []
+    for row in (TapeRow(*values) for values in tape.tolist()):
+        if task.kinds[int(row.kind)].starts_part:
+            parts.append([])
+        parts[-1].append(row)
+    return [
+        PartConditions(
+            part=part_of(
+                task,
+                [task.kinds[int(row.kind)] for row in rows],
+                [row.stock for row in rows],
+                task.materials[int(rows[0].material)],
+            ),
+            factors=_factors(task, rows[0], FACTORS),
+            new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,
+        )
+        for rows in parts
+    ]
+
+
+def _factors(task: Task, row: TapeRow, fields: tuple[str, ...]) -> dict[str, float]:
+    """Factors on the stroke parameters `FACTORS`, from these fields of the tape, with those fixed in the task."""
+    drawn = {name: getattr(row, field) for name, field in zip(FACTORS, fields, strict=True)}
+    return {**task.factors, **{name: value * task.factors.get(name, 1.0) for name, value in drawn.items()}}

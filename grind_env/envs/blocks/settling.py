@@ -1,0 +1,175 @@
+"""What a block that was run has cost, and what the shop floor remembers of it."""
+
+from typing import NamedTuple
+
+from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory
+from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_roughness, measured_size
+from grind_env.kernel import inlined
+from grind_env.machine.cycle import PartState
+from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
+from grind_env.process.cost import Limits, Rates, expenses, handover_cost, survival
+from grind_env.process.state import StrokeParameters, WheelState
+
+
+class PowerReadings(NamedTuple):
+    """The power readings that the shop floor remembers of a block, W."""
+
+    mean: float
+    first: float
+    peak: float
+
+
+@inlined
+def counted_rise(kind: KindRow, result: Tally) -> float:
+    """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
+    return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
+
+
+@inlined
+def chance(kind: KindRow, rise: float, power: float, roughness: float, size_error: float) -> float:
+    """Probability that a part of that kind is good; arguments as for `survival`."""
+    return survival(rise, power, roughness, size_error, Limits(kind.rise, kind.power, kind.roughness, kind.size))
+
+
+@inlined
+def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float, old: ShopMemory) -> float:
+    """Probability that the part is still good after a block; `size_error` in um."""
+    before = 1.0 if kind.starts_part > 0.0 else old.survival
+    return before * chance(kind, counted_rise(kind, result), result.peak_power, part.Rs, size_error)
+
+
+@inlined
+def rates_of(shop: Shop) -> Rates:
+    """The prices of a task."""
+    return Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+
+
+@inlined
+def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters) -> float:
+    """Price of handing over the wheel of a task, $; `lead` is that of a dress, mm per wheel revolution."""
+    return handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates_of(shop))
+
+
+@inlined
+def outcome_of(
+    kind: KindRow,
+    row: TapeRow,
+    shop: Shop,
+    part: PartState,
+    result: Tally,
+    old: ShopMemory,
+    size_error: float,
+    rise: float,
+    good: float,
+    change: float,
+    handover: float,
+) -> Outcome:
+    """What a block has cost and made.
+
+    Args:
+        kind: of the block.
+        row: of the tape.
+        shop: numbers of the task.
+        part: after the block.
+        result: of its cycle.
+        old: what was remembered before it.
+        size_error: stock left on the part, um.
+        rise: highest temperature rise that counts, K.
+        good: probability that the part is still good.
+        change: 1 if the wheel is changed after the block.
+        handover: price of handing over the wheel, $.
+    """
+    seconds = result.seconds + kind.load + change * shop.change_seconds
+    clock = old.clock + seconds
+    finished = kind.ends_part
+    removed, rates = result.worn + result.dressed_off, rates_of(shop)
+    time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
+    scrap_cost = finished * kind.scrap * (1.0 - good)
+    late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
+    change_cost = change * shop.change_price
+    cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
+    return Outcome(
+        time_cost=time_cost,
+        wheel_cost=wheel_cost,
+        dress_cost=dress_cost,
+        scrap_cost=scrap_cost,
+        handover_cost=handover,
+        late_cost=late_cost,
+        change_cost=change_cost,
+        cost=cost,
+        reward=-cost / shop.reference_cost,
+        good=finished * good,
+        finished=finished,
+        seconds=seconds,
+        burn_ratio=result.burn_ratio,
+        rise=rise,
+        peak_power=result.peak_power,
+        roughness=part.Rs,
+        size_error=size_error,
+    )
+
+
+@inlined
+def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
+    """The power readings of a block, after which the wheel is perhaps changed (1)."""
+    # of a new wheel nothing is known yet
+    mean = 0.0
+    if result.last_count > 0.0 and change == 0.0:
+        mean = measured_power(mean_last_power(result), row.mean_noise)
+    first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
+    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_power, row.peak_noise))
+
+
+@inlined
+def remembered(
+    kind: KindRow,
+    row: TapeRow,
+    result: Tally,
+    old: ShopMemory,
+    powers: PowerReadings,
+    outcome: Outcome,
+    good: float,
+    change: float,
+    E: float,
+    D: float,
+    pre_dress: float,
+    volume: float,
+) -> ShopMemory:
+    """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
+
+    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, by
+    book-keeping. The other arguments are those of `outcome_of`, and what came of it.
+    """
+    ends = kind.ends_part > 0.0
+    size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
+    known = ends and old.gauged >= 0.0
+    roughness = old.gauged if known else old.roughness
+    since_gauged = 1.0 if known else old.since_gauged + outcome.finished
+    gauged = -1.0 if ends else old.gauged
+    if ends and int(old.parts) % GAUGE_EVERY == 0:
+        gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
+    sharpened = result.dresses + change > 0.0
+    volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
+    blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
+    return ShopMemory(
+        speed=E / 1000.0,
+        executions=D,
+        pick=kind.pick,
+        width=kind.width,
+        mean_power=powers.mean,
+        first_power=powers.first,
+        peak_power=powers.peak,
+        size_error=size_error,
+        roughness=roughness,
+        gauged=gauged,
+        since_gauged=since_gauged,
+        volume=volume,
+        blocks_since_dress=blocks_since_dress,
+        dresses=old.dresses + result.dresses,
+        parts=old.parts + outcome.finished,
+        survival=good,
+        pre_dress=pre_dress,
+        clock=old.clock + outcome.seconds,
+        wheel_changes=old.wheel_changes + change,
+    )

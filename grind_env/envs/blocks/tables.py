@@ -1,0 +1,190 @@
+"""The numbers of a task and of an episode that the compiled step works on, as named tuples of floats.
+
+`kind_table` and `parameter_table` have a row for every pair of kind and material, kind by kind.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.tasks import Kind, Task
+from grind_env.kernel.columns import column_reader, column_writer
+
+COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
+"""Terms of the cost of a step that every task has."""
+
+
+class KindRow(NamedTuple):
+    """The numbers of a block kind that a step needs; see `tasks.Kind`."""
+
+    stock: float
+    pick: float
+    sparkout: float
+    width: float
+    length: float
+    stroke: float
+    """Distance between the reversal points, mm."""
+    scrap: float
+    starts_part: float
+    ends_part: float
+    counts_all: float
+    """1 if heat counts over all plunges, because a rise allowance is given."""
+    load: float
+    rise: float
+    power: float
+    roughness: float
+    size: float
+
+
+class Shop(NamedTuple):
+    """The numbers of a task that are the same for all its blocks."""
+
+    acceleration: float
+    dwell: float
+    dress_passes: float
+    dress_feed: float
+    dress_depth: float
+    dress_seconds: float
+    hourly: float
+    wheel_price: float
+    dress_price: float
+    reference_cost: float
+    late_price: float
+    """Of lateness, $/h."""
+    least_diameter: float
+    """Below it the wheel is changed, mm; 0 for never."""
+    new_diameter: float
+    change_price: float
+    change_seconds: float
+
+
+class ShopMemory(NamedTuple):
+    """What the shop floor remembers from block to block."""
+
+    speed: float
+    executions: float
+    pick: float
+    width: float
+    mean_power: float
+    first_power: float
+    peak_power: float
+    size_error: float
+    roughness: float
+    gauged: float
+    """Roughness gauged on the last gauged part, not yet known; negative if none."""
+    since_gauged: float
+    volume: float
+    """Programmed depth times length ground since the last dress, mm3/mm."""
+    blocks_since_dress: float
+    dresses: float
+    parts: float
+    survival: float
+    """Probability that the part in work is still good."""
+    pre_dress: float
+    """1 if the last block began with a dress."""
+    clock: float
+    """Time since the start of the episode, s."""
+    wheel_changes: float
+
+
+class Outcome(NamedTuple):
+    """What one step gives back. Costs in $."""
+
+    time_cost: float
+    wheel_cost: float
+    dress_cost: float
+    scrap_cost: float
+    handover_cost: float
+    late_cost: float
+    change_cost: float
+    """Price of a new wheel."""
+    cost: float
+    """Sum of the terms above, $."""
+    reward: float
+    """Minus that sum over the reference cost of a block."""
+    good: float
+    """Probability that the part that this block finished is good; 0 if it finished none."""
+    finished: float
+    """1 if the block finished a part."""
+    seconds: float
+    """Time of the block, with loading and wheel change."""
+    burn_ratio: float
+    rise: float
+    peak_power: float
+    roughness: float
+    size_error: float
+
+
+read_kind, read_shop = column_reader(KindRow), column_reader(Shop)
+read_memory, write_memory = column_reader(ShopMemory), column_writer(ShopMemory)
+write_outcome = column_writer(Outcome)
+
+
+def kind_row(task: Task, kind: Kind) -> KindRow:
+    """The numbers of a block kind."""
+    limits = task.limits(kind)
+    return KindRow(
+        stock=kind.stock,
+        pick=kind.pick,
+        sparkout=float(kind.sparkout),
+        width=kind.width,
+        length=kind.length,
+        stroke=task.stroke_length(kind),
+        scrap=kind.scrap,
+        starts_part=float(kind.starts_part),
+        ends_part=float(kind.ends_part),
+        counts_all=float(kind.rise_allowance > 0.0),
+        load=task.setup.load if kind.starts_part else 0.0,
+        rise=limits.rise,
+        power=limits.power,
+        roughness=limits.roughness,
+        size=limits.size,
+    )
+
+
+def kind_table(task: Task) -> NDArray[np.float64]:
+    """Numbers of every kind in every material, shape (kinds x materials, fields of `KindRow`)."""
+    return np.array([kind_row(task, kind) for kind in _variants(task)])
+
+
+def parameter_table(task: Task) -> NDArray[np.float64]:
+    """Nominal parameters of every kind in every material, shape (kinds x materials, fields of `StrokeParameters`)."""
+    return np.array([task.parameters(kind) for kind in _variants(task)])
+
+
+def _variants(task: Task) -> list[Kind]:
+    return [replace(kind, material=name) for kind in task.kinds for name in task.materials]
+
+
+def shop_row(task: Task) -> Shop:
+    """The numbers that are the same for all blocks of a task."""
+    rates = task.rates
+    return Shop(
+        acceleration=task.machine.acceleration,
+        dwell=task.machine.reversal_dwell,
+        dress_passes=float(task.dress.passes),
+        dress_feed=task.dress_feed,
+        dress_depth=task.dress.depth,
+        dress_seconds=task.dress_seconds,
+        hourly=rates.hourly,
+        wheel_price=rates.wheel,
+        dress_price=rates.dress,
+        reference_cost=task.reference_cost,
+        late_price=task.due.late if task.due else 0.0,
+        least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
+        new_diameter=task.wheel.diameter,
+        change_price=task.wheel_change.price if task.wheel_change else 0.0,
+        change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,
+    )
+
+
+def reward_terms(task: Task) -> dict[str, int]:
+    """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
+    names = [*COST_TERMS]
+    if task.due is not None:
+        names.append("late")
+    if task.wheel_change is not None:
+        names.append("change")
+    return {name: Outcome._fields.index(f"{name}_cost") for name in names}

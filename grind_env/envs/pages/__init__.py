@@ -1,8 +1,0 @@
-"""Reference pages of the environments, written from the code: what `make docs` and `grind tasks` show."""
-
-from grind_env.envs.pages.notes import PageError
-from grind_env.envs.pages.page import page
-from grind_env.envs.pages.sheet import page_ids
-from grind_env.envs.pages.summary import Summary, index, summaries, summary
-
-__all__ = ["PageError", "Summary", "index", "page", "page_ids", "summaries", "summary"]

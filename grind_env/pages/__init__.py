@@ -1,0 +1,8 @@
+"""Reference pages of the environments, written from the code: what `make docs` and `grind tasks` show."""
+
+from grind_env.pages.notes import PageError
+from grind_env.pages.page import page
+from grind_env.pages.sheet import page_ids
+from grind_env.pages.summary import Summary, index, summaries, summary
+
+__all__ = ["PageError", "Summary", "index", "page", "page_ids", "summaries", "summary"]

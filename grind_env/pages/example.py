@@ -1,0 +1,50 @@
+"""The example of a page, whose outputs are taken from what the page says and checked by doctest."""
+
+import math
+from typing import Any
+
+from grind_env.envs.blocks.tables import COST_TERMS, reward_terms
+from grind_env.pages.sheet import Sheet
+
+COUNT = 4
+"""Environments of the vector environment."""
+
+
+def example(about: Sheet) -> str:
+    """A session that makes the environment, takes one step, and makes the vector environment."""
+    env: Any = about.env
+    size, width = len(about.readings), env.action_space.shape[0]
+    lines = [">>> import gymnasium as gym", ">>> import grind_env"]
+    program = ""
+    if about.note.program:
+        lines += [
+            ">>> from pathlib import Path",
+            f'>>> program = Path(grind_env.__file__).parent / "examples" / "{about.note.program}"',
+        ]
+        program = ", program=str(program)"
+    lines += [
+        f'>>> env = gym.make("{about.id}"{program})',
+        ">>> env.action_space",
+        repr(env.action_space),
+        ">>> observation, info = env.reset(seed=1)",
+        ">>> observation.shape",
+        f"({size},)",
+        ">>> env.unwrapped.observation_info()[0].name",
+        repr(about.readings[0].name),
+        ">>> observation, reward, terminated, truncated, info = env.step(env.action_space.low)",
+        ">>> terminated, truncated",
+        f"({about.steps == 1}, False)",
+    ]
+    least = f"{about.reward.least:g} <= " if math.isfinite(about.reward.least) else ""
+    lines += [f">>> {least}reward <= {about.reward.most:g}", "True"]
+    if about.codec is not None:
+        terms = COST_TERMS if about.task is None else reward_terms(about.task)
+        lines += ['>>> list(info["reward_terms"])', repr(list(terms))]
+        lines += ['>>> info["E"], info["D"]', f"({about.codec.low}, 0.0)"]
+    lines += [
+        f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
+        ">>> observations, infos = vector.reset(seed=1)",
+        ">>> observations.shape, vector.action_space.shape",
+        f"(({COUNT}, {size}), ({COUNT}, {width}))",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,162 @@
+"""One page: description, spaces, reward, episode, arguments, scores, example, versions."""
+
+import math
+from typing import Any
+
+from grind_env.pages.example import example
+from grind_env.pages.markdown import arguments, prose, table
+from grind_env.pages.rewards import Span
+from grind_env.pages.sheet import Sheet, sheet
+from grind_env.pages.tables import (
+    RANGE_NOTE,
+    action_table,
+    drawn_table,
+    form_table,
+    kind_table,
+    observation_table,
+    reward_table,
+    setup_table,
+)
+from grind_env.scores import find_reference, normalise
+
+SECTIONS = (
+    "Description",
+    "Action space",
+    "Observation space",
+    "Reward",
+    "Episode",
+    "Arguments",
+    "Reference scores",
+    "Example",
+    "Version history",
+)
+"""Headings of a page, in their order."""
+
+
+def page(env_id: str) -> str:
+    """The page of a registered id, Markdown.
+
+    Raises:
+        PageError: if the id is not registered or has no notes.
+    """
+    about = sheet(env_id)
+    words = prose(type(about.env))
+    parts = {
+        "Description": _description(about, words),
+        "Action space": _actions(about),
+        "Observation space": _observation(about),
+        "Reward": _reward(about),
+        "Episode": _episode(about),
+        "Arguments": _arguments(about),
+        "Reference scores": _scores(about),
+        "Example": f"```python\n{example(about)}\n```",
+        "Version history": table(("version", "what changed"), list(about.note.versions.items())),
+    }
+    lines = [f"# {env_id}", f"*{about.title}.*", _facts(about)]
+    for name in SECTIONS:
+        own = "" if name == "Description" else words.get(name, "")
+        lines += [f"## {name}", own, parts[name]]
+    return "\n\n".join(line for line in lines if line) + "\n"
+
+
+def _facts(about: Sheet) -> str:
+    rows = [
+        ("make", f'`gym.make("{about.id}"{", program=..." if about.note.program else ""})`'),
+        ("action space", f"`{about.env.action_space}`"),
+        ("observation space", f"`{_box(about.env.observation_space)}`"),
+        ("steps", f"{about.steps}" if about.steps else "not fixed"),
+        ("reward of a step", _span(about.reward)),
+        ("easy or hard", about.note.hard),
+    ]
+    return table(("", ""), rows)
+
+
+def _box(space: Any) -> str:
+    """A Box in short: every entry has bounds of its own, which its table lists."""
+    return f"Box({space.shape}, {space.dtype})"
+
+
+def _span(reward: Span) -> str:
+    return f"{reward.least:g} to {reward.most:g}" if math.isfinite(reward.least) else f"at most {reward.most:g}"
+
+
+def _description(about: Sheet, words: dict[str, str]) -> str:
+    lines = [about.note.summary, words[""], words.get("Description", "")]
+    if about.task is not None:
+        order = "random orders" if about.task.orders else ", ".join(about.task.sequence) + ", repeated"
+        lines += [f"Blocks: {about.task.blocks}, {order}.", kind_table(about, about.task), setup_table(about.task)]
+    return "\n\n".join(lines)
+
+
+def _actions(about: Sheet) -> str:
+    tables = [action_table(about)]
+    if about.codec is not None:
+        tables.append(form_table(about.codec.task, predress=about.task is not None))
+    return "\n\n".join(tables)
+
+
+def _observation(about: Sheet) -> str:
+    shown = dict(enumerate(about.readings))
+    hidden = {place: each for place, each in enumerate(about.full) if each not in about.readings}
+    lines = [
+        f"{len(shown)} entries; with an entry x of the observation, `value` is what was read, in its unit.",
+        observation_table(shown),
+    ]
+    if hidden:
+        lines += [
+            f'`observation="full"` has {len(about.full)} entries: these at their places, and what follows moves back.',
+            observation_table(hidden),
+        ]
+    return "\n\n".join(lines)
+
+
+def _reward(about: Sheet) -> str:
+    bounded = math.isfinite(about.reward.least)
+    lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
+    if about.costs:
+        lines[0] += f" The reference cost is {about.reference_cost:.4g} $ a step. {RANGE_NOTE}"
+        lines.append(reward_table(about))
+    return "\n\n".join(lines)
+
+
+def _episode(about: Sheet) -> str:
+    if about.task is None:
+        return ""
+    start = about.task.start
+    lines = [f"It is `terminated` after block {about.task.blocks}, never `truncated`. An action cannot end it."]
+    if start.wear_flat_area is not None:
+        lines.append(
+            f"The wheel starts with a wear-flat area of {start.wear_flat_area:g}, {start.volume:g} mm3/mm old."
+        )
+    if factors := ", ".join(f"{name} {value:g}" for name, value in about.task.factors.items()):
+        lines.append(f"Fixed factors: {factors}.")
+    drawn = drawn_table(about.task)
+    lines.append("Drawn at reset:" if drawn else "Nothing is drawn: all episodes are the same.")
+    return "\n\n".join([" ".join(lines), drawn] if drawn else [" ".join(lines)])
+
+
+def _arguments(about: Sheet) -> str:
+    fixed = about.env.spec.kwargs if about.env.spec else {}
+    rows = [
+        (f"`{name}`", f"`{default}`" if default else "required", meaning)
+        for name, default, meaning in arguments(type(about.env))
+        if name != "task" or name not in fixed
+    ]
+    listed = table(("argument", "default", "meaning"), rows)
+    return f"{listed}\n\nThe id fixes the argument `task` of its class." if "task" in fixed else listed
+
+
+def _scores(about: Sheet) -> str:
+    """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
+    known = find_reference(about.id)
+    if known is None:
+        return "None measured yet."
+    rows = [
+        (policy, f"{mean.value:.4g} ± {mean.error:.2g}", f"{normalise(about.id, mean.value):.4g}")
+        for policy, mean in known.returns.items()
+    ]
+    heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
+    scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
+    return f"Mean return of an episode with its standard error, default arguments.{scale}\n\n" + table(
+        ("policy", "return", heading), rows
+    )

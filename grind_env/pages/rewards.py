@@ -1,0 +1,143 @@
+"""Bounds on the reward of a step, term by term, worked out from a task.
+
+The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
+dress and as many as the task allows, a good part and scrap. Two of them need an assumption, since the
+normal distribution is unbounded and no bound on the wear of a wheel is known: `STOCK_SIGMAS` and `WORST_WEAR`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from grind_env.control.rules import motion_time
+from grind_env.envs.blocks.tables import reward_terms
+from grind_env.envs.tasks import Kind, Task
+from grind_env.process.cost import MOST_HANDOVER_DRESSES
+
+STOCK_SIGMAS = 6.0
+"""Standard deviations of stock that are counted; one part in a billion has more."""
+WORST_WEAR = 0.01
+"""Least G-ratio that is counted, over the reference one of wheel and material."""
+
+MEANINGS = {
+    "time": "hourly rate x time of strokes, dresses, loading and wheel change",
+    "wheel": "price x wheel volume, worn and dressed off",
+    "dress": "price of the dresser x executions",
+    "scrap": "price of scrap x probability that the finished part is scrap",
+    "handover": "with the last block: executions that would make the wheel sharp",
+    "late": "hourly price x lateness at a due date",
+    "change": "price of a new wheel",
+}
+
+
+class Span(NamedTuple):
+    """The least and the most of something."""
+
+    least: float
+    most: float
+
+
+def stock_span(task: Task, kind: Kind) -> Span:
+    """Stock of a block, mm, in whole um as it is drawn."""
+    spread = STOCK_SIGMAS * task.spread.stock if kind.starts_part else 0.0
+    least = max(kind.least_stock, 1.0 - spread) if spread > 0.0 else 1.0
+    ends = (math.floor(1000.0 * kind.stock * share + 0.5) / 1000.0 for share in (least, 1.0 + spread))
+    return Span(*ends)
+
+
+def stroke_times(task: Task) -> dict[str, Span]:
+    """Seconds of a G82 block of each kind without its dresses, with loading."""
+    low, high = task.action.speed_ends
+    spans = {}
+    for kind in task.kinds:
+        stock = stock_span(task, kind)
+        # a faster table than this spends more time on acceleration than it saves
+        optimum = 0.06 * math.sqrt(task.machine.acceleration * task.stroke_length(kind))
+        fastest = min(max(low, optimum), high)
+        thick = replace(kind, stock=stock.most)
+        spans[kind.name] = Span(
+            task.nominal_seconds(replace(kind, stock=stock.least), fastest),
+            max(task.nominal_seconds(thick, low), task.nominal_seconds(thick, high)),
+        )
+    return spans
+
+
+def single_stroke_times(task: Task) -> dict[str, Span]:
+    """Seconds of one stroke of each kind without a dress; the longest with the loading before the first on a part.
+
+    The wait for the program before a dress, at most 2 ms, is less than a loading and never comes with one.
+    """
+    strokes = {kind.name: _stroke(task, kind) for kind in task.kinds}
+    return {name: Span(stroke.least, task.setup.load + stroke.most) for name, stroke in strokes.items()}
+
+
+def infeed_times(task: Task) -> dict[str, Span]:
+    """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
+    machine, executions = task.machine, task.action.executions
+    feed = task.infeed / 60.0
+    spans = {}
+    for kind in task.kinds:
+        stock, load = stock_span(task, kind), task.setup.load if kind.starts_part else 0.0
+        stroke = _stroke(task, kind)
+        # of the stroke in which the infeed ends at least half is left, then come one at full depth and the spark-out
+        end = 1.5 + kind.sparkout
+        # the control waits for a reversal point after every infeed
+        waiting = (end + 1.5 + executions) * stroke.most + (executions + 1.0) * feed / machine.acceleration
+        least = load + stock.least / feed + end * stroke.least
+        spans[kind.name] = Span(least, load + stock.most / feed + waiting)
+    return spans
+
+
+def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
+    """Cost of a step in $, by term of the reward.
+
+    Args:
+        task: the task.
+        times: seconds of a block without its dresses, by kind.
+    """
+    rates, most = task.rates, float(task.action.executions)
+    per_second = rates.hourly / 3600.0
+    dressed = 0.5 * task.execution_depth * math.pi * task.wheel.diameter * task.wheel.width
+    execution = per_second * task.dress_seconds + rates.wheel * dressed + rates.dress
+    change = task.wheel_change
+    longest = {name: span.most + most * task.dress_seconds for name, span in times.items()}
+    spans = {
+        "time": Span(
+            per_second * min(span.least for span in times.values()),
+            per_second * (max(longest.values()) + (change.seconds if change else 0.0)),
+        ),
+        "wheel": Span(0.0, rates.wheel * (most * dressed + max(_worn(task, kind) for kind in task.kinds))),
+        "dress": Span(0.0, rates.dress * most),
+        "scrap": Span(0.0, max(kind.scrap for kind in task.kinds)),
+        "handover": Span(0.0, MOST_HANDOVER_DRESSES * execution),
+    }
+    if task.due is not None:
+        due = task.due
+        behind = max(longest[kind.name] - due.slack[0] * task.nominal_seconds(kind, due.speed) for kind in task.kinds)
+        spans["late"] = Span(0.0, due.late / 3600.0 * task.blocks * behind)
+    if change is not None:
+        spans["change"] = Span(0.0, change.price)
+    return {name: spans[name] for name in reward_terms(task)}
+
+
+def reward_span(task: Task, costs: Mapping[str, Span]) -> Span:
+    """Lowest and highest reward of a step, rounded outwards to hundredths."""
+    worst = -sum(span.most for span in costs.values()) / task.reference_cost
+    best = -sum(span.least for span in costs.values()) / task.reference_cost
+    return Span(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
+
+
+def _stroke(task: Task, kind: Kind) -> Span:
+    """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
+    machine, distance = task.machine, task.stroke_length(kind)
+    slowest, fastest = (
+        motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in task.action.speed_ends
+    )
+    return Span(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
+
+
+def _worn(task: Task, kind: Kind) -> float:
+    """Wheel volume that a block, or a stroke that meets all of its stock, wears off at most, mm3."""
+    p = task.parameters(kind)
+    return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref * p.gm)

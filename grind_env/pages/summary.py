@@ -1,0 +1,90 @@
+"""All ids at a glance: rows for the table of `grind tasks` and the index of the pages."""
+
+import math
+from dataclasses import dataclass
+
+from grind_env.pages.markdown import table
+from grind_env.pages.sheet import Sheet, page_ids, sheet
+from grind_env.scores import find_reference, normalise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """An id in one row.
+
+    Attributes:
+        id: the id.
+        title: the job in a few words.
+        steps: steps of an episode; 0 where they are not fixed.
+        actions: forms of the action.
+        observation: entries of the observation.
+        full: the same with `observation="full"`.
+        reward: lowest and highest reward of a step; None for the lowest where no bound is known.
+        hard: what makes it easy or hard.
+        scripted: score of the best scripted policy that sees measurements; None if it has not been measured.
+    """
+
+    id: str
+    title: str
+    steps: int
+    actions: tuple[str, ...]
+    observation: int
+    full: int
+    reward: tuple[float | None, float]
+    hard: str
+    scripted: float | None
+
+
+def summary(env_id: str) -> Summary:
+    """The row of a registered id.
+
+    Raises:
+        PageError: if the id is not registered or has no notes.
+    """
+    return _row(sheet(env_id))
+
+
+def summaries() -> list[Summary]:
+    """The rows of all registered ids."""
+    return [summary(env_id) for env_id in page_ids()]
+
+
+def _row(about: Sheet) -> Summary:
+    return Summary(
+        id=about.id,
+        title=about.title,
+        steps=about.steps,
+        actions=about.forms,
+        observation=len(about.readings),
+        full=len(about.full),
+        reward=(about.reward.least if math.isfinite(about.reward.least) else None, about.reward.most),
+        hard=about.note.hard,
+        scripted=_scripted(about.id),
+    )
+
+
+def _scripted(env_id: str) -> float | None:
+    known = find_reference(env_id)
+    return None if known is None else round(normalise(env_id, known.returns[known.best_scripted].value), 3)
+
+
+def file_name(env_id: str) -> str:
+    """File of a page: `grind/Rush-v0` is `Rush-v0.md`."""
+    return f"{env_id.removeprefix('grind/')}.md"
+
+
+def index() -> str:
+    """The index of the pages, Markdown."""
+    rows = [
+        (
+            f"[{each.id}]({file_name(each.id)})",
+            each.title,
+            str(each.steps or "-"),
+            ", ".join(each.actions),
+            str(each.observation),
+            each.hard,
+        )
+        for each in summaries()
+    ]
+    header = ("id", "job", "steps", "actions", "observation", "easy or hard")
+    return f"# Environments\n\n{table(header, rows)}\n"

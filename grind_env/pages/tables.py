@@ -1,0 +1,183 @@
+"""The tables of a page: action, observation, blocks, what is drawn, reward."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from grind_env.belief.hidden import CUT
+from grind_env.envs.actions import ACTIONS, ActionCodec
+from grind_env.envs.observations import Reading
+from grind_env.envs.tasks import Task
+from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
+from grind_env.pages.markdown import table
+from grind_env.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
+from grind_env.pages.sheet import Sheet
+
+LOTS = {"lot_growth": "wear-flat growth kA", "lot_pressure": "wear-flat pressure pm"}
+EPISODE = {
+    "wheel_growth": "wear-flat growth kA, of every wheel",
+    "wheel_roughness": "roughness scale, of every wheel",
+    "fracture_force": "fracture force fc, the grade of the wheels",
+    "g_ratio": "G-ratio",
+    "convection": "convection of the coolant",
+}
+"""Log-normal factors of the tables of a task file by what they multiply."""
+
+
+def action_table(sheet: Sheet) -> str:
+    """A row for each component of the default action, and what it chooses."""
+    space: Any = sheet.env.action_space
+    rows = [
+        (str(k), name, f"{low:g}", f"{high:g}", choice)
+        for k, ((name, choice), low, high) in enumerate(zip(_components(sheet), space.low, space.high, strict=True))
+    ]
+    return table(("#", "component", "min", "max", "chooses"), rows)
+
+
+def _components(sheet: Sheet) -> list[tuple[str, str]]:
+    """Name of each component of the default action, and what it chooses."""
+    codec = sheet.codec
+    if codec is None:
+        ends = zip(Setting._fields, LOWEST, HIGHEST, strict=True)
+        return [(name, f"{low:g} to {high:g}, linear") for name, low, high in ends]
+    speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
+    if codec.levels.size > 0:
+        levels = ", ".join(f"{level:g}" for level in codec.levels)
+        speed = f"{levels} mm/min, {codec.levels.size} bins of equal width"
+    most = codec.executions
+    return [("E", speed), ("D", f"0 to {most} dress executions, {most + 1} bins of equal width")]
+
+
+def form_table(task: Task, *, predress: bool) -> str:
+    """The action space in each of its forms, that with a pre-dress among them if there is one."""
+    rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in ACTIONS]
+    if predress:
+        rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
+    return table(("argument", "action space"), rows)
+
+
+def observation_table(readings: Mapping[int, Reading]) -> str:
+    """A row for each entry by its place in the observation; the value is that of an observation x in its unit."""
+    rows = [
+        (
+            str(place),
+            f"`{each.name}`",
+            f"{each.low:g}",
+            f"{each.high:g}",
+            _value(each),
+            each.unit or "-",
+            each.noise,
+            each.meaning,
+        )
+        for place, each in readings.items()
+    ]
+    return table(("#", "name", "min", "max", "value", "unit", "noise, delay", "meaning"), rows)
+
+
+def _value(reading: Reading) -> str:
+    slope = "x" if reading.scale == 1.0 else f"{reading.scale:g} x"
+    return slope if reading.offset == 0.0 else f"{reading.offset:g} + {slope}"
+
+
+def setup_table(task: Task) -> str:
+    """The set-up, with what this task changes in a catalogue entry."""
+    setup, dress = task.setup, task.dress
+    wheel = ", ".join(f"{name} {value:g}" for name, value in setup.wheel_overrides.items())
+    machine = ", ".join(f"{name} {value:g}" for name, value in setup.machine_overrides.items())
+    rows = [
+        ("wheel", setup.wheel + (f" with {wheel}" if wheel else "") + f", {setup.wheel_speed:g} m/s when new"),
+        (
+            "dress",
+            f"{dress.passes} passes of {dress.depth:g} mm, lead {dress.lead:g} mm/rev, {task.dress_seconds:.1f} s",
+        ),
+        ("dresser, fluid", f"{setup.dresser}, {setup.fluid}"),
+        ("machine", setup.machine + (f" with {machine}" if machine else "")),
+        ("loading", f"{setup.load:g} s a part"),
+        ("prices", f"{task.rates.hourly:g} $/h, {task.rates.wheel:g} $/mm3 of wheel, {task.rates.dress:g} $ a dress"),
+    ]
+    if task.wheel_change is not None:
+        change = task.wheel_change
+        least = task.wheel.minimum_diameter
+        rows.append(("wheel change", f"below {least:g} mm: {change.price:g} $ and {change.seconds:g} s"))
+    if task.due is not None:
+        rows.append(("due dates", f"one after every {task.due.blocks} blocks; lateness costs {task.due.late:g} $/h"))
+    return table(("set-up", ""), rows)
+
+
+def kind_table(sheet: Sheet, task: Task) -> str:
+    """The kinds of block; a pick that cannot be observed is none."""
+    picks = any(reading.name == "pick" for reading in sheet.readings)
+    rows = [
+        (
+            kind.name,
+            kind.material,
+            f"{kind.stock:g}",
+            f"{kind.pick:g}" if picks else "-",
+            str(kind.sparkout),
+            f"{kind.width:g} x {kind.length:g}",
+            _limit(kind.roughness_limit),
+            _limit(kind.tolerance),
+            f"{task.limits(kind).rise:g}",
+            f"{kind.scrap:g}",
+            "whole part" if kind.starts_part and kind.ends_part else "starts a part" if kind.starts_part else "ends it",
+        )
+        for kind in task.kinds
+    ]
+    header = ("block", "material", "stock mm", "pick mm", "spark-out", "width x length mm")
+    return table((*header, "Ra limit um", "tolerance um", "rise limit K", "scrap $", ""), rows)
+
+
+def _limit(value: float) -> str:
+    return f"{value:g}" if value > 0.0 else "-"
+
+
+def drawn_table(task: Task) -> str:
+    """What is drawn at reset; "" if nothing is."""
+    spread, start = task.spread, task.start
+    rows: list[tuple[str, str, str]] = []
+    if task.orders is not None:
+        rows.append(("order", "1 block kind", f"equally likely, 1 to {task.orders.most_parts} parts"))
+    if spread.stock > 0.0:
+        least = ", ".join(f"{value:g}" for value in sorted({kind.least_stock for kind in task.kinds}))
+        rows.append(("part", "stock over nominal", f"normal, 1 ± {spread.stock:g}, at least {least}"))
+    if spread.gauge > 0.0:
+        rows.append(("part", "error of the pre-gauged stock", f"normal, ± {1000.0 * spread.gauge:g} um"))
+    lot = "lot (an order)" if task.orders else "lot"
+    if spread.lot_probability > 0.0:
+        rows.append((lot, "whether a part begins a new one", f"with probability {spread.lot_probability:.3g}"))
+    rows += [(lot, text, _log_normal(getattr(spread, name))) for name, text in LOTS.items() if getattr(spread, name)]
+    rows += [
+        ("episode", text, _log_normal(getattr(spread, name))) for name, text in EPISODE.items() if getattr(spread, name)
+    ]
+    if spread.coolant_ageing > 0.0:
+        low, high = (task.setup.coolant_ageing * (1.0 + sign * spread.coolant_ageing) for sign in (-1.0, 1.0))
+        rows.append(("episode", "log convection lost with a part", f"uniform, {low:g} to {high:g}"))
+    if spread.diamond_flat > 0.0:
+        rows.append(("episode", "wear flat of the diamond", f"uniform, 0 to {spread.diamond_flat:g} mm"))
+    if start.executions_left is not None:
+        low, high = start.executions_left
+        rows.append(("episode", "dress executions left on the wheel", f"uniform, {low:g} to {high:g}"))
+    if task.due is not None:
+        low, high = task.due.slack
+        text = f"uniform, {low:g} to {high:g} (nominal: E {task.due.speed:g} m/min, no dress)"
+        rows.append(("due date", "time to it over the nominal time of the work", text))
+    return table(("for each", "drawn", "distribution"), rows) if rows else ""
+
+
+def _log_normal(sigma: float) -> str:
+    return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
+
+
+def reward_table(sheet: Sheet) -> str:
+    """A row for each term of the reward, with its lowest and highest value in a step."""
+    unit = sheet.reference_cost
+    rows = [
+        (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")
+        for name, span in sheet.costs.items()
+    ]
+    return table(("term", "minus, over the reference cost", "worst", "best"), rows)
+
+
+RANGE_NOTE = (
+    f"The ends are bounds with the default arguments and no reset options; they count stock up to {STOCK_SIGMAS:g} "
+    f"standard deviations and wear down to {100.0 * WORST_WEAR:g} % of the reference G-ratio."
+)

@@ -1,0 +1,385 @@
+import ast
+import doctest
+import itertools
+import json
+import math
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from grind_env.cli import main
+from grind_env.envs.observations import physical
+from grind_env.envs.stroke.env import StrokeEnv
+from grind_env.envs.wen.actions import decode
+from grind_env.envs.wen.judging import judged
+from grind_env.envs.wen.model import CASES, WenVerdict
+from grind_env.pages import PageError, notes, page, page_ids
+from grind_env.pages.__main__ import write
+from grind_env.pages.markdown import arguments, prose, table
+from grind_env.pages.notes import load_notes, note_of
+from grind_env.pages.sheet import Sheet, sheet
+from tests.envs.harness import IDS, Array
+
+GOLDEN = Path(__file__).with_name("page_oracle6.md")
+"""What `own_text("grind/Oracle6-v0")` is; to be written anew when it changes on purpose."""
+
+EVERY = page_ids()
+TASKS = [env_id for env_id in EVERY if sheet(env_id).task is not None]
+WITH_FORMS = [env_id for env_id in EVERY if env_id != "grind/Wen-v0"]
+
+every_id = pytest.mark.parametrize("env_id", EVERY)
+every_task = pytest.mark.parametrize("env_id", TASKS)
+every_form = pytest.mark.parametrize("env_id", WITH_FORMS)
+
+SECTIONS = """Description, Action space, Observation space, Reward, Episode, Arguments, Reference scores, Example,
+Version history"""
+
+
+def section(text: str, name: str) -> str:
+    return re.split(r"^## ", text.partition(f"\n## {name}\n")[2], flags=re.MULTILINE)[0]
+
+
+def tables(text: str) -> list[list[list[str]]]:
+    """Cells of the body rows of every table."""
+    found = re.findall(r"(?:^\|.*\|\n?)+", text, re.MULTILINE)
+    return [[[cell.strip() for cell in line.split("|")[1:-1]] for line in one.splitlines()[2:]] for one in found]
+
+
+def arguments_of(about: Sheet) -> dict[str, Any]:
+    return dict(about.env.spec.kwargs) if about.env.spec else {}
+
+
+def test_every_registered_id_has_a_page() -> None:
+    assert set(EVERY) == {name for name in gym.registry if name.startswith("grind/")}
+    assert set(IDS) <= set(EVERY)
+
+
+@every_id
+def test_a_page_has_every_section(env_id: str) -> None:
+    text = page(env_id)
+    assert text.startswith(f"# {env_id}\n")
+    headings = re.findall(r"^## (.+)$", text, re.MULTILINE)
+    assert headings == [name.strip() for name in SECTIONS.split(",")]
+    assert all(section(text, name).strip() for name in headings)
+
+
+@every_id
+def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
+    space: Any = sheet(env_id).env.action_space
+    rows = tables(section(page(env_id), "Action space"))[0]
+    assert [int(row[0]) for row in rows] == list(range(space.shape[0]))
+    assert [float(row[2]) for row in rows] == space.low.tolist()
+    assert [float(row[3]) for row in rows] == space.high.tolist()
+
+
+@every_form
+def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
+    (speed, dresses), forms = tables(section(page(env_id), "Action space"))
+    env: Any = sheet(env_id).env
+    (low, high), (least, most) = env.codec.decode([[-1.0, -1.0], [1.0, 1.0]])
+    named = [float(number) for number in re.findall(r"\d+", speed[4].partition(" mm/min")[0])]
+    assert [named[0], named[-1]] == [low, high]
+    assert dresses[4].startswith(f"{least:.0f} to {most:.0f} dress executions")
+    spaces = {}
+    for argument, space in forms:
+        name, value = argument.strip("`").split("=")
+        spaces[argument] = str(gym.make(env_id, **{name: ast.literal_eval(value)}).action_space)
+        assert space == f"`{spaces[argument]}`"
+    # without a pre-dress where there is none
+    assert len(set(spaces.values())) == (5 if env_id in TASKS else 4)
+
+
+@every_id
+@pytest.mark.parametrize("full", [False, True])
+def test_the_observation_table_is_that_of_the_space(env_id: str, full: bool) -> None:
+    about = sheet(env_id)
+    measured, *hidden = tables(section(page(env_id), "Observation space"))
+    space: Any = about.env.observation_space
+    assert [int(row[0]) for row in measured] == list(range(space.shape[0]))
+    if full and not hidden:
+        assert "observation" not in dict(inspect_arguments(about)) or about.full == about.readings
+        return
+    rows, readings = (hidden[0], about.full) if full else (measured, about.readings)
+    if full:
+        space = gym.make(env_id, observation="full", **arguments_of(about)).observation_space
+        assert len(measured) + len(rows) == space.shape[0]
+    middle = 0.5 * (space.low.astype(float) + space.high)
+    values = physical(middle, readings)
+    for row in rows:
+        place, name = int(row[0]), row[1].strip("`")
+        np.testing.assert_allclose([float(row[2]), float(row[3])], [space.low[place], space.high[place]], rtol=1e-5)
+        assert value_of(row[4], middle[place]) == pytest.approx(float(values[name]), rel=1e-5, abs=1e-9)
+        assert readings[place].name == name and row[6] and row[7]
+
+
+def value_of(formula: str, x: float) -> float:
+    """Of `a + b x`, either of which may be left out."""
+    match = re.fullmatch(r"(?:([-\d.e]+) \+ )?(?:([-\d.e]+) )?x", formula)
+    assert match, formula
+    return float(match[1] or 0.0) + float(match[2] or 1.0) * x
+
+
+def inspect_arguments(about: Sheet) -> list[tuple[str, str]]:
+    return [(name, meaning) for name, _, meaning in arguments(type(about.env))]
+
+
+@every_id
+def test_every_argument_is_explained(env_id: str) -> None:
+    about = sheet(env_id)
+    rows = tables(section(page(env_id), "Arguments"))[0]
+    fixed = {"task"} & set(arguments_of(about))
+    assert [row[0].strip("`") for row in rows] == [name for name, _ in inspect_arguments(about) if name not in fixed]
+    assert all(row[2] for row in rows)
+
+
+@every_id
+def test_the_example_runs(env_id: str) -> None:
+    example = section(page(env_id), "Example").strip().removeprefix("```python\n").removesuffix("\n```")
+    test = doctest.DocTestParser().get_doctest(example + "\n", {}, env_id, None, None)
+    report: list[str] = []
+    result = doctest.DocTestRunner().run(test, out=report.append)
+    assert result.failed == 0, "".join(report)
+    assert result.attempted >= 10
+
+
+def play(env_id: str, action: Array | None, episodes: int, context: dict[str, float] | None) -> list[dict[str, Any]]:
+    """Rewards and their terms of all steps: with that action, or with random ones."""
+    about = sheet(env_id)
+    env = gym.make_vec(env_id, episodes, autoreset_mode="Disabled", **arguments_of(about))
+    env.action_space.seed(1)
+    env.reset(seed=1, options=None if context is None else {"context": context})
+    steps = []
+    for _ in range(about.steps):
+        actions = env.action_space.sample() if action is None else np.tile(action, (episodes, 1))
+        _, rewards, _, _, info = env.step(actions)
+        terms = {name: info["reward_terms"][name] for name in info["reward_terms"] if not name.startswith("_")}
+        steps.append({"reward": rewards, **terms})
+    return steps
+
+
+@every_task
+def test_the_reward_lies_in_the_range_that_the_page_states(env_id: str) -> None:
+    text = section(page(env_id), "Reward")
+    match = re.search(r"A step earns from (\S+) to (\S+)\. ", text)
+    assert match
+    low, high = float(match[1]), float(match[2])
+    terms = {row[0].strip("`"): (float(row[2]), float(row[3])) for row in tables(text)[0]}
+    corners = [np.array(corner, np.float32) for corner in itertools.product([-1.0, 1.0], repeat=2)]
+    steps = [step for action in [None, *corners] for step in play(env_id, action, 32, None)]
+    for name, (worst, best) in terms.items():
+        values = np.array([step[name] for step in steps])
+        assert values.min() >= worst - 0.005 and values.max() <= best + 0.005, name
+    rewards = np.array([step["reward"] for step in steps])
+    assert low <= rewards.min() < 0.4 * low
+    assert high >= rewards.max()
+
+
+@every_task
+def test_the_ends_of_the_time_are_reached(env_id: str) -> None:
+    about = sheet(env_id)
+    assert about.task is not None
+    spread = about.task.spread.stock
+    span = about.costs["time"]
+    least = min(kind.least_stock for kind in about.task.kinds)
+    for corner, stock, end in (
+        ((1.0, -1.0), least if spread else 1.0, span.least),
+        ((-1.0, 1.0), 1.0 + 6.0 * spread, span.most),
+    ):
+        steps = play(env_id, np.array(corner, np.float32), 8, {"stock": stock})
+        costs = -about.task.reference_cost * np.array([step["time"] for step in steps])
+        extreme = costs.min() if end == span.least else costs.max()
+        # the literal G81, which has no pick, waits for its reversal points: its ends are bounds, the others are exact
+        exact = 1e-9 if any(each.name == "pick" for each in about.readings) else 0.08
+        assert extreme == pytest.approx(end, rel=exact)
+        assert span.least * (1.0 - 1e-9) <= costs.min() and costs.max() <= span.most * (1.0 + 1e-9)
+
+
+def stroke_costs(speed: float, dress: bool, seeds: int) -> list[dict[str, float]]:
+    """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
+    env = StrokeEnv(action="dict", show_block=False)
+    steps = []
+    for seed in range(seeds):
+        env.reset(seed=seed)
+        terminated = False
+        while not terminated:
+            _, reward, terminated, _, info = env.step({"E": [speed], "D": int(dress)})
+            costs = {name: -env.task.reference_cost * term for name, term in info["reward_terms"].items()}
+            steps.append({"reward": reward, **costs})
+    return steps
+
+
+def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None:
+    about = sheet("grind/Stroke-v0")
+    text = section(page("grind/Stroke-v0"), "Reward")
+    match = re.search(r"A step earns from (\S+) to (\S+)\. ", text)
+    assert match and [float(end) for end in match.groups()] == list(about.reward)
+    corners = [(speed, dress) for speed in (3000.0, 30_000.0) for dress in (False, True)]
+    played = {corner: stroke_costs(*corner, 2) for corner in corners}
+    steps = [step for steps in played.values() for step in steps]
+    for name, span in about.costs.items():
+        values = [step[name] for step in steps]
+        assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
+    # both ends of the time are reached: a bare stroke, and one with loading and a dress
+    assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
+    assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(about.costs["time"].most, rel=1e-9)
+    rewards = [step["reward"] for step in steps]
+    assert about.reward.least <= min(rewards) < 0.4 * about.reward.least
+    assert 1.2 * about.reward.most <= max(rewards) <= about.reward.most
+
+
+def test_the_page_of_a_job_says_that_its_reward_has_no_lower_bound() -> None:
+    text = page("grind/Job-v0")
+    assert "| reward of a step | at most 0 |" in text
+    assert "No lower bound is known: " in section(text, "Reward")
+    assert sheet("grind/Job-v0").reward == (-math.inf, 0.0)
+
+
+def test_an_id_of_whose_reward_nothing_is_known_gets_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = {**load_notes(), "grind/Wen-v0": replace(note_of("grind/Wen-v0"), reward=None)}
+    monkeypatch.setattr(notes, "load_notes", lambda: silent)
+    with pytest.raises(PageError, match=r"^the reward of grind/Wen-v0 has no range: give its notes a reward$"):
+        page("grind/Wen-v0")
+
+
+def test_the_page_of_wen_says_why_its_action_has_one_form() -> None:
+    text = " ".join(section(page("grind/Wen-v0"), "Action space").split())
+    assert "This is the only form of the action: the problem is published with continuous settings" in text
+
+
+def test_the_reward_of_wen_lies_in_the_range_that_its_notes_state() -> None:
+    ends = note_of("grind/Wen-v0").reward
+    assert ends is not None
+    corners = np.array(list(itertools.product([-1.0, 0.0, 1.0], repeat=4)))
+    actions = np.concatenate([corners, np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 4))])
+    settings, verdicts = decode(actions), []
+    for case in range(len(CASES)):
+        verdicts.append(WenVerdict(*judged(settings, np.full(len(actions), case)).T))
+    rewards = -np.array([each.objective + each.violation for each in verdicts])
+    assert ends[0] <= rewards.min() < ends[0] + 0.002
+    # the optima are published (scenarios, 4.3)
+    assert rewards.max() <= ends[1] == pytest.approx(0.22925, abs=1e-4)
+
+
+@every_id
+def test_the_history_ends_with_the_version_of_the_id(env_id: str) -> None:
+    versions = [row[0] for row in tables(section(page(env_id), "Version history"))[0]]
+    assert versions[-1] == env_id.rpartition("-")[2]
+    assert all(load_notes()[env_id].versions.values())
+
+
+def test_an_id_without_a_page_is_refused() -> None:
+    with pytest.raises(
+        PageError, match=r"^there is no environment 'grind/Rush' \(did you mean grind/Rush-v0\?\); the ids"
+    ):
+        page("grind/Rush")
+    with pytest.raises(PageError, match=r"^grind/Lathe-v0 has no notes: add a table of that name to notes\.toml$"):
+        note_of("grind/Lathe-v0")
+
+
+def own_text(env_id: str) -> str:
+    """A page without what it repeats of the docstring of the environment."""
+    text = page(env_id)
+    for name, words in prose(type(sheet(env_id).env)).items():
+        assert words in text
+        text = text.replace(words, f"<docstring: {name or 'first words'}>")
+    return text.replace(section(text, "Arguments"), "\n<docstring: Args>\n\n")
+
+
+def test_a_small_page() -> None:
+    assert own_text("grind/Oracle6-v0") == GOLDEN.read_text(encoding="utf-8")
+
+
+class Toy:
+    """Roll a die.
+
+    It is fair.
+
+    ## Reward
+
+    What it shows.
+
+    Args:
+        sides: how many,
+            at least 2.
+        seed: of the die.
+
+    Raises:
+        ValueError: if it has one side.
+    """
+
+    def __init__(self, sides: int = 6, *, seed: int, name: str = "die") -> None:
+        self.sides, self.seed, self.name = sides, seed, name
+
+
+def test_a_docstring_is_read_section_by_section() -> None:
+    assert prose(Toy) == {"": "Roll a die.\n\nIt is fair.", "Reward": "What it shows."}
+    assert arguments(Toy) == [
+        ("sides", "6", "how many, at least 2."),
+        ("seed", "", "of the die."),
+        ("name", "'die'", ""),
+    ]
+
+
+def test_bars_in_a_cell_are_escaped() -> None:
+    assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
+
+
+def test_the_index_leads_to_every_page(tmp_path: Path) -> None:
+    files = write(tmp_path / "docs")
+    text = (tmp_path / "docs" / "index.md").read_text(encoding="utf-8")
+    links = re.findall(r"\[(grind/[^\]]+)\]\(([^)]+)\)", text)
+    assert [name for name, _ in links] == EVERY
+    assert {path.name for path in files} == {"index.md", *(link for _, link in links)}
+    for name, link in links:
+        assert (tmp_path / "docs" / link).read_text(encoding="utf-8") == page(name)
+
+
+def listed(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as exit_:
+        main(["tasks", *options])
+    out, err = capsys.readouterr()
+    return int(exit_.value.code or 0), out, err
+
+
+def test_grind_tasks_lists_every_id(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = listed(capsys)
+    assert (status, err) == (0, "")
+    assert all(f" {env_id} " in out for env_id in EVERY)
+    assert max(len(line) for line in out.splitlines()) <= 80
+
+
+def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
+    found = json.loads(listed(capsys, "--json")[1], parse_constant=pytest.fail)
+    assert [one["id"] for one in found] == EVERY
+    (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
+    assert (rush["steps"], rush["observation"], rush["full"]) == (96, 34, 47)
+    assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
+    assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
+    assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
+    assert json.loads(listed(capsys, "grind/Rush-v0", "--json")[1]) == [rush]
+
+
+def test_grind_tasks_prints_a_page(capsys: pytest.CaptureFixture[str]) -> None:
+    assert listed(capsys, "grind/Slot-v0") == (0, page("grind/Slot-v0"), "")
+    status, out, err = listed(capsys, "grind/Rash-v0")
+    assert (status, out) == (2, "")
+    assert err.startswith("grind: there is no environment 'grind/Rash-v0' (did you mean grind/Rush-v0?)")
+    assert err.count("\n") == 1
+
+
+def test_grind_tasks_imports_no_plotting_or_learning_library() -> None:
+    script = (
+        "import sys\nfrom grind_env.cli import main\n"
+        "try:\n    main(['tasks'])\nexcept SystemExit:\n    pass\n"
+        "heavy = ('agents', 'torch', 'stable_baselines3', 'matplotlib', 'pandas', 'PIL')\n"
+        "print([name for name in sys.modules if name.partition('.')[0] in heavy])"
+    )
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert result.stdout.splitlines()[-1] == "[]"
