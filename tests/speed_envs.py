@@ -10,7 +10,7 @@ from gymnasium import spaces
 from rich.table import Table
 
 import grind_env
-from grind_env.envs import step
+from grind_env.envs.blocks import step
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
 from grind_env.machine.tally import Tally
 

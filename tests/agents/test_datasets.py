@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import typer
 
-from agents import datasets
 from agents.commands import dataset as command
+from agents.offline import dataset as datasets
 from agents.offline.dataset import alone, holds, make_dataset, recorded
 from agents.offline.writer import PLACE, Content, Recorded, write, write_apart
 from grind_env.errors import GrindError
@@ -255,7 +255,7 @@ def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
 ):
     script = (
         "import sys; from functools import partial; from pathlib import Path\n"
-        "from agents import datasets; from grind_env.policies.registry import make_policy\n"
+        "from agents.offline import dataset as datasets; from grind_env.policies.registry import make_policy\n"
         "from tests.agents.killing import kill_until_done\n"
         "from tests.agents.test_datasets import SEEDS, made, watch\n"
         "folder = Path(sys.argv[1])\n"

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents import dress_study as studies
+from agents.dressing import study as studies
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
 from grind_env.policies.choices import speed_bounds

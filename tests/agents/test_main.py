@@ -8,8 +8,9 @@ import pytest
 import typer.main
 from PIL import Image
 
-from agents import __main__, dress_study
+from agents import __main__
 from agents.application import app
+from agents.dressing import study as dress_study
 from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
 

@@ -6,10 +6,11 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents import hyperparameters, tune
 from agents.commands import tune as command
 from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
+from agents.tuning import learners as hyperparameters
+from agents.tuning import rules as tune
 from agents.tuning.learners import Search, tune_learner, write_settings
 from agents.tuning.search import evolve, grid_search
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url

@@ -8,7 +8,7 @@ import pytest
 from sqlalchemy import event
 from sqlalchemy.pool import Pool
 
-from agents import hyperparameters
+from agents.tuning import learners as hyperparameters
 from agents.tuning.learners import Search, ended, tune_learner
 from agents.tuning.search import evolve
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
