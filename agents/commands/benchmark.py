@@ -9,7 +9,7 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
-from agents.commands.options import JobFile, Parts
+from grind_env.commands import JobFile, Parts
 from grind_env.policies.tuned import CONFIGS, ConfigError
 
 INTERRUPTED = 130

@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.commands.options import JobFile, Parts
+from grind_env.commands import JobFile, Parts
 from grind_env.envs.names import task_names
 from grind_env.files import write_atomically
 from grind_env.policies.evaluation import episode_seeds

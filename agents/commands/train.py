@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from agents.cells import RUNS
-from agents.commands.options import JobFile, NamedProblem, Parts
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED
+from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.files import write_atomically
 from grind_env.policies.problem import find_problem
 

@@ -8,9 +8,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
-from agents.commands.options import JobFile, NamedProblem, Parts
 from agents.learning.settings import CONFIGS as LEARNING
 from agents.learning.settings import LAST_SEED
+from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 

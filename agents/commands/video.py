@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
-from agents.commands.options import JobFile, NamedProblem, Parts
+from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.evaluation import SPLITS
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS

@@ -4,7 +4,7 @@ from gymnasium import spaces
 
 from grind_env.envs.memory import BeliefMemory, belief_entries
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.policies.learned.view import ESTIMATES, STACKED, LearnerView, MemoryKind
+from grind_env.policies.learned.view import STACKED, LearnerView, MemoryKind
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from tests.policies.harness import simulated
 
@@ -13,6 +13,8 @@ pytestmark = pytest.mark.bits
 PLATES = simulated("power_limited")
 ENTRIES = len(PLATES.entries)
 MEMORIES: tuple[MemoryKind, ...] = ("belief", "stack", "estimates")
+
+ESTIMATES = 4
 
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:

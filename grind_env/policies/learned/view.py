@@ -35,8 +35,6 @@ Actions = Literal["grid", "index", "box"]
 FORMS: dict[Actions, str] = {"grid": "multidiscrete", "index": "discrete", "box": "box"}
 """The forms of the action of `grind_env.envs.actions`."""
 
-ESTIMATES = 4
-"""Features that the estimator adds to the observation."""
 MEMBERS = 16
 """Of the belief's ensemble."""
 STACKED = 8
