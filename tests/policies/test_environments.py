@@ -8,6 +8,7 @@ from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
 from grind_env.policies.evaluation import Evaluation, evaluate, roll_out, start_episodes
+from grind_env.policies.planners.dynamic_programming import EPISODES_AT_ONCE
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import find_problem
@@ -161,3 +162,11 @@ def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
     assert np.nansum(run.executions, axis=1).tolist() == [3.0] * 4
     assert (run.executions[:, 0] == 1.0).all()
     assert (run.speeds[~np.isnan(run.speeds)] == 12_000.0).all()
+
+
+def test_the_planner_plans_many_episodes_of_different_lengths_as_each_alone() -> None:
+    simulation, seeds = shortened("stroke", 1), range(EPISODES_AT_ONCE + 2)
+    together = evaluate(Hindsight(sweeps=0), simulation, seeds)
+    assert len(np.unique(np.isfinite(together.speeds).sum(axis=1))) > 1
+    alone = [evaluate(Hindsight(sweeps=0), simulation, [seed]).cost[0] for seed in (seeds[0], seeds[-1])]
+    assert together.cost[[0, -1]].tolist() == alone

@@ -66,7 +66,9 @@ def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge 
         _forward(simulation, start.pick(chunk), choices, surcharge)
         for chunk in np.array_split(n, -(-len(n) // EPISODES_AT_ONCE))
     ]
-    chosen = np.concatenate(parts)
+    # an episode of strokes may be shorter than others; what is chosen after its end is never done
+    steps = max(part.shape[1] for part in parts)
+    chosen = np.concatenate([np.pad(part, ((0, 0), (0, steps - part.shape[1]))) for part in parts])
     return Decision(choices.speeds[chosen], choices.executions[chosen])
 
 
