@@ -4,8 +4,7 @@ from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.process.state import WheelState
 
-NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
-KIND, STOCK, GAUGED = (TapeRow._fields.index(name) for name in ("kind", "stock", "gauged"))
+STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")
 NEW_LOT, PRESSURE = TapeRow._fields.index("new_lot"), TapeRow._fields.index("pm")
 DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
 LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]

@@ -10,7 +10,7 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.tasks import Due
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
-from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, NOISE, OF_WHEEL, STOCK, WORK
+from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, OF_WHEEL, STOCK, WORK
 from grind_env.policies.evaluation import (
     SPLIT_SIZE,
     SPLITS,
