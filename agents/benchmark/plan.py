@@ -67,12 +67,12 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
     """The problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.
 
     Raises:
-        GrindError: if there is no problem of a name.
+        GrindError: if there is no problem of a name, or there are two.
     """
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
     problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
-    names = [problem.name for problem in problems]
-    if twice := {name for name in names if names.count(name) > 1}:
+    found = [problem.name for problem in problems]
+    if twice := {name for name in found if found.count(name) > 1}:
         raise ConfigError(
             f"{min(twice)} is the name of two problems, whose results would be mixed: rename the file of one of them"
         )

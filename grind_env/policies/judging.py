@@ -1,7 +1,7 @@
 """What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
 
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +101,8 @@ def evaluate(
         _check_whole("first_seed", first_seed, 0)
     seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
-    policy = policy if _is_policy(policy) else named_policy(policy, simulation)
+    policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
+    _check_policy(policy)
     start = start_episodes(simulation, seeds)
     run = roll_out(policy, simulation, start)
     known, score, paired = find_reference(problem.id), None, seeds.start == SPLITS[REFERENCE_SPLIT]
@@ -127,10 +128,17 @@ def _check_whole(name: str, value: object, least: int, why: str = "") -> None:
         raise GrindError(f"{name} is {quoted(value)}, but must be a whole number of at least {least}{why}")
 
 
-def _is_policy(value: object) -> TypeGuard[Policy]:
-    """Whether a value decides, and says what it has to be shown."""
-    decides = callable(getattr(value, "begin", None)) and callable(getattr(value, "act", None))
-    return decides and not isinstance(value, type) and isinstance(getattr(value, "name", None), str)
+def _check_policy(policy: object) -> None:
+    """Check what is to decide.
+
+    Raises:
+        GrindError: it does not begin or act, or has no name.
+    """
+    decides = all(callable(getattr(policy, name, None)) for name in ("begin", "act"))
+    if isinstance(policy, type) or not decides or not isinstance(getattr(policy, "name", None), str):
+        raise GrindError(
+            f"{quoted(policy)} is no policy: give one, or the text that names one, such as handbook or E8D0"
+        )
 
 
 def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:

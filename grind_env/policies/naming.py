@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.policy import Policy
@@ -37,8 +37,6 @@ def named_policy(text: str, simulation: Simulation, configs: Path | None = None,
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
     """
-    if not isinstance(text, str):
-        raise GrindError(f"{quoted(text)} is no policy: give one, or the text that names one, such as handbook or E8D0")
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
