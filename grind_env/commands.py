@@ -23,7 +23,11 @@ NamedPolicy = Annotated[
     typer.Option(help="A policy, the file of a trained agent, or a constant: E8D0; by default the shipped one."),
 ]
 Configs = Annotated[
-    Path | None, typer.Option(help="Folder of the tuned parameters of the scripted policies; by default the shipped.")
+    Path | None,
+    typer.Option(
+        help="Folder of the tuned parameters of the scripted policies; by default the shipped ones, for files of "
+        "yours runs/parameters."
+    ),
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
@@ -102,11 +106,10 @@ def play(
 
 def _policy(text: str | None, simulation: "Simulation", configs: Path | None, trust: bool) -> "Policy":
     from grind_env.policies.naming import Unzip, chosen_policy
-    from grind_env.policies.tuned import CONFIGS
 
     unzip: Unzip | None = None
     if trust:
         from grind_env.sb3 import load_zip
 
         unzip = load_zip
-    return chosen_policy(text, simulation, configs or CONFIGS, unzip)
+    return chosen_policy(text, simulation, configs, unzip)

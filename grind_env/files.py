@@ -42,6 +42,14 @@ def shown(path: Path | str) -> str:
     return shortened(str(path), LONGEST_PATH)
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a file; there is none of a name that no file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def open_file(path: Path) -> BinaryIO:
     """Open a file for reading without ever waiting for it; a pipe is read into memory as long as it has a writer.
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from agents.cells import RUNS
-from agents.learning.settings import LAST_SEED, settings_for
+from agents.learning.settings import LAST_SEED, settings_folder, settings_for
 from grind_env.envs.names import task_names
 from grind_env.errors import quoted
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
-from grind_env.policies.tuned import CONFIGS, ConfigError
+from grind_env.policies.tuned import ConfigError
 
 CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job_shop")
 """The core set of scenarios, section 8, and JobShop; the one-step problem of Wen has reference scores of its own."""
@@ -51,7 +51,7 @@ class Request:
         test_episodes: of the test contexts; 0 for none.
         steps: training steps; those of the kind by default.
         runs: folder of what is kept.
-        configs: folder of the tuned parameters.
+        configs: folder of the tuned parameters; by default that of `tuned_folder`.
         fresh: do again what is kept.
     """
 
@@ -59,7 +59,7 @@ class Request:
     test_episodes: int = TEST_EPISODES
     steps: int | None = None
     runs: Path = RUNS
-    configs: Path = CONFIGS
+    configs: Path | None = None
     fresh: bool = False
 
 
@@ -67,10 +67,16 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
     """The problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.
 
     Raises:
-        GrindError: if there is no problem of a name.
+        GrindError: if there is no problem of a name, or there are two.
     """
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
-    return [find_problem(name, job, parts) for name in dict.fromkeys(listed)]
+    problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
+    found = [problem.name for problem in problems]
+    if twice := {name for name in found if found.count(name) > 1}:
+        raise ConfigError(
+            f"{min(twice)} is the name of two problems, whose results would be mixed: rename the file of one of them"
+        )
+    return problems
 
 
 def planned(
@@ -97,7 +103,7 @@ def planned(
     cells = []
     for problem in problems:
         for kind in kinds:
-            settings_for(kind, problem.name)
+            settings_for(kind, problem.name, settings_folder(problem.simulation().task))
             cells += [Cell(problem, kind, seed) for seed in range(seeds)]
         cells += [Cell(problem, name) for name in names[problem] if name in wanted]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))

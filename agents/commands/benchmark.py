@@ -9,8 +9,8 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
-from grind_env.commands import JobFile, Parts
-from grind_env.policies.tuned import CONFIGS, ConfigError
+from grind_env.commands import Configs, JobFile, Parts
+from grind_env.policies.tuned import ConfigError
 
 INTERRUPTED = 130
 
@@ -45,9 +45,7 @@ def benchmark(
     test_episodes: Annotated[int, typer.Option(min=0, help="Episodes of test contexts; 0 for none.")] = TEST_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    configs: Annotated[
-        Path, typer.Option(help="Folder of the tuned parameters of the scripted policies; not of the agents' settings.")
-    ] = CONFIGS,
+    configs: Configs = None,
     results: Annotated[Path | None, typer.Option(help="Folder of the tables; by default that of what is kept.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
     report: Annotated[

@@ -1,14 +1,12 @@
 """`python -m agents dataset`."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.commands import Configs, JobFile, NamedProblem, Parts
 from grind_env.policies.evaluation import SPLITS, episode_seeds
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -26,7 +24,7 @@ def dataset(
     trust: Annotated[
         bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
     ] = False,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
+    configs: Configs = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Put it in place of a dataset of the same id.")] = False,
 ) -> None:
     """Record a policy as a Minari dataset, for offline reinforcement learning.

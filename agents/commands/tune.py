@@ -8,11 +8,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
-from agents.learning.settings import CONFIGS as LEARNING
-from agents.learning.settings import LAST_SEED
+from agents.learning.settings import LAST_SEED, settings_folder
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import CONFIGS
+from grind_env.policies.tuned import tuned_folder
 
 
 def register(app: typer.Typer) -> None:
@@ -60,12 +59,13 @@ def tuning(
             starts=starts,
             episodes=episodes,
             storage=storage,
-            folder=configs or CONFIGS,
+            folder=configs,
             runs=runs,
             fresh=fresh,
         )
         for name, entry in tuned.items():
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
+        print(f"parameters: {tuned_folder(problem.simulation().task, configs) / problem.name}.toml")
         return
     # torch takes seconds to load
     from agents.tuning.learners import Search, tune_learner
@@ -75,7 +75,7 @@ def tuning(
         steps=steps,
         seed=seed,
         storage=storage,
-        configs=LEARNING if configs is None else configs / "learning",
+        configs=settings_folder(problem.simulation().task) if configs is None else configs / "learning",
         runs=runs,
         fresh=fresh,
     )

@@ -6,10 +6,9 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
-from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.commands import Configs, JobFile, NamedProblem, Parts
 from grind_env.policies.evaluation import SPLITS
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -26,7 +25,7 @@ def video(
     parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
     pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
+    configs: Configs = None,
 ) -> None:
     """Film two policies, side by side, on the same episode."""
     from agents.video import Film, record

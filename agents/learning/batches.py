@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from agents.cells import RUNS
 from agents.learning.curve import Point, curve_path, read_curve
-from agents.learning.settings import Number, Settings, settings_for
+from agents.learning.settings import Number, Settings, settings_folder, settings_for
 from agents.learning.train import train
 from grind_env.policies.problem import Problem
 from grind_env.render.plots import BLUE, ORANGE
@@ -37,7 +37,7 @@ def compare_batches(
         folder: of the results; interrupted, the same call goes on.
         fresh: train anew.
     """
-    large = settings_for("ppo", problem.name)
+    large = settings_for("ppo", problem.name, settings_folder(problem.simulation().task))
     large = replace(large, steps=large.steps if steps is None else steps)
     curves = [
         read_curve(curve_path(train(problem, "ppo", seed, settings, folder, fresh=fresh)))

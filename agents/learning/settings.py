@@ -5,9 +5,10 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
+from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.policies.learned.view import Actions, MemoryKind
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned import ConfigError, tuned_folder
 from grind_env.toml import read_toml
 
 CONFIGS = Path(__file__).parents[1] / "configs" / "learning"
@@ -116,6 +117,11 @@ DEFAULTS: dict[str, Settings] = {
     "bc_ppo": replace(PPO, algorithm="cloned_ppo", hyper={**PPO.hyper, "labels": 40_000}),
 }
 """The kinds by name."""
+
+
+def settings_folder(task: Task) -> Path:
+    """Where the settings that were tuned for a task lie; those for a user's file with its other parameters."""
+    return tuned_folder(task) / "learning" if task.file else CONFIGS
 
 
 def settings_for(kind: str, name: str, folder: Path = CONFIGS) -> Settings:

@@ -19,11 +19,20 @@ from agents.learning.algorithms import attach_log, build
 from agents.learning.checkpoint import Training, checkpoint_path, read_checkpoint, remove_checkpoints, write_checkpoint
 from agents.learning.curve import curve_path, write_curve
 from agents.learning.saving import save_policy
-from agents.learning.settings import LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, Settings, settings_for
+from agents.learning.settings import (
+    DEFAULTS,
+    LAST_SEED,
+    SEED_STRIDE,
+    TRAINING_SEEDS,
+    Settings,
+    settings_folder,
+    settings_for,
+)
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent, Validation
 from agents.learning.watch import Watch
 from agents.provenance import installed
+from grind_env.belief.wheel import BeliefError
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.learned.saved import SUFFIX
@@ -64,7 +73,7 @@ def trained_agent(
     Raises:
         GrindError: if there is no such kind, its settings do not fit, or its checkpoint is damaged.
     """
-    settings = settings_for(kind, problem.name)
+    settings = settings_for(kind, problem.name, settings_folder(problem.simulation().task))
     if steps is not None:
         settings = replace(settings, steps=steps)
     return train(problem, kind, seed, settings, folder, fresh=fresh, quiet=quiet)
@@ -103,7 +112,7 @@ def train(
             # what is left there is of a training that had no checkpoint yet
             with suppress(FileNotFoundError):
                 shutil.rmtree(log)
-            training = Training(new_model(problem, kind, seed, settings, log), [], {})
+            training = Training(_first_model(problem, kind, seed, settings, log), [], {})
         with Console(quiet=quiet) as console:
             _finish(training, problem, f"{problem.name} {kind} {seed}", settings, checkpoint, console)
         write_curve(curve_path(path), training.points)
@@ -119,6 +128,17 @@ def new_model(problem: Problem, kind: str, seed: int, settings: Settings, log: P
     # after the algorithm has seeded it, the env gets seeds of its own, far from those of evaluation
     env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)
     return model
+
+
+def _first_model(problem: Problem, kind: str, seed: int, settings: Settings, log: Path) -> BaseAlgorithm:
+    """As `new_model`; where no belief can follow the episodes, the error says what can be trained instead."""
+    try:
+        return new_model(problem, kind, seed, settings, log)
+    except BeliefError:
+        others = " or ".join(name for name, each in DEFAULTS.items() if each.memory in ("stack", "estimates"))
+        raise GrindError(
+            f"{kind} remembers a belief, which grinds compiled blocks, and {problem.name} has none: train {others}"
+        ) from None
 
 
 def _finish(

@@ -25,7 +25,8 @@ DATASETS = RUNS / "datasets"
 """Where Minari keeps datasets if `PLACE` is not set."""
 
 VERSION = 0
-NOT_IN_IDS = re.compile("[^A-Za-z0-9]+")
+NOT_IN_IDS, NOT_IN_FOLDERS = re.compile("[^A-Za-z0-9]+"), re.compile(r"[^\w-]+")
+"""What the name of a policy, and that of a problem, cannot have in an id of Minari."""
 EPISODE_BYTES = 20_000
 """What HDF5 takes for an episode beside its numbers."""
 STEP_BYTES = 26
@@ -66,7 +67,7 @@ def recorded(policy: Policy, problem: Problem, seeds: Sequence[int]) -> Recorded
 
 def dataset_id(problem: Problem, policy: Policy) -> str:
     """Id of the dataset of a policy: `grind/power_limited/adaptive-rule-v0`."""
-    return f"grind/{problem.name}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
+    return f"grind/{NOT_IN_FOLDERS.sub('-', problem.name)}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
 
 
 def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool = False) -> Path:

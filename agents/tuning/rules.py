@@ -23,7 +23,15 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import TUNED, policy_names
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.policies.tuned import CONFIGS, ConfigError, Parameters, Tuned, arguments, read_tuned, write_tuned
+from grind_env.policies.tuned import (
+    ConfigError,
+    Parameters,
+    Tuned,
+    arguments,
+    read_tuned,
+    tuned_folder,
+    write_tuned,
+)
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
@@ -151,7 +159,7 @@ def tune(
     starts: int = TUNING_STARTS,
     episodes: int = TUNING_EPISODES,
     storage: str | None = None,
-    folder: Path = CONFIGS,
+    folder: Path | None = None,
     runs: Path = RUNS,
     fresh: bool = False,
 ) -> dict[str, Tuned]:
@@ -165,7 +173,7 @@ def tune(
         episodes: of the training and of the validation split.
         storage: URL of the database that keeps the trials, so that a search that was killed goes on; by default an
             SQLite file `<task>/tune.db` below `runs`.
-        folder: of the files.
+        folder: of the files; by default that of `tuned_folder`.
         runs: folder of the trials.
         fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
 
@@ -176,6 +184,7 @@ def tune(
     for name in names or ():
         if name not in known:
             raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
+    folder = tuned_folder(simulation.task, folder)
     tuned = _readable(problem.name, folder, fresh)
     url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

@@ -33,7 +33,7 @@ def episode_seeds(split: str, count: int) -> range:
     Raises:
         GrindError: if there is no such split, or if it has fewer seeds.
     """
-    if split not in SPLITS:
+    if split not in tuple(SPLITS):
         raise GrindError(f"there is no split {quoted(split)}: the splits are {', '.join(SPLITS)}")
     if not 1 <= count <= SPLIT_SIZE:
         raise GrindError(f"{count} episodes are asked for, but the {split} split has 1 to {SPLIT_SIZE}")

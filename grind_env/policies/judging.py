@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 from grind_env.policies.evaluation import SPLITS, Evaluation, episode_seeds, roll_out, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
@@ -95,14 +95,14 @@ def evaluate(
     Raises:
         GrindError: there is no such problem, policy or split, or the policy decides what the environment does not have.
     """
-    problem = find_problem(problem) if isinstance(problem, str) else problem
-    if episodes < 2:
-        raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
-    if first_seed is not None and first_seed < 0:
-        raise GrindError(f"the first seed is {first_seed}: give 0 or more")
+    problem = problem if isinstance(problem, Problem) else find_problem(problem)
+    _check_whole("episodes", episodes, 2, ", for fewer have no interval")
+    if first_seed is not None:
+        _check_whole("first_seed", first_seed, 0)
     seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
     policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
+    _check_policy(policy)
     start = start_episodes(simulation, seeds)
     run = roll_out(policy, simulation, start)
     known, score, paired = find_reference(problem.id), None, seeds.start == SPLITS[REFERENCE_SPLIT]
@@ -116,6 +116,29 @@ def evaluate(
         score = _score(run, fixed, known, simulation.task.reference_cost)
     named = split if first_seed is None else f"seeds {seeds.start} to {seeds.stop - 1}"
     return Judgement(policy.name, policy.sees, problem.name, named, run, score, paired)
+
+
+def _check_whole(name: str, value: object, least: int, why: str = "") -> None:
+    """Check a count.
+
+    Raises:
+        GrindError: it is no whole number, or too small.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise GrindError(f"{name} is {quoted(value)}, but must be a whole number of at least {least}{why}")
+
+
+def _check_policy(policy: object) -> None:
+    """Check what is to decide.
+
+    Raises:
+        GrindError: it does not begin or act, or has no name.
+    """
+    decides = all(callable(getattr(policy, name, None)) for name in ("begin", "act"))
+    if isinstance(policy, type) or not decides or not isinstance(getattr(policy, "name", None), str):
+        raise GrindError(
+            f"{quoted(policy)} is no policy: give one, or the text that names one, such as handbook or E8D0"
+        )
 
 
 def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:

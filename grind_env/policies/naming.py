@@ -12,27 +12,26 @@ from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.policies.tuned import CONFIGS
 
 SHIPPED = Path(__file__).with_name("shipped")
 """Folder of the trained policies that come with the package, one a task."""
 FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
-CONSTANT = re.compile(r"E(\d+(?:\.\d+)?)D(\d+)")
+CONSTANT = re.compile(r"E(\d{1,9}(?:\.\d{1,9})?)D(\d{1,9})")
 
 
 Unzip = Callable[[Path, Simulation], Policy]
 """Reads a model of Stable-Baselines3: `grind_env.sb3.load_zip`."""
 
 
-def named_policy(text: str, simulation: Simulation, configs: Path = CONFIGS, unzip: Unzip | None = None) -> Policy:
+def named_policy(text: str, simulation: Simulation, configs: Path | None = None, unzip: Unzip | None = None) -> Policy:
     """The policy that a text names.
 
     Args:
         text: one of the registry, the file of a trained agent (.safetensors), or a constant such as `E12D0`.
         simulation: what it is to grind.
-        configs: folder of the tuned parameters.
+        configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
 
     Raises:
@@ -54,7 +53,7 @@ def named_policy(text: str, simulation: Simulation, configs: Path = CONFIGS, unz
 
 
 def chosen_policy(
-    text: str | None, simulation: Simulation, configs: Path = CONFIGS, unzip: Unzip | None = None
+    text: str | None, simulation: Simulation, configs: Path | None = None, unzip: Unzip | None = None
 ) -> Policy:
     """As `named_policy`; without a text the trained policy that comes with the package for the task.
 
@@ -64,8 +63,9 @@ def chosen_policy(
         path = SHIPPED / f"{simulation.task.name}{SUFFIX}"
         if path.is_file():
             return load_policy(path, simulation=simulation)
+        policy = named_policy(FALLBACK, simulation, configs)
         print(
             f"no trained policy is shipped for {simulation.task.name}: {FALLBACK} plays in its place", file=sys.stderr
         )
-        text = FALLBACK
+        return policy
     return named_policy(text, simulation, configs, unzip)

@@ -7,11 +7,14 @@ from typing import Any
 
 import gymnasium as gym
 
+from grind_env.envs.arguments import check_file, check_parts
 from grind_env.envs.job.env import EXAMPLE
-from grind_env.envs.job.text import batch_name
+from grind_env.envs.job.text import MOST_PARTS, batch_name
 from grind_env.envs.names import OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, quoted
+from grind_env.files import is_file
 
 JOB, TASK = "grind/Job-v0", "grind/Task-v0"
 
@@ -20,9 +23,9 @@ class ProblemError(GrindError):
     """There is no such environment, or none in which E and D are chosen."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Problem:
-    """An environment with its arguments.
+    """An environment with its arguments; a file of it that is edited is a problem to be found anew.
 
     Attributes:
         name: in tables and folders.
@@ -61,14 +64,17 @@ class Problem:
         Raises:
             GrindError: a file of it is faulty.
         """
-        return _simulation(self)
+        return self._simulation
 
+    @functools.cached_property
+    def _simulation(self) -> Simulation:
+        made: Any = self.make().unwrapped
+        simulation: Simulation = made.simulation
+        return simulation
 
-@functools.lru_cache(maxsize=16)
-def _simulation(problem: Problem) -> Simulation:
-    made: Any = problem.make().unwrapped
-    simulation: Simulation = made.simulation
-    return simulation
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What another process is sent: it makes a simulation of its own."""
+        return Problem, (self.name, self.id, self.arguments)
 
 
 def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
@@ -81,24 +87,23 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         parts: how often a part program is run.
 
     Raises:
-        ProblemError: it names none in which E and D are chosen.
+        ProblemError: it names none in which E and D are chosen, or none whose results can be told from those of others.
+        TaskError: there are not so many parts, or the job is not the name of a file.
     """
+    if not isinstance(text, str):
+        raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
     names = [name for name in (*task_names(), *OTHERS) if name not in ("job", "wen")]
-    for name in names:
-        if text in (name, environment_id(name)):
-            return Problem(name, environment_id(name))
-    if text == JOB:
-        return _of_program(None, job, parts)
-    path = Path(text)
-    if path.suffix == ".toml":
-        if path.stem in names:
-            raise ProblemError(
-                f"{text} has the name of a task of this package, and its results would take the place"
-                f" of those of {path.stem}: rename the file"
-            )
-        return Problem(path.stem, TASK, (("task", text),))
-    if path.is_file():
-        return _of_program(text, job, parts)
+    of_package = next((name for name in names if text in (name, environment_id(name))), None)
+    program = None if of_package or is_task_file(text) else text
+    if program is None and (job is not None or parts != 1):
+        raise ProblemError(f"{quoted(text)} is no part program: leave out its job and its parts")
+    if of_package:
+        return Problem(of_package, environment_id(of_package))
+    if program is None:
+        path = Path(text).absolute()
+        return Problem(_own_name(path, path.stem), TASK, (("task", str(path)),))
+    if program == JOB or is_file(Path(program)):
+        return _of_program(None if program == JOB else program, job, parts)
     raise ProblemError(
         f"there is no problem {quoted(text)}: give one of {', '.join(names)}, an id, a task file (.toml), or"
         " a part program"
@@ -106,9 +111,28 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
 
 
 def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
-    given = {"program": program, "job": job, "parts": parts}
+    check_file("job", job)
+    check_parts(parts, MOST_PARTS)
+    path = EXAMPLE if program is None else Path(program).absolute()
+    given = {"program": program and str(path), "job": job and str(Path(job).absolute()), "parts": parts}
     return Problem(
-        batch_name(EXAMPLE if program is None else Path(program), parts),
+        _own_name(path, batch_name(path, parts)),
         JOB,
         tuple((key, value) for key, value in given.items() if value is not None),
     )
+
+
+def _own_name(path: Path, name: str) -> str:
+    """The name of what a file says, which is that of tables and folders, too.
+
+    Raises:
+        ProblemError: it would be taken for an environment of the package, or no table can show it.
+    """
+    if not name.isprintable():
+        raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
+    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS)) and name != "job":
+        raise ProblemError(
+            f"{path} has the name of a task of this package, and its results would take the place"
+            f" of those of {name}: rename the file"
+        )
+    return name

@@ -19,7 +19,7 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
 from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, Handbook, PowerThreshold, Random
 from grind_env.policies.scripted.size_threshold import SizeThreshold
-from grind_env.policies.tuned import CONFIGS, ConfigError, tuned_arguments
+from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 
 FIXED_PLANS = ("constant", "interval")
 """The plans that a shop can write into a program without sensors; the better one scores 0."""
@@ -75,8 +75,8 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     return known if names is None else names
 
 
-def make_policy(name: str, simulation: Simulation, folder: Path = CONFIGS) -> Policy:
-    """The policy of that name, with the parameters tuned for the environment.
+def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -> Policy:
+    """The policy of that name, with the parameters tuned for the environment; `tuned_folder` says where they are.
 
     Raises:
         ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if its parameters
@@ -91,9 +91,9 @@ def make_policy(name: str, simulation: Simulation, folder: Path = CONFIGS) -> Po
     return policy
 
 
-def _tuned_policy(name: str, task: Task, folder: Path) -> Any:
+def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
     """The policy with what its file says."""
-    place = f"{folder / task.name}.toml: [{name}.parameters]"
+    place = f"{tuned_folder(task, folder) / task.name}.toml: [{name}.parameters]"
     try:
         policy: Any = TUNED[name](**tuned_arguments(name, task, folder))
     except (TypeError, AttributeError) as error:

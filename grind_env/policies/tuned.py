@@ -1,16 +1,25 @@
-"""Tuned parameters of the scripted policies: one readable TOML file a task, `parameters/<task>.toml`."""
+"""Tuned parameters of the scripted policies: one readable TOML file a task, `parameters/<task>.toml`.
 
+Those of the package's own tasks and example programs come with it, those of a user's files lie below the folder that
+the user works in.
+"""
+
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from grind_env.envs.tasks import Task
+from grind_env.envs.tasks.reading import is_file
 from grind_env.errors import GrindError, reason
 from grind_env.files import ReadError, write_atomically
 from grind_env.toml import TomlError, read_toml
 
 CONFIGS = Path(__file__).with_name("parameters")
+"""Of what comes with the package."""
+OWN = Path("runs", "parameters")
+"""Of a user's files."""
 
 Value = float | int | list[float] | list[int]
 Parameters = Mapping[str, Value]
@@ -35,6 +44,19 @@ class Tuned:
     validation_seeds: list[int]
 
 
+def tuned_folder(task: Task, folder: Path | None = None) -> Path:
+    """Where the parameters of a task lie: in the folder that is named, in the package, or with the user's own."""
+    return folder or (OWN if task.file else CONFIGS)
+
+
+def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
+    """What tunes a policy for a task, as a message says it."""
+    words = ["python", "-m", "agents", "tune", "--task", task.file or task.name, "--policies", name]
+    words += [] if folder is None else ["--configs", str(folder)]
+    with_job = " with the same --job and --parts" if task.file and not is_file(task.file) else ""
+    return f"`{shlex.join(words)}`{with_job}"
+
+
 def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
     """The tuned policies of a task by name; empty if it has no file yet.
 
@@ -50,16 +72,17 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
         raise ConfigError(f"{path} is damaged ({reason(error)}): tune again with --fresh") from error
 
 
-def tuned_arguments(name: str, task: Task, folder: Path = CONFIGS) -> dict[str, Any]:
-    """Keyword arguments of a policy, as tuned for the task.
+def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[str, Any]:
+    """Keyword arguments of a policy, as tuned for the task; the folder is that of `tuned_folder` if None.
 
     Raises:
         ConfigError: if the policy has not been tuned for the task yet.
     """
-    tuned = read_tuned(task.name, folder)
+    place = tuned_folder(task, folder)
+    tuned = read_tuned(task.name, place)
     if name not in tuned:
         raise ConfigError(
-            f"{name} has no parameters in {folder / task.name}.toml: run `python -m agents tune --task {task.name}`"
+            f"{name} has no parameters in {place / task.name}.toml: run {tune_command(name, task, folder)}"
         )
     return arguments(tuned[name].parameters)
 

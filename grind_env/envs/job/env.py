@@ -271,7 +271,8 @@ def load_simulation(program: str | None, job: str | None, parts: int, spread: fl
     path = EXAMPLE if program is None else Path(program)
     programs = repeated(read_file(path), parts)
     settings = load_job(path.with_suffix(".toml") if job is None else job)
-    return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts))
+    file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
+    return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts), file=file)
 
 
 def read_given(simulation: JobSimulation, options: Mapping[str, Any] | None, before: Given) -> Given:

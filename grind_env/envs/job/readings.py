@@ -88,7 +88,7 @@ def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN))
 
 
-def job_task(name: str, job: Job, spread: float) -> Task:
+def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     """A task with the limits and the spreads of a job, whose actions and readings have the ranges that the job needs.
 
     The rest of it is that of another task: the program, not the task, says what is ground.
@@ -97,12 +97,14 @@ def job_task(name: str, job: Job, spread: float) -> Task:
         name: of the program and its parts, in tables and folders.
         job: the job.
         spread: factor on all that is random.
+        file: of the program; empty for one of the package.
     """
     task = load_task("power_limited")
     return replace(
         task,
         name=name,
         title=name,
+        file=file,
         action=ACTION,
         setup=replace(task.setup, machine_overrides={"power_limit": job.setup.machine.power_limit}),
         kinds=(

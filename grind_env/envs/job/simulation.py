@@ -82,6 +82,7 @@ class JobSimulation(Simulation):
         picks: the lowest and the highest J that may be chosen, mm; none for those of the program.
         spark_outs: the same of L.
         name: in tables and folders; that of the program without its suffix if None.
+        file: of the program; empty for one of the package.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -102,9 +103,10 @@ class JobSimulation(Simulation):
         picks: Sequence[float] = (),
         spark_outs: Sequence[int] = (),
         name: str | None = None,
+        file: str = "",
     ) -> None:
         refuse_many(programs, job)
-        task = job_task(name or Path(programs.name).stem, job, spread)
+        task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
         self.why: ScriptError | None = None

@@ -115,7 +115,7 @@ def read_task(source: str) -> Task:
 
 def is_file(source: object) -> bool:
     """Whether a task is named by its file."""
-    return isinstance(source, str) and source.endswith(SUFFIX)
+    return isinstance(source, str) and source.lower().endswith(SUFFIX)
 
 
 @functools.cache

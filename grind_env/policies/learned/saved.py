@@ -10,7 +10,7 @@ import json
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, get_args
 
 import numpy as np
@@ -20,7 +20,7 @@ from safetensors import SafetensorError, safe_open
 
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
-from grind_env.files import MOST_BYTES
+from grind_env.files import MOST_BYTES, is_file, shown
 from grind_env.policies.learned.network import (
     ACTIVATIONS,
     FAMILIES,
@@ -77,8 +77,8 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     Raises:
         PolicyFileError: if there is no such file, or it holds no agent, or not one for the task.
     """
-    if not path.is_file():
-        raise PolicyFileError(f"there is no trained agent at {path}: run `python -m agents train` first")
+    if not is_file(path):
+        raise PolicyFileError(f"there is no trained agent at {shown(path)}: run `python -m agents train` first")
     if path.stat().st_size > MOST_BYTES:
         raise PolicyFileError(f"{path} has more than {MOST_BYTES / 1e6:g} MB: it {NO_AGENT}")
     with path.open("rb") as opened:
@@ -223,8 +223,8 @@ def read_description(path: Path, text: str | None) -> Description:
 
 
 def _word(value: Any) -> str:
-    """A name without spaces or control characters, which a terminal would obey."""
-    if not isinstance(value, str) or not (value.isascii() and value.replace("_", "a").isalnum()):
+    """A name, which has no control characters that a terminal would obey, and leads to no other folder."""
+    if not isinstance(value, str) or not value.isprintable() or PurePath(value).name != value:
         raise TypeError(f"{value!r:.20} is no name")
     return value
 
