@@ -2,13 +2,13 @@
 
 import inspect
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.job.env import EXAMPLE
 from grind_env.envs.observations import Reading
 from grind_env.envs.reciprocation.env import ReciprocationEnv
 from grind_env.envs.stroke.env import StrokeEnv
@@ -16,9 +16,6 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import Note, PageError, note_of
 from grind_env.pages.rewards import Span, cost_spans, infeed_times, reward_span, single_stroke_times, stroke_times
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-"""Part programs of the package."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +78,7 @@ def sheet(env_id: str) -> Sheet:
         hint = did_you_mean(env_id, page_ids(), 0.5)
         raise PageError(f"there is no environment {quoted(env_id)}{hint}; the ids are {', '.join(page_ids())}")
     note = note_of(env_id)
-    arguments: dict[str, Any] = {"program": str(EXAMPLES / note.program)} if note.program else {}
+    arguments: dict[str, Any] = {"program": str(EXAMPLE.with_name(note.program))} if note.program else {}
     env: Any = gym.make(env_id, **arguments).unwrapped
     readings: tuple[Reading, ...] = env.observation_info()
     full = readings
