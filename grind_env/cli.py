@@ -227,7 +227,8 @@ def tasks(
     env_id: Annotated[
         str | None,
         typer.Argument(
-            metavar="ID|FILE", help="Print the page of this id, or check this task file and print all that it says."
+            metavar="ID|TASK|FILE",
+            help="Print the page of this id or its task, or check this task file and print all that it says.",
         ),
     ] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print what may stand in a task file.")] = False,

@@ -30,8 +30,8 @@ EVALUATIONS = 300
 WEN = "wen"
 """A problem of one step, without a task file."""
 
-RATIO = ("slot",)
-"""Tasks whose fixed plan and planner cost nearly the same: a score between the two would be noise."""
+NEARLY = 0.02
+"""Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
 
 
 def score(
@@ -94,10 +94,11 @@ def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Eva
     measured = {each.name: found[each.name] for each in policies if each.sees == "measurements"}
     best = min(measured, key=lambda name: float(measured[name].cost.mean()))
     fixed = better_plan(found)
+    zero, hundred = mean_return(task, found[fixed].first(planned)).value, mean_return(task, found[REFERENCE]).value
     return Reference(
-        zero=mean_return(task, found[fixed].first(planned)).value,
-        hundred=mean_return(task, found[REFERENCE]).value,
-        ratio=task.name in RATIO,
+        zero=zero,
+        hundred=hundred,
+        ratio=hundred - zero <= NEARLY * abs(zero),
         fixed_plan=fixed,
         best_scripted=best,
         J_fix=round(float(found[fixed].cost.mean()), 4),

@@ -52,7 +52,7 @@ def page(env_id: str) -> str:
         "Example": f"```python\n{example(about)}\n```",
         "Version history": table(("version", "what changed"), list(about.note.versions.items())),
     }
-    lines = [f"# {env_id}", f"*{about.title}.*", _facts(about)]
+    lines = [f"# {about.id}", f"*{about.title}.*", _facts(about)]
     for name in SECTIONS:
         own = "" if name == "Description" else words.get(name, "")
         lines += [f"## {name}", own, parts[name]]

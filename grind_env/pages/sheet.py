@@ -2,13 +2,14 @@
 
 import inspect
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.job.env import EXAMPLE
+from grind_env.envs.names import environment_id
 from grind_env.envs.observations import Reading
 from grind_env.envs.reciprocation.env import ReciprocationEnv
 from grind_env.envs.stroke.env import StrokeEnv
@@ -16,9 +17,6 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import Note, PageError, note_of
 from grind_env.pages.rewards import Span, cost_spans, infeed_times, reward_span, single_stroke_times, stroke_times
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-"""Part programs of the package."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,17 +69,23 @@ def page_ids() -> list[str]:
     return sorted(ids, key=lambda name: (name != "grind/PowerLimited-v0", name.lower()))
 
 
-def sheet(env_id: str) -> Sheet:
+def sheet(name: str) -> Sheet:
     """What is known of an id.
+
+    Args:
+        name: the id, or the name of its task.
 
     Raises:
         PageError: if the id is not registered or has no notes, or if nothing is known of its reward.
     """
-    if env_id not in page_ids():
-        hint = did_you_mean(env_id, page_ids(), 0.5)
-        raise PageError(f"there is no environment {quoted(env_id)}{hint}; the ids are {', '.join(page_ids())}")
+    known = page_ids()
+    env_id = name if name in known else environment_id(name)
+    if env_id not in known:
+        raise PageError(
+            f"there is no environment {quoted(name)}{did_you_mean(name, known, 0.5)}; the ids are {', '.join(known)}"
+        )
     note = note_of(env_id)
-    arguments: dict[str, Any] = {"program": str(EXAMPLES / note.program)} if note.program else {}
+    arguments: dict[str, Any] = {"program": str(EXAMPLE.with_name(note.program))} if note.program else {}
     env: Any = gym.make(env_id, **arguments).unwrapped
     readings: tuple[Reading, ...] = env.observation_info()
     full = readings

@@ -40,7 +40,7 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "look_ahead": LookAhead,
     "full_state_rule": FullStateRule,
 }
-
+"""From those that know least to those that know most, like all lists of policies."""
 
 BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
 """Policies that think in blocks."""
@@ -50,9 +50,7 @@ BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
 
 def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
-    names = ["random", "handbook", *FIXED_PLANS, "constant_per_kind", "roughness_gauge", "size_threshold"]
-    names += ["power_threshold", "burn_line", "adaptive_rule", "belief_rule", "look_ahead"]
-    names += ["full_state_rule", "mpc", REFERENCE]
+    names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
     unfit = {
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BY_BLOCK if not simulation.by_block else ()),

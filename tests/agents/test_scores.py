@@ -1,4 +1,5 @@
 import csv
+import shutil
 import sys
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ from grind_env.envs.wen.model import CASES
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
 from tests.policies.harness import changed
 
@@ -30,10 +31,16 @@ def evaluation(*cost):
     return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 6), 9000.0), np.ones((n, 6)))
 
 
+def copied_parameters(folder):
+    """The folder with a copy of the tuned parameters: a policy that has none yet is tuned, and they are written."""
+    return shutil.copytree(CONFIGS, folder / "parameters", dirs_exist_ok=True)
+
+
 def run(folder):
     return scores.score(
         PROBLEM,
         episodes=4,
+        configs=copied_parameters(folder),
         results=folder / "results",
         runs=folder / "runs",
         data=folder / "scores.toml",
@@ -115,6 +122,22 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
     assert mean_return(task, evaluation(3.0)) == (-1.5, 0.0)
 
 
+@pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.0, True), (97.9, False), (60.0, False)])
+def test_a_planner_that_saves_next_to_nothing_gives_a_ratio_and_no_score(planner, ratio):
+    costs = {"constant": (99.0, 101.0), "interval": (120.0, 130.0), "hindsight": (planner - 1.0, planner + 1.0)}
+    found = {name: evaluation(*cost) for name, cost in costs.items()}
+    assert reference_of(ORACLE.task, [make_policy(name, ORACLE) for name in costs], found).ratio is ratio
+
+
+def test_the_tasks_with_a_ratio_are_those_whose_planner_saves_next_to_nothing():
+    ratios = {problem.name for problem in scores.scored_problems() if reference(problem.id).ratio}
+    saved = {
+        problem.name: 1.0 - reference(problem.id).J_plan / reference(problem.id).J_fix
+        for problem in scores.scored_problems()
+    }
+    assert ratios == {name for name, share in saved.items() if share <= 0.02} == {"slot"}
+
+
 # scenarios, section 4.3: the optimum, and the mean of uniform settings
 @pytest.mark.parametrize(("case", "best", "mean"), [("rough", -0.22925, 0.1478), ("finish", 0.52242, 0.8426)])
 def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case, best, mean):
@@ -177,6 +200,7 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
         return stopped.value.code or 0
 
     data = ("--data", tmp_path / "scores.toml", "--results", tmp_path, "--runs", tmp_path / "runs")
+    data += ("--configs", copied_parameters(tmp_path))
     assert command("--task", "wen", *data) == 0
     assert command("--task", "oracle6", "--episodes", 2, *data) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}

@@ -274,6 +274,10 @@ def test_the_history_ends_with_the_version_of_the_id(env_id: str) -> None:
     assert all(load_notes()[env_id].versions.values())
 
 
+def test_the_name_of_a_task_gives_the_page_of_its_id() -> None:
+    assert page("wide_rails") == page("grind/WideRails-v0")
+
+
 def test_an_id_without_a_page_is_refused() -> None:
     with pytest.raises(
         PageError, match=r"^there is no environment 'grind/Rush' \(did you mean grind/Rush-v0\?\); the ids"

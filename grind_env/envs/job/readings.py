@@ -143,10 +143,8 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline]) -> tuple[NDArray[np.int
         key = place, block.block.source.text
         if key not in known:
             known[key] = len(kinds)
-            plan = block.plan
-            kinds.append(
-                replace(task.kinds[0], name=f"block_{len(kinds) + 1}", pick=plan.primary_pick, sparkout=plan.spark_out)
-            )
+            # its numbers are in `numbers.kind_of`: a program may say what no task may, such as no pick
+            kinds.append(replace(task.kinds[0], name=f"block_{len(kinds) + 1}"))
         numbers.append(known[key])
     return np.array(numbers), tuple(kinds)
 
