@@ -18,7 +18,7 @@ that of an earlier table, an earlier file, or the built-in one.
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -185,10 +185,15 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
         except CatalogueError as error:
             raise CatalogueError(f"{place}: base: {error}") from None
         values = {key: getattr(base, key) for key in legal} | values
-    missing = [f"{key} ({quantity})" for key, quantity in legal.items() if key not in values]
+    missing = [f"{key} ({legal[key]})" for key in _required(kind) if key not in values]
     if missing:
         raise CatalogueError(f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing.")
     return kind(name=name, **values)
+
+
+def _required(kind: type[Entry]) -> list[str]:
+    """Keys of an entry without a default; one that does nothing by default keeps the files of users legal."""
+    return [each.name for each in fields(kind) if each.name != "name" and each.default is MISSING]
 
 
 def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:

@@ -4,11 +4,12 @@ import pickle
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 
 from grind_env.errors import GrindError
+from grind_env.process import catalogue
 from grind_env.process.catalogue import (
     KINDS,
     CatalogueError,
@@ -18,6 +19,7 @@ from grind_env.process.catalogue import (
     load_catalogue,
     quantities,
 )
+from grind_env.process.entries import Quantity
 
 BUILT_IN = load_catalogue()
 ENTRIES: list[Entry] = [
@@ -235,6 +237,22 @@ def test_user_entry_can_be_complete(tmp_path: Path) -> None:
     path = write(tmp_path, "[fluid.oil]\nconvection = 2e4\nboiling_rise = 250")
     oil = load_catalogue(str(path)).fluid("oil")
     assert (oil.name, oil.convection, oil.boiling_rise) == ("oil", 2e4, 250.0)
+
+
+def test_a_key_with_a_default_may_be_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+    class Mist(Entry):
+        convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]
+        share: Annotated[float, Quantity("", "", 0, 10)] = 1.0
+
+    monkeypatch.setattr(catalogue, "Fluid", Mist)
+    monkeypatch.setattr(catalogue, "KINDS", {"fluid": Mist})
+    path = write(tmp_path, '[fluid.thin]\nconvection = 500\n[fluid.oily]\nbase = "thin"\nshare = 0.5')
+    fluids = load_catalogue(path).fluids
+    assert fluids == {"thin": Mist(name="thin", convection=500.0), "oily": Mist(name="oily", convection=500, share=0.5)}
+    assert fluids["thin"].share == 1.0
+    with pytest.raises(CatalogueError, match=r"mist 'none': add convection \(10 to 1e\+06 W/\(m2 K\)\), or"):
+        load_catalogue(write(tmp_path, "[fluid.none]\nshare = 2"))
 
 
 def test_later_files_redefine_and_build_on_earlier_ones(tmp_path: Path) -> None:
