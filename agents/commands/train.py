@@ -31,7 +31,9 @@ def train(
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_SEED, help="Seed of the agent and of its training episodes.")
     ] = 0,
-    steps: Annotated[int | None, typer.Option(min=1, help="Environment steps; by default those of the kind.")] = None,
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Environment steps, in whole rollouts; by default those of the kind.")
+    ] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the results.")] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Train anew, from the first step.")] = False,
     compare: Annotated[
