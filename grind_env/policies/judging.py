@@ -96,9 +96,13 @@ def evaluate(
         GrindError: there is no such problem, policy or split, or the policy decides what the environment does not have.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
-    _check_whole("episodes", episodes, 2, ", for fewer have no interval")
-    if first_seed is not None:
-        _check_whole("first_seed", first_seed, 0)
+    for name, value in (("episodes", episodes), ("first_seed", 0 if first_seed is None else first_seed)):
+        if isinstance(value, bool) or not isinstance(value, int | np.integer):
+            raise GrindError(f"{name} is {quoted(value)}, but must be a whole number")
+    if episodes < 2:
+        raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
+    if first_seed is not None and first_seed < 0:
+        raise GrindError(f"the first seed is {first_seed}: give 0 or more")
     seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
     policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
@@ -116,16 +120,6 @@ def evaluate(
         score = _score(run, fixed, known, simulation.task.reference_cost)
     named = split if first_seed is None else f"seeds {seeds.start} to {seeds.stop - 1}"
     return Judgement(policy.name, policy.sees, problem.name, named, run, score, paired)
-
-
-def _check_whole(name: str, value: object, least: int, why: str = "") -> None:
-    """Check a count.
-
-    Raises:
-        GrindError: it is no whole number, or too small.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise GrindError(f"{name} is {quoted(value)}, but must be a whole number of at least {least}{why}")
 
 
 def _check_policy(policy: object) -> None:

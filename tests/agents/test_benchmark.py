@@ -107,7 +107,17 @@ def test_the_cells_of_a_plan():
 def test_named_groups_of_tasks():
     assert tuple(problem.name for problem in chosen_problems("core")) == CORE
     assert sorted(problem.name for problem in chosen_problems("all")) == task_names()
-    assert [problem.name for problem in chosen_problems("rush,rush")] == ["rush"]
+    assert [problem.name for problem in chosen_problems("rush,grind/Rush-v0,rush")] == ["rush"]
+
+
+def test_two_files_of_one_name_are_refused_because_their_results_would_be_mixed(tmp_path):
+    (tmp_path / "sub").mkdir()
+    files = [tmp_path / "shop.toml", tmp_path / "sub" / "shop.toml"]
+    for path in files:
+        path.write_text('base = "oracle6"', encoding="utf-8")
+    assert len(chosen_problems(f"{files[0]},{files[0]},rush")) == 2
+    with pytest.raises(ConfigError, match=r"shop is the name of two problems.*rename the file of one"):
+        chosen_problems(",".join(map(str, files)))
 
 
 @pytest.mark.parametrize(

@@ -301,3 +301,14 @@ def test_the_command(folder: Path, capsys: pytest.CaptureFixture[str]):
     assert str(folder) in printed
     (name,) = minari.list_local_datasets()
     assert name in printed
+
+
+def test_a_task_file_is_recorded_from_the_folder_that_it_is_in(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(folder)
+    Path("my shop.toml").write_text('base = "oracle6"', encoding="utf-8")
+    problem = find_problem("my shop.toml")
+    path = make_dataset(Handbook(), problem, SEEDS)
+    assert path == folder / "grind" / "my-shop" / "handbook-v0"
+    monkeypatch.chdir(folder / "grind")
+    env = minari.load_dataset("grind/my-shop/handbook-v0").recover_environment()
+    assert env.unwrapped.task.name == "my shop"

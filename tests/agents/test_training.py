@@ -15,7 +15,7 @@ from agents.commands.train import register
 from agents.learning import batches
 from agents.learning import train as training
 from agents.learning.curve import SPENT, Point, curve_path, read_curve, seconds_to, write_curve
-from agents.learning.settings import DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS
+from agents.learning.settings import CONFIGS, DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, settings_folder
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
 from grind_env.errors import GrindError
@@ -211,3 +211,24 @@ def described(folder: Path) -> list[str]:
         with safe_open(path, "numpy") as file:
             texts += list((file.metadata() or {}).values())
     return texts
+
+
+@pytest.mark.parametrize("kind", ["ppo", "dqn"])
+def test_where_no_belief_can_follow_it_is_said_what_can_be_trained(kind: str, tmp_path: Path):
+    with pytest.raises(
+        GrindError, match=f"{kind} remembers a belief.*stroke has none: train ppo_stack or recurrent_ppo"
+    ):
+        trained_agent(find_problem("stroke"), kind, 0, 100, tmp_path, quiet=True)
+
+
+def test_settings_that_were_tuned_for_a_users_file_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "shop.toml"
+    path.write_text('base = "oracle6"', encoding="utf-8")
+    task = find_problem(str(path)).simulation().task
+    assert settings_folder(task) == Path("runs/parameters/learning")
+    assert settings_folder(SIMULATION.task) == CONFIGS
+    settings_folder(task).mkdir(parents=True)
+    (settings_folder(task) / "shop.toml").write_text("[ppo]\nhidden = [0]\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="hidden is"):
+        trained_agent(find_problem("shop.toml"), "ppo", 0, 100, tmp_path, quiet=True)

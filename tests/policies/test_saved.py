@@ -333,3 +333,22 @@ def test_a_damaged_file_is_an_agent_or_refused(
         # flipped bits may spell another number or version
         policy.begin(SIMULATION, 1)
         policy.act(np.zeros((1, len(SIMULATION.entries)), np.float32), None)
+
+
+@pytest.mark.parametrize("name", ["größe", "my-shop 2", "v1.2"])
+def test_an_agent_for_a_task_file_of_any_name_is_read_again(name: str, good: bytes, tmp_path: Path):
+    (tmp_path / f"{name}.toml").write_text('base = "oracle6"', encoding="utf-8")
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(with_document(good, lambda document: document.update(task=name)))
+    simulation = find_problem(str(tmp_path / f"{name}.toml")).simulation()
+    assert load_policy(path, simulation=simulation).name == "ppo"
+
+
+@pytest.mark.parametrize("name", ["../oracle6", "/etc/passwd", "a\nb", "\x1b[2J", ""])
+def test_a_description_that_leads_elsewhere_or_that_a_terminal_would_obey_is_refused(
+    name: str, good: bytes, tmp_path: Path
+):
+    path = tmp_path / "agent.safetensors"
+    path.write_bytes(with_document(good, lambda document: document.update(task=name)))
+    with pytest.raises(GrindError, match="its description is damaged"):
+        load_policy(path)

@@ -1,10 +1,12 @@
 import dataclasses
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
 import grind_env
+from agents.application import app
 from agents.tuning.coefficients import RULES, entry_names, from_vector
 from agents.tuning.rules import tunable, tune
 from grind_env.policies.evaluation import episode_seeds, evaluate
@@ -167,3 +169,53 @@ def test_tuning_resumes_and_repeats(tmp_path):
 def test_a_planner_cannot_be_tuned(tmp_path):
     with pytest.raises(ConfigError, match="'mpc' cannot be tuned"):
         tune(find_problem("oracle6"), ["mpc"], folder=tmp_path, runs=tmp_path)
+
+
+TASK = 'base = "oracle6"\nblocks = 3\n'
+FEW = {"evaluations": 8, "starts": 1, "episodes": 1}
+
+
+def own_program(folder: Path) -> str:
+    """A copy of an example program among the user's files, whose parameters are tuned for batches."""
+    for name in ("plate_g82.nc", "plate_g82.toml"):
+        (folder / name).write_text((EXAMPLES / name).read_text(encoding="utf-8"), encoding="utf-8")
+    return str(folder / "plate_g82.nc")
+
+
+def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "shop.toml").write_text(TASK, encoding="utf-8")
+    shipped = {path.name: path.read_bytes() for path in CONFIGS.iterdir()}
+    problem = find_problem("shop.toml")
+    tuned = tune(problem, ["constant"], runs=tmp_path / "runs", **FEW)
+    assert {path.name: path.read_bytes() for path in CONFIGS.iterdir()} == shipped
+    assert read_tuned("shop", Path("runs/parameters")) == tuned
+    assert tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
+    # another folder comes first
+    tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
+    assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]
+    with pytest.raises(ConfigError, match=r"constant has no parameters in .*other/shop\.toml.* --configs .*other`"):
+        make_policy("constant", problem.simulation(), tmp_path / "other")
+
+
+def test_a_users_program_does_not_get_the_parameters_of_an_example_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert make_policy("constant", find_problem(str(EXAMPLES / "plate_g82.nc"), parts=30).simulation()).name
+    with pytest.raises(ConfigError, match=r"constant has no parameters in runs/parameters/plate_g82_x30\.toml"):
+        make_policy("constant", find_problem(own_program(tmp_path), parts=30).simulation())
+
+
+@pytest.mark.parametrize("name", ["shop.toml", "my shop.toml", "plate_g82.nc"])
+def test_what_is_not_tuned_for_a_users_file_names_the_command_that_tunes_it(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    own_program(tmp_path)
+    for shop in ("shop.toml", "my shop.toml"):
+        (tmp_path / shop).write_text(TASK, encoding="utf-8")
+    with pytest.raises(ConfigError) as raised:
+        make_policy("mpc", find_problem(name).simulation())
+    command, rest = re.search("`python -m agents (.+)`(.*)", str(raised.value)).groups()
+    called = []
+    monkeypatch.setattr("agents.tuning.rules.tune", lambda *given, **others: called.append(given) or {})
+    app(shlex.split(command), standalone_mode=False)
+    assert called == [(find_problem(name), ["full_state_rule"])]
+    assert rest == (" with the same --job and --parts" if name.endswith(".nc") else "")

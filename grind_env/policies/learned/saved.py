@@ -224,7 +224,7 @@ def read_description(path: Path, text: str | None) -> Description:
 
 def _word(value: Any) -> str:
     """A name, which has no control characters that a terminal would obey, and leads to no other folder."""
-    if not isinstance(value, str) or not value.isprintable() or PurePath(value).name != value:
+    if not isinstance(value, str) or not value or not value.isprintable() or PurePath(value).name != value:
         raise TypeError(f"{value!r:.20} is no name")
     return value
 
