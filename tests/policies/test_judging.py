@@ -95,10 +95,10 @@ def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({"episodes": 1}, "episodes is 1, but must be a whole number of at least 2"),
+        ({"episodes": 1}, "1 episodes have no interval: evaluate 2 at least"),
         ({"split": "exam"}, "there is no split 'exam': the splits are training, validation"),
         ({"episodes": 10**6}, "1000000 episodes are asked for, but the evaluation split has 1 to 500000"),
-        ({"first_seed": -1}, "first_seed is -1, but must be a whole number of at least 0"),
+        ({"first_seed": -1}, "the first seed is -1: give 0 or more"),
     ],
 )
 def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object], sentence: str) -> None:
