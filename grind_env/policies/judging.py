@@ -1,7 +1,7 @@
 """What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -122,17 +122,19 @@ def evaluate(
     return Judgement(policy.name, policy.sees, problem.name, named, run, score, paired)
 
 
-def _check_policy(policy: object) -> None:
+def _check_policy(policy: Any) -> None:
     """Check what is to decide.
 
     Raises:
-        GrindError: it does not begin or act, or has no name.
+        GrindError: it does not begin or act, has no name, or sees what nobody can show.
     """
     decides = all(callable(getattr(policy, name, None)) for name in ("begin", "act"))
     if isinstance(policy, type) or not decides or not isinstance(getattr(policy, "name", None), str):
         raise GrindError(
             f"{quoted(policy)} is no policy: give one, or the text that names one, such as handbook or E8D0"
         )
+    if (sees := getattr(policy, "sees", None)) not in get_args(Sees):
+        raise GrindError(f"{policy.name} sees {quoted(sees)}, but must see one of {', '.join(get_args(Sees))}")
 
 
 def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:
