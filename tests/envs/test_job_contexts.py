@@ -20,7 +20,7 @@ ENV = JobEnv()
 
 
 def given_of(options: dict[str, Any]) -> Given:
-    return read_options(job_task("job", ENV.job, 1.0), options, Given(), barred_factors(1.0))
+    return read_options(job_task("job", ENV.job, 1.0, ""), options, Given(), barred_factors(1.0))
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:

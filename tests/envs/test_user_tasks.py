@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from grind_env.cli import main
@@ -216,8 +216,18 @@ def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_p
         assert_same(row_of(vector.step(np.tile(action, (2, 1))), 0)[:3], stepped[:3])
 
 
+LESS_THAN_A_PICK = {
+    "title": "less than a pick",
+    "reference_cost": 1.0,
+    "blocks": 4,
+    "setup": {"wheel": "a60j"},
+    "kind": [{"material": "aisi_52100", "stock": 0.008, "pick": 0.01, "width": 20, "length": 200}],
+}
+
+
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
+@example(content=LESS_THAN_A_PICK, cycle="G82", seed=0)
 def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     content: dict[str, Any], cycle: str, seed: int, tmp_path: Path
 ) -> None:

@@ -167,7 +167,8 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
-    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else a pick.
+    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else where the first block
+    begins to cut.
 
     Raises:
         TaskError: that set-up time is less than the way of the wheel to the diamond and back.
@@ -183,7 +184,8 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
     part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
     bare = Job(part=part, setup=setup, times=times)
-    position = (-task.setup.overrun, -(kinds[0].pick if first is None else first), 0.0)
+    depth = min(kinds[0].pick, kinds[0].stock) if first is None else first
+    position = (-task.setup.overrun, -depth, 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
     motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
     beyond = task.dress_seconds - motions.seconds
