@@ -176,7 +176,7 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
     hyper = {name: value for name, value in old.get("hyper", {}).items() if name not in names}
     hyper |= {name: settings.hyper[name] for name in sorted(names) if settings.hyper[name] != default.hyper[name]}
     tables[kind] = before | changes | ({"hyper": hyper} if hyper else {})
-    lines = [f"# Settings of learned agents, tuned by `python -m agents tune --task {path.stem} --kind ...`."]
+    lines = [f"# Settings of learned agents for {path.stem}, tuned by `python -m agents tune --kind`."]
     for name, table in sorted(tables.items()):
         lines += ["", f"[{name}]", *(f"{key} = {value!r}" for key, value in table.items() if key != "hyper")]
         if "hyper" in table:

@@ -90,7 +90,7 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
     """Write the file of a task, whole or not at all."""
     lines = [
-        f"# Parameters of the scripted policies, written by `python -m agents tune --task {task}`.",
+        f"# Parameters of the scripted policies for {task}, written by `python -m agents tune`.",
         "# E is in m/min; costs are $ per episode; seeds are [first, count].",
     ]
     for name, entry in tuned.items():
