@@ -3,6 +3,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
+
+import grind_env  # noqa: F401
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -14,6 +19,14 @@ def test_the_examples_run_one_after_the_other():
     assert sum(line.startswith("G82 ") and line.endswith(" $") for line in lines) == 60
     assert "M30" in lines
     assert sum("$ per good part (" in line for line in lines) == examples.count("grind_env.evaluate(")
+
+
+def test_its_task_file_is_an_environment(tmp_path):
+    (content,) = re.findall(r"```toml\n# shop\.toml\n(.*?)```", README, re.DOTALL)
+    (tmp_path / "shop.toml").write_text(content, encoding="utf-8")
+    env = gym.make("grind/Task-v0", task=str(tmp_path / "shop.toml"))
+    env.reset(seed=1)
+    assert np.isfinite(env.step(env.action_space.sample())[1])
 
 
 def paths(text: str) -> list[str]:
