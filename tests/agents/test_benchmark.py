@@ -266,6 +266,8 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
         "from tests.agents.test_benchmark import lasting\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        # nohup leaves it ignored
+        "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
         f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
         "    try:\n"
         "        measure_all([Cell(find_problem('slot'), name) for name in ('idle', 'busy', 'sending')], request, 3,"
@@ -290,7 +292,7 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
         workers = [int(file.read_text(encoding="utf-8")) for file in files]
         number = getattr(signal, name)
         kill(parent.pid, number)
-        assert parent.wait() == (130 if name == "SIGINT" else -number)
+        assert parent.wait(120.0) == (130 if name == "SIGINT" else -number)
         wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
         said.seek(0)
         assert said.read() == ""
