@@ -6,7 +6,7 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-import grind_env  # noqa: F401
+import grind_env
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -23,10 +23,13 @@ def test_the_examples_run_one_after_the_other():
 
 def test_its_task_file_is_an_environment(tmp_path):
     (content,) = re.findall(r"```toml\n# shop\.toml\n(.*?)```", README, re.DOTALL)
-    (tmp_path / "shop.toml").write_text(content, encoding="utf-8")
-    env = gym.make("grind/Task-v0", task=str(tmp_path / "shop.toml"))
+    file = tmp_path / "shop.toml"
+    file.write_text(content, encoding="utf-8")
+    env = gym.make("grind/Task-v0", task=str(file))
     env.reset(seed=1)
     assert np.isfinite(env.step(env.action_space.sample())[1])
+    constant = re.search(r"grind evaluate --task shop\.toml --policy (\w+)", README)[1]
+    assert len(grind_env.evaluate(constant, str(file), episodes=2).evaluation.cost) == 2
 
 
 def paths(text: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The compiled step of `grind/Reciprocation-v0`; `envs.step` says what a block costs and what is remembered of it."""
+"""The compiled step of `grind/Reciprocation-v0`; cost and memory of a block are those of `envs.blocks.step`."""
 
 import math
 from typing import Any
@@ -94,7 +94,7 @@ def step_feedings(
         infeed: F, mm/s.
         feedings: room for the strokes beside the infeed, shape (N, fields of `Feeding`).
         motions: room for the infeed, shape (N, motions, fields of `Motion`).
-        cycles: as for `envs.step.step_blocks`, like all that follow.
+        cycles: as for `envs.blocks.step.step_blocks`, like all that follow.
         parameters: room for them.
         kinds: of the task.
         base: nominal parameters.

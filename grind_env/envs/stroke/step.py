@@ -179,7 +179,7 @@ def step_strokes(
     """Make the next stroke of the episodes in `active`.
 
     Args:
-        cycles: room for them, as for `envs.step.step_blocks`.
+        cycles: room for them, as for `envs.blocks.step.step_blocks`.
         kinds: as for `step_blocks`, but three times: `PART`, `WITHIN` and `LAST`.
         base: as for `step_blocks`, like the next one.
         shops: numbers of the task.

@@ -1,6 +1,6 @@
 """Episodes of parts that are wider than the wheel: a step is a G83, which the lanes grind in zones.
 
-Cost and memory are those of `envs.step.settle`.
+Cost and memory are those of `envs.blocks.step.settle`.
 """
 
 from collections.abc import Sequence

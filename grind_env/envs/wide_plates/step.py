@@ -1,4 +1,4 @@
-"""The compiled step of `grind/WidePlates-v0`; `envs.step` says what a block costs and what is remembered of it."""
+"""The compiled step of `grind/WidePlates-v0`; cost and memory of a block are those of `envs.blocks.step`."""
 
 from typing import Any
 
@@ -50,7 +50,7 @@ def step_traverses(
         zones: of a new part, shape (zones, fields of `Zone`).
         crossover: way across of a traverse, mm.
         cross_pick: K, mm.
-        cycles: as for `envs.step.step_blocks`, like all that follow.
+        cycles: as for `envs.blocks.step.step_blocks`, like all that follow.
         parameters: room for them.
         kinds: of the task.
         base: nominal parameters.

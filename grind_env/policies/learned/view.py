@@ -3,7 +3,7 @@
 It sees the measured observation and a memory of the episode, for a single observation says little of the lot and of
 the wheel:
 
-* `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`envs.belief`);
+* `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`grind_env.belief`);
 * `means`: these, and running means of all that was measured;
 * `stack`: the last observations as they are;
 * `estimates`: the estimates alone.
