@@ -24,9 +24,9 @@ class PartVerdict(NamedTuple):
 
 
 @entry
-def count_stroke(before: Tally, done: StrokeResult, seconds: float, plunge: bool) -> Tally:
+def count_stroke(before: Tally, done: StrokeResult, seconds: float, plunge: bool, stall_time: float) -> Tally:
     """A tally with one more stroke; `plunge` says whether it has gone deeper than any before it."""
-    return tally.count_stroke(before, done, seconds, 0.0, plunge, False, False)
+    return tally.count_stroke(before, done, seconds, 0.0, plunge, False, False, stall_time)
 
 
 @entry
@@ -61,7 +61,7 @@ def judge(
     wheel_volume: float,
     dresses: float,
     rise: float,
-    power: float,
+    torque: float,
     roughness: float,
     size_error: float,
     limits: Limits,
@@ -73,7 +73,7 @@ def judge(
 
     Arguments as in `process.cost`; `scrap_price` in $, `earlier` the probability that it was good in its stages before.
     """
-    survival = earlier * cost.survival(rise, power, roughness, size_error, limits)
+    survival = earlier * cost.survival(rise, torque, roughness, size_error, limits)
     time_cost, wheel_cost, dress_cost = cost.expenses(seconds, wheel_volume, dresses, rates)
     scrap_cost = scrap_price * (1.0 - survival)
     total_cost = time_cost + wheel_cost + dress_cost + scrap_cost

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke
+from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.equations import wheel_speed
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
 
 
@@ -81,7 +81,7 @@ def advance(
     wheel: WheelState,
     part: PartState,
     tally: Tally,
-    p: StrokeParameters,
+    k: StrokeConstants,
 ) -> tuple[WheelState, PartState, Tally, StrokeResult]:
     """One stroke.
 
@@ -94,13 +94,13 @@ def advance(
         wheel: before it.
         part: the surface in the cut before it.
         tally: before it.
-        p: parameters.
+        k: constants of the cycle.
     """
-    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, Z, cycle.speed, b, cycle.length, p)
+    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, wheel_depth(Z, tally), b, k)
     deeper = Z - part.Z
     finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
     plunge, full = reached + DEPTH_TOLERANCE < Z, cycle.full_plunge <= deeper
-    tally = count_stroke(tally, stroke, seconds, deeper, plunge, full, finishing)
+    tally = count_stroke(tally, stroke, seconds, deeper, plunge, full, finishing, k.stall_time)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
 

@@ -91,7 +91,7 @@ class Grooves:
         vw = self.length * event.feed / 60.0 / deeper
         width = self._engaged(direction, place, Z)
         after, stroke, b, _ = grind_strips(
-            wheel, groove.S, groove.Rs, groove.reached, 0, 1, Z, vw, width, self.length, p
+            wheel, groove.S, groove.Rs, groove.reached, 0, 1, Z, vw, width, self.length, p, Z
         )
         groove.plunges.append((Z, stroke.T))
         return after, stroke, b

@@ -26,8 +26,9 @@ from grind_env.machine.rows import (
     write_wheel,
 )
 from grind_env.machine.surfaces import Buffer, Place, Surface, whole, zoned
-from grind_env.machine.tally import Tally
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.machine.tally import Tally, wheel_depth
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke import stroke_constants
 
 LANES = 8
 """Machines at once: one AVX-512 or two AVX2 registers wide."""
@@ -65,13 +66,21 @@ def zoned_loops_of(course: Course) -> Loops:
 
 
 def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
-    records: tuple[type[Any], ...] = (course.cycle, StrokeParameters, WheelState, PartState, course.progress, Tally)
+    records: tuple[type[Any], ...] = (
+        course.cycle,
+        StrokeParameters,
+        StrokeConstants,
+        WheelState,
+        PartState,
+        course.progress,
+        Tally,
+    )
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
-    get_cycle, get_parameters, get_wheel, get_part, get_progress, get_tally = (
+    get_cycle, get_parameters, get_constants, get_wheel, get_part, get_progress, get_tally = (
         lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
-    put_cycle, put_parameters, put_wheel, put_part, put_progress, put_tally = (
+    put_cycle, put_parameters, put_constants, put_wheel, put_part, put_progress, put_tally = (
         lane_writer(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
     read_cycle = column_reader(course.cycle)
@@ -82,8 +91,9 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     def place_in(rows: Table, lane: int) -> Place:
         """Where the coming stroke of a lane lies."""
         cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
-        near = edge(cycle, progress)
-        return Place(Z=depth(cycle, progress), edge=near, end=near + get_parameters(rows, lane).bs)
+        near, Z = edge(cycle, progress), depth(cycle, progress)
+        face = wheel_depth(Z, get_tally(rows, lane))
+        return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
     def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> StrokeResult:
@@ -98,7 +108,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
             get_wheel(rows, lane),
             part,
             get_tally(rows, lane),
-            get_parameters(rows, lane),
+            get_constants(rows, lane),
         )
         plan = plan_of(cycle)
         progress = after_reversal(plan, progress)
@@ -135,9 +145,10 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         i: int,
     ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
-        cycle = read_cycle(cycles, i)
+        cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
         put_cycle(rows, lane, cycle)
-        put_parameters(rows, lane, read_parameters(parameters, i))
+        put_parameters(rows, lane, p)
+        put_constants(rows, lane, stroke_constants(p, cycle.speed, cycle.length))
         put_wheel(rows, lane, read_wheel(wheels, i))
         put_part(rows, lane, part_of(surfaces, i))
         put_progress(rows, lane, begin(plan_of(cycle)))
@@ -216,7 +227,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         for i in range(len(cycles)):
             cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
             wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
-            plan = plan_of(cycle)
+            plan, k = plan_of(cycle), stroke_constants(p, cycle.speed, cycle.length)
             progress, waited = find(cycle, begin(plan), motions)
             if gauged(progress):
                 wheel = measured(wheel)
@@ -224,9 +235,9 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
                 wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
             while not finished(plan, progress):
                 seconds = stroke_seconds(cycle, progress.reversal)
-                near = edge(cycle, progress)
-                place = Place(Z=depth(cycle, progress), edge=near, end=near + p.bs)
-                wheel, part, tally, stroke, b = advance_one(surfaces, i, place, cycle, seconds, wheel, part, tally, p)
+                near, Z = edge(cycle, progress), depth(cycle, progress)
+                place = Place(Z=Z, depth=wheel_depth(Z, tally), edge=near, end=near + p.bs)
+                wheel, part, tally, stroke, b = advance_one(surfaces, i, place, cycle, seconds, wheel, part, tally, k)
                 if tally.strokes <= log.shape[1]:
                     row = int(tally.strokes) - 1
                     log_made(log[i], row, Made(seconds=seconds, edge=place.edge, Z=place.Z, b=b))

@@ -18,7 +18,7 @@ from grind_env.machine.job import Job, JobError, Part, Stage
 from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
-from grind_env.machine.tally import NOTHING
+from grind_env.machine.tally import NOTHING, has_stalled
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -210,14 +210,15 @@ class PartRun:
             The wheel after it, and the cut: an idle one of a turning tool, above the surface or in the air.
         """
         self.infeeds += 1
-        cut = self._grooves.grind(wheel, event, self.p) if self.job.setup.grooving_wheel else None
+        grinds = self.job.setup.grooving_wheel and not has_stalled(self.tally)
+        cut = self._grooves.grind(wheel, event, self.p) if grinds else None
         if cut is None:
             return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
         wheel, stroke, b = cut
         return wheel, self._counted(Pass(stroke, b, self._grooves.length), event.seconds, plunged=True)
 
     def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
-        self.tally = count_stroke(self.tally, done.stroke, seconds, plunged)
+        self.tally = count_stroke(self.tally, done.stroke, seconds, plunged, self.p.stall_time)
         return done
 
     def end_stage(self) -> None:
@@ -226,11 +227,13 @@ class PartRun:
             return
         asked = self.job.part.stages[len(self.passed)]
         found, limits = self._surface(asked.stock), self.job.limits_at(asked)
-        values = self._rise(asked), self.tally.peak_power, found.Ra, found.worst_error
+        values = self._rise(asked), self.tally.peak_torque, found.Ra, found.worst_error
         self._earlier *= survival(*values, limits)
         self.passed.append(passed_limits(*values, limits))
         self._earlier_power = max(self._earlier_power, self.tally.peak_power)
-        self.tally = self.tally._replace(peak_power=0.0)
+        # of a stalled spindle the part is not freed by a gauge
+        torque = self.tally.peak_torque if has_stalled(self.tally) else 0.0
+        self.tally = self.tally._replace(peak_power=0.0, peak_torque=torque)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
             plunges.clear()
 
@@ -282,7 +285,7 @@ class PartRun:
             tally.worn + tally.dressed_off,
             tally.dresses,
             rise,
-            tally.peak_power,
+            tally.peak_torque,
             found.Ra,
             found.worst_error,
             job.limits,

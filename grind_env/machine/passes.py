@@ -12,7 +12,7 @@ from grind_env.machine.cycle import dress_lead
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.rows import Table
 from grind_env.machine.strips import IDLE, Strips, grind_strips
-from grind_env.machine.tally import Tally, count_dress, count_stroke
+from grind_env.machine.tally import Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel
 
@@ -171,12 +171,23 @@ def grind_passes(
         Lw = way.Lw if first[k] < last[k] else 0.0
         if Lw > 0.0:
             wheel, stroke, b, plunged[k] = grind_strips(
-                wheel, S, Rs, reached, first[k], last[k], made.Z, made.E / 60.0, width, Lw, p
+                wheel,
+                S,
+                Rs,
+                reached,
+                first[k],
+                last[k],
+                made.Z,
+                made.E / 60.0,
+                width,
+                Lw,
+                p,
+                wheel_depth(made.Z, tally),
             )
             if way.whole:
                 for i in range(first[k], last[k]):
                     covered[i] = max(covered[i], made.Z)
-        tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False)
+        tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False, p.stall_time)
         made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
         write_table_stroke(rows, k, made)
         write_stroke(rows, k, stroke)

@@ -14,7 +14,7 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import grind_stroke
+from grind_env.process.stroke import grind_stroke, stroke_constants
 
 Strips = NDArray[np.float64]
 """One value per strip of the part."""
@@ -135,10 +135,13 @@ def cut_surface(contact: Contact, width: float) -> tuple[float, float, float]:
 
 
 @inlined
-def ground(zone: Zone, under: bool, cut: bool, Z: float, ae: float, Rg: float) -> Zone:
-    """A zone after a stroke at depth `Z`, mm, that took `ae`, mm, off what was in the cut, and left `Rg`, um."""
+def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, Rg: float) -> Zone:
+    """A zone after a stroke programmed at depth `Z`, mm, that took `ae`, mm, off what was in the cut, and left `Rg`, um.
+
+    `tip` is the depth of the wheel face, mm.
+    """
     S = zone.S + ae if cut else zone.S
-    Rs = surface_roughness(zone.Rs, Rg, ae) if cut else zone.Rs
+    Rs = surface_roughness(zone.Rs, Rg, ae, cut & (tip > zone.S))
     reached = max(zone.reached, Z) if under else zone.reached
     return Zone(S=S, Rs=Rs, reached=reached, centre=zone.centre, strips=zone.strips)
 
@@ -161,6 +164,7 @@ def grind_strips(
     width: float,
     Lw: float,
     p: StrokeParameters,
+    depth: float,
 ) -> tuple[WheelState, StrokeResult, float, bool]:
     """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
@@ -171,26 +175,27 @@ def grind_strips(
         reached: deepest Z of a stroke so far, mm; updated.
         first: first strip under the wheel.
         last: the strip after the last one, greater than `first`.
-        Z: downfeed position, mm.
+        Z: programmed downfeed position, mm.
         vw: table speed, mm/s.
         width: of the part, all strips together, mm.
         Lw: ground length, mm.
         p: parameters.
+        depth: downfeed position of the wheel, mm; `Z` unless it is retracted.
 
     Returns:
         The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
         into a strip than before.
     """
-    contact = contact_at(Z - wheel.W)
+    contact = contact_at(depth - wheel.W)
     for i in range(S.size):
         contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
     for i in range(first, last):
         zone = _strip(S, Rs, reached, i)
         contact = joined(contact, zone, in_cut(contact, zone, True))
     b, S_mean, Rs_mean = cut_surface(contact, width)
-    after, stroke = grind_stroke(wheel, S_mean, Rs_mean, Z, vw, b, Lw, p)
+    after, stroke = grind_stroke(wheel, S_mean, Rs_mean, depth, b, stroke_constants(p, vw, Lw))
     for i in range(first, last):
         zone = _strip(S, Rs, reached, i)
-        zone = ground(zone, True, in_cut(contact, zone, True), Z, stroke.ae, stroke.Rg)
+        zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
         S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
     return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z

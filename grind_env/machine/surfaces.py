@@ -10,14 +10,16 @@ from grind_env.machine.cycle import Cycle, PartState, advance
 from grind_env.machine.rows import Table, read_part, read_zone, write_part, write_zone
 from grind_env.machine.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
 from grind_env.machine.tally import Tally
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
 
 class Place(NamedTuple):
     """Where a stroke lies. Lengths are mm."""
 
     Z: float
-    """Depth."""
+    """Depth at which it is programmed."""
+    depth: float
+    """Depth at which the wheel passes."""
     edge: float
     """Cross coordinate of the wheel's edge on the minus side."""
     end: float
@@ -57,7 +59,7 @@ class Surface(NamedTuple):
     """`advance_lanes(rows)`: one stroke in every lane; a function of its own, for it vectorises only with nothing but
     `rows` in sight."""
     advance: Callable[..., Any]
-    """`advance(surfaces, i, place, cycle, seconds, wheel, part, tally, p)`: the same stroke on machine i; gives wheel,
+    """`advance(surfaces, i, place, cycle, seconds, wheel, part, tally, k)`: the same stroke on machine i; gives wheel,
     part and tally after it, the stroke and the engaged width, which is 0 where the wheel is beside the part."""
 
 
@@ -94,9 +96,9 @@ def whole(buffer: Buffer) -> Surface:
         wheel: WheelState,
         part: PartState,
         tally: Tally,
-        p: StrokeParameters,
+        k: StrokeConstants,
     ) -> tuple[WheelState, PartState, Tally, StrokeResult, float]:
-        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, cycle.width, part.Z, wheel, part, tally, p)
+        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, cycle.width, part.Z, wheel, part, tally, k)
         write_part(surfaces, i, part)
         return wheel, part, tally, stroke, cycle.width
 
@@ -187,7 +189,7 @@ def zoned(buffer: Buffer) -> Surface:
         for lane in range(lanes):
             place = place_in(rows, lane)
             put_place(rows, lane, place)
-            put_contact(rows, lane, contact_at(place.Z - wheel_in(rows, lane).W))
+            put_contact(rows, lane, contact_at(place.depth - wheel_in(rows, lane).W))
         for bunch in range(zones // BUNCH):
             for lane in range(lanes):
                 place, contact = get_place(rows, lane), get_contact(rows, lane)
@@ -209,10 +211,10 @@ def zoned(buffer: Buffer) -> Surface:
             put_taken(rows, lane, Taken(ae=stroke.ae, Rg=stroke.Rg))
         for number in range(zones):
             for lane in range(lanes):
-                zone, place = get_zone(rows, number, lane), get_place(rows, lane)
+                zone, place, contact = get_zone(rows, number, lane), get_place(rows, lane), get_contact(rows, lane)
                 taken, under = get_taken(rows, lane), is_under(zone, place)
-                cut = in_cut(get_contact(rows, lane), zone, under)
-                put_zone(rows, number, lane, ground(zone, under, cut, place.Z, taken.ae, taken.Rg))
+                cut = in_cut(contact, zone, under)
+                put_zone(rows, number, lane, ground(zone, under, cut, contact.tip, place.Z, taken.ae, taken.Rg))
 
     @inlined
     def advance_one(
@@ -224,10 +226,10 @@ def zoned(buffer: Buffer) -> Surface:
         wheel: WheelState,
         part: PartState,
         tally: Tally,
-        p: StrokeParameters,
+        k: StrokeConstants,
     ) -> tuple[WheelState, PartState, Tally, StrokeResult, float]:
         zones = surfaces[i]
-        contact = contact_at(place.Z - wheel.W)
+        contact = contact_at(place.depth - wheel.W)
         for number in range(len(zones)):
             zone = read_zone(zones, number)
             contact = beneath(contact, zone, is_under(zone, place))
@@ -236,12 +238,12 @@ def zoned(buffer: Buffer) -> Surface:
             contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
         b, S, Rs = cut_surface(contact, cycle.width)
         part = PartState(Z=part.Z, S=S, Rs=Rs)
-        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, b, contact.reached, wheel, part, tally, p)
+        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, b, contact.reached, wheel, part, tally, k)
         for number in range(len(zones)):
             zone = read_zone(zones, number)
             under = is_under(zone, place)
             cut = in_cut(contact, zone, under)
-            write_zone(zones, number, ground(zone, under, cut, place.Z, stroke.ae, stroke.Rg))
+            write_zone(zones, number, ground(zone, under, cut, contact.tip, place.Z, stroke.ae, stroke.Rg))
         met = contact.engaged > 0.0
         return wheel, part, tally, stroke if met else IDLE, b if met else 0.0
 

@@ -11,6 +11,9 @@ from grind_env.process.state import StrokeResult
 FINISHING_DEPTH = 0.05
 """mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
 
+RETRACTED = -1000.0
+"""mm; depth of a wheel that passes high above the part."""
+
 POWER_WINDOW = 6.0
 """Full plunges over which power is averaged at the start and at the end of a cycle."""
 
@@ -39,6 +42,8 @@ class Tally(NamedTuple):
     """By how much strokes have gone deeper since the last dress, mm."""
     peak_power: float
     """Highest power of a stroke."""
+    peak_torque: float
+    """Highest torque of a stroke over that at which the spindle stalls; from 1 on it has."""
     plunge_rise: float
     """Highest temperature rise of a plunge stroke, K."""
     finish_rise: float
@@ -67,6 +72,21 @@ NOTHING = Tally(*[0.0] * len(Tally._fields))
 """Before the first stroke."""
 NO_PLUNGES = Plunges(*[0.0] * len(Plunges._fields))
 """After a dress."""
+
+
+@inlined
+def has_stalled(tally: Tally) -> bool:
+    """Whether the spindle has stalled on this part."""
+    return tally.peak_torque >= 1.0
+
+
+@inlined
+def wheel_depth(Z: float, tally: Tally) -> float:
+    """Depth at which a stroke programmed at `Z` passes, mm: the alarm of a stalled spindle retracts the wheel.
+
+    The part is scrap, and what the program still has for it is made above it (project decision).
+    """
+    return RETRACTED if has_stalled(tally) else Z
 
 
 @inlined
@@ -111,7 +131,14 @@ def count_plunge(tally: Tally | Plunges, power: float, full: bool) -> Plunges:
 
 @inlined
 def count_stroke(
-    tally: Tally, stroke: StrokeResult, seconds: float, deeper: float, plunge: bool, full: bool, finishing: bool
+    tally: Tally,
+    stroke: StrokeResult,
+    seconds: float,
+    deeper: float,
+    plunge: bool,
+    full: bool,
+    finishing: bool,
+    stall_time: float,
 ) -> Tally:
     """Count a stroke.
 
@@ -123,6 +150,7 @@ def count_stroke(
         plunge: whether it has gone deeper than any before it at some place of its own.
         full: whether by a full pick.
         finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
+        stall_time: time lost if the spindle stalls in it, s.
     """
     among_first = full & (tally.first_count < POWER_WINDOW)
     # numba takes no condition among so many keywords
@@ -132,8 +160,9 @@ def count_stroke(
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
     burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
+    lost = stall_time if (stroke.torque >= 1.0) & (tally.peak_torque < 1.0) else 0.0
     return Tally(
-        seconds=tally.seconds + seconds,
+        seconds=tally.seconds + seconds + lost,
         strokes=tally.strokes + 1.0,
         dresses=tally.dresses,
         first_power=first_power,
@@ -147,6 +176,7 @@ def count_stroke(
         last_count=last.last_count,
         deepened=tally.deepened + max(deeper, 0.0),
         peak_power=max(tally.peak_power, stroke.power),
+        peak_torque=max(tally.peak_torque, stroke.torque),
         plunge_rise=plunge_rise,
         finish_rise=finish_rise,
         burn_ratio=burn_ratio,
@@ -173,6 +203,7 @@ def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
         last_count=0.0,
         deepened=0.0,
         peak_power=tally.peak_power,
+        peak_torque=tally.peak_torque,
         plunge_rise=tally.plunge_rise,
         finish_rise=tally.finish_rise,
         burn_ratio=tally.burn_ratio,

@@ -140,4 +140,4 @@ def _stroke(task: Task, kind: Kind) -> Span:
 def _worn(task: Task, kind: Kind) -> float:
     """Wheel volume that a block, or a stroke that meets all of its stock, wears off at most, mm3."""
     p = task.parameters(kind)
-    return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref * p.gm)
+    return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref)

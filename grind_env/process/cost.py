@@ -6,18 +6,15 @@ The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & 
 from typing import NamedTuple
 
 from grind_env.kernel import inlined, logistic
-from grind_env.process.equations import (
-    dress_width,
-    dressed_flat_area,
-    dressed_volume,
-    overlap_ratio,
-    restoration,
-    sharpening_effort,
-)
+from grind_env.process.equations import dressed_volume, restoration, sharpening_effort
 from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
 
 NO_LIMIT = 0.0
 """A roughness limit or a tolerance of 0 is none."""
+
+STALL = 1.0
+"""Torque over that at which the spindle stalls."""
 
 SCRAP_BELOW = 0.5
 """A part that is good with less than this probability counts as scrap."""
@@ -43,7 +40,7 @@ class Limits(NamedTuple):
     rise: float
     """Highest temperature rise, K."""
     power: float
-    """Highest power, W above idle."""
+    """Power of the spindle, W above idle: asked for more, it slows."""
     roughness: float
     """Highest Ra, um; 0 for none."""
     size: float
@@ -64,31 +61,35 @@ def running_cost(seconds: float, wheel_volume: float, dresses: float, rates: Rat
 
 
 @inlined
-def survival(rise: float, power: float, roughness: float, size_error: float, limits: Limits) -> float:
+def survival(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> float:
     """Probability that a part with these values is good.
 
-    Each limit is a logistic step: 12 K wide in temperature rise, 2 % in power, 4 % in roughness and 0.8 um in size.
+    Each limit is a logistic step: 12 K wide in temperature rise, 2 % in torque, 4 % in roughness and 0.8 um in size. A
+    spindle that has stalled leaves no good part.
 
     Args:
         rise: highest temperature rise that counts, K.
-        power: highest power, W above idle.
+        torque: highest torque over that at which the spindle stalls.
         roughness: Ra, um.
         size_error: stock left, um.
         limits: the limits.
     """
     burn = logistic((rise - limits.rise) / 12.0)
-    stall = logistic((power / limits.power - 1.0) / 0.02)
+    stall = logistic((torque - STALL) / 0.02) if torque < STALL else 1.0
     ra_limit = limits.roughness if limits.roughness > NO_LIMIT else 1.0
     rough = logistic((roughness / ra_limit - 1.0) / 0.04) if limits.roughness > NO_LIMIT else 0.0
     off_size = logistic((abs(size_error) - limits.size) / 0.8) if limits.size > NO_LIMIT else 0.0
     return (1.0 - burn) * (1.0 - stall) * (1.0 - rough) * (1.0 - off_size)
 
 
-def passed_limits(rise: float, power: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
-    """The fields of `limits` that a part with these values is beyond; arguments as for `survival`."""
+def passed_limits(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
+    """The fields of `limits` that a part with these values is beyond; arguments as for `survival`.
+
+    `power` stands for a spindle that has stalled.
+    """
     beyond = {
         "rise": rise > limits.rise,
-        "power": power > limits.power,
+        "power": torque >= STALL,
         "roughness": NO_LIMIT < limits.roughness < roughness,
         "size": NO_LIMIT < limits.size < abs(size_error),
     }
@@ -116,8 +117,7 @@ def handover_cost(
     As many dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) as bring wear-flat area and loading back to
     within a tenth of a dressed wheel.
     """
-    Ud = overlap_ratio(dress_width(depth, p.rd, wheel.wd), lead)
     per_dress = restoration(passes, depth, wheel.lam, wheel.A, p.dd)
-    effort = sharpening_effort(wheel.A, wheel.lam, dressed_flat_area(Ud, p.Ad0, p.kU))
+    effort = sharpening_effort(wheel.A, wheel.lam, dressed_wheel(wheel.ds, wheel.wd, lead, depth, p).A)
     dresses = min(effort / per_dress, MOST_HANDOVER_DRESSES)
     return dresses * dress_cost(passes, depth, seconds, wheel.ds, p.bs, rates)

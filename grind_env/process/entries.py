@@ -15,6 +15,10 @@ from typing import Annotated, Any, ClassVar
 from grind_env.errors import GrindError, quoted
 
 
+ALUMINA, CBN = "alumina", "cbn"
+"""Abrasives."""
+
+
 class CatalogueError(GrindError):
     """An unknown entry or key, or a value that the process model cannot use."""
 
@@ -38,6 +42,21 @@ class Quantity:
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
 
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What a field may hold that is no number: one of some words."""
+
+    words: tuple[str, ...]
+
+    def allows(self, value: Any) -> bool:
+        """Whether a value is one of the words."""
+        return value in self.words
+
+    def __str__(self) -> str:
+        """The words: `'alumina' or 'cbn'`."""
+        return " or ".join(quoted(word) for word in self.words)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
     """Base of all entries; construction, and so `dataclasses.replace`, checks every field.
@@ -56,8 +75,9 @@ class Entry:
         for key, quantity in quantities(type(self)).items():
             value = getattr(self, key)
             if not quantity.allows(value):
-                raise CatalogueError(f"{self}: {key} is {quoted(value)}, but must be a number from {quantity}.")
-            object.__setattr__(self, key, float(value))
+                legal = f"a number from {quantity}" if isinstance(quantity, Quantity) else quantity
+                raise CatalogueError(f"{self}: {key} is {quoted(value)}, but must be {legal}.")
+            object.__setattr__(self, key, float(value) if isinstance(quantity, Quantity) else value)
         for lesser, greater in self.ASCENDING:
             low, high = getattr(self, lesser), getattr(self, greater)
             if not low < high:
@@ -72,10 +92,9 @@ class Entry:
 class Material(Entry):
     """A work material; factors compare it with hardened AISI 52100."""
 
-    ASCENDING = (("tempering_rise", "austenitising_rise"),)
-
     chip_energy: Annotated[float, Quantity("u_ch", "J/mm3", 1, 100)]  # of chip formation
-    ploughing_force: Annotated[float, Quantity("Fpl0", "N/mm", 0, 20)]  # tangential, per width
+    chip_heat: Annotated[float, Quantity("e_ch", "J/mm3", 0, 50)]  # that leaves with the chips
+    ploughing_pressure: Annotated[float, Quantity("kp", "N/mm2", 0.01, 20)]  # tangential, by reference grains
     conductivity: Annotated[float, Quantity("k", "W/(m K)", 1, 500)]
     density: Annotated[float, Quantity("rho", "kg/m3", 1000, 20_000)]
     specific_heat: Annotated[float, Quantity("c", "J/(kg K)", 100, 2000)]
@@ -84,8 +103,9 @@ class Material(Entry):
     wear_flat_growth: Annotated[float, Quantity("kA", "1/mm", 0, 1e-4)]  # per mm that a grain slides
     loading_rate: Annotated[float, Quantity("kL", "1/(mm3/mm)", 0, 0.1)]  # per specific volume removed
     tempering_rise: Annotated[float, Quantity("T_temper", "K", 50, 2000)]  # surface rise that softens
-    austenitising_rise: Annotated[float, Quantity("T_aus", "K", 50, 3000)]  # surface rise that rehardens
-    g_ratio_factor: Annotated[float, Quantity("gm", "", 0.001, 10)]
+    g_ratio_factor: Annotated[float, Quantity("gA", "", 0.001, 10)]  # with alumina
+    g_ratio_factor_cbn: Annotated[float, Quantity("gC", "", 0.001, 10)]  # with CBN
+    g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]  # of the wear over chip thickness
     pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
     burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
     burn_factor: Annotated[float, Quantity("Bm", "J/(mm2 s^0.5)", 0.1, 50)]  # slope of the same; mm and mm/s
@@ -103,7 +123,10 @@ class Material(Entry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel(Entry):
-    """A grinding wheel; volumes are mm3 per mm of engaged width, areas fractions of the wheel face."""
+    """A grinding wheel; volumes are mm3 per mm of engaged width, areas fractions of the wheel face.
+
+    What grit size and structure act on is stated as of a grit of 0.25 mm (mesh 60) and a grain volume fraction of 0.52.
+    """
 
     ASCENDING = (
         ("minimum_diameter", "diameter"),
@@ -112,37 +135,38 @@ class Wheel(Entry):
         ("chatter_onset", "chatter_reference"),
     )
 
+    abrasive: Annotated[str, Choice((ALUMINA, CBN))]  # which of the material's factors holds on the G-ratio
     diameter: Annotated[float, Quantity("ds0", "mm", 100, 600)]  # when new
     minimum_diameter: Annotated[float, Quantity("ds_min", "mm", 50, 600)]  # below it the wheel is changed
     width: Annotated[float, Quantity("bs", "mm", 5, 300)]
     price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
-    grit_size: Annotated[float, Quantity("dg", "mm", 0.01, 2)]
-    grain_density: Annotated[float, Quantity("Cref", "1/mm2", 0.1, 100)]  # active, at the reference dress
+    grit_size: Annotated[float, Quantity("dg", "mm", 0.02, 1)]  # of alumina about 15.2 over the mesh number
+    grain_fraction: Annotated[float, Quantity("Vg", "", 0.2, 0.65)]  # of the volume: the structure
     grain_conductivity: Annotated[float, Quantity("kg", "W/(m K)", 1, 2000)]  # effective, of one grain
     youngs_modulus: Annotated[float, Quantity("Es", "GPa", 5, 500)]
     poisson_ratio: Annotated[float, Quantity("nus", "", 0, 0.49)]
     contact_roughness: Annotated[float, Quantity("Rr", "", 1, 20)]  # Rowe and Qi's roughness factor
-    friction: Annotated[float, Quantity("mu", "", 0.05, 1)]  # wear flat on work
-    force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # normal to tangential, when cutting
+    friction: Annotated[float, Quantity("mu", "", 0.05, 1)]  # wear flat on work, in emulsion
+    force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # normal to tangential when cutting, in emulsion
     pressure_base: Annotated[float, Quantity("pa", "N/mm2", 0, 1000)]
     pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of pressure over curvature difference
-    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e5)]  # at the reference chip thickness
-    g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]
-    reference_chip_thickness: Annotated[float, Quantity("href", "um", 0.01, 10)]  # equivalent, for g_ratio
-    fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grit; what a wheel grade stands for
+    threshold_depth: Annotated[float, Quantity("a0", "mm", 1e-6, 0.01)]  # that contact keeps at no cut
+    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e6)]  # settled, unbroken, chip thickness 0.1 um
+    g_ratio_fluid: Annotated[float, Quantity("xf", "", 0, 2)]  # exponent of the fluid's factor on it
+    fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grain; what a wheel grade stands for
     fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
     initial_wear_volume: Annotated[float, Quantity("Vt", "mm3/mm", 1, 1000)]  # span of fast early wear
-    initial_wear_factor: Annotated[float, Quantity("kt", "", 0, 10)]
+    initial_wear_factor: Annotated[float, Quantity("kt", "", 0, 500)]
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
     wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]
     loading_area: Annotated[float, Quantity("AL", "", 0, 0.2)]  # rubbing area of a fully loaded face
-    dressed_wear_flat: Annotated[float, Quantity("Ad0", "", 0, 0.1)]
-    dressed_wear_flat_slope: Annotated[float, Quantity("kU", "", 0, 0.05)]  # over the overlap ratio
+    dressed_wear_flat: Annotated[float, Quantity("Ad", "", 1e-5, 0.1)]  # after a medium dress
     damage_depth: Annotated[float, Quantity("dd", "mm", 0.0005, 0.1)]  # that a dress has to remove
-    roughness: Annotated[float, Quantity("RaRef", "um", 0.02, 5)]  # ground Ra at the reference dress
-    roughness_exponent: Annotated[float, Quantity("x", "", 0.15, 0.6)]  # of Ra over chip thickness
+    roughness: Annotated[float, Quantity("RaRef", "um", 0.02, 5)]  # scale after a medium dress
+    roughness_floor: Annotated[float, Quantity("f0", "", 0.05, 2)]  # over that scale; what spark-out leaves
+    roughness_rate: Annotated[float, Quantity("f1", "", 0, 2)]  # over it, at 3 mm2/s
     settling_volume: Annotated[float, Quantity("Vr", "mm3/mm", 1, 1000)]  # in which the dressed texture fades
     chatter_volume: Annotated[float, Quantity("Vchi", "mm3/mm", 10, 1e5)]  # for waviness to grow e-fold
     chatter_onset: Annotated[float, Quantity("ks", "", 0, 5)]  # grinding to machine stiffness, stable below
@@ -153,19 +177,32 @@ class Wheel(Entry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dresser(Entry):
-    """A stationary diamond dresser."""
+    """A diamond dresser, standing or rotary; exponents are of the roughness that it leaves on the wheel."""
 
     tip_radius: Annotated[float, Quantity("rd", "mm", 0.05, 5)]
     wear_rate: Annotated[float, Quantity("kd", "mm/mm3", 0, 1e-4)]  # of its flat, per wheel volume
     cost_per_dress: Annotated[float, Quantity("cD", "$", 0, 1000)]
+    lead_exponent: Annotated[float, Quantity("nf", "", 0, 2)] = 0.5
+    depth_exponent: Annotated[float, Quantity("na", "", 0, 1)] = 0.25
+    blunting_exponent: Annotated[float, Quantity("nw", "", 0, 2)] = 0.3  # a blunt diamond smooths
+    speed_ratio: Annotated[float, Quantity("qd", "", -2, 2)] = 0.0  # over the wheel; 0 of a tool that stands
+    speed_ratio_exponent: Annotated[float, Quantity("nq", "", 0, 2)] = 0.0
+    sharpness_exponent: Annotated[float, Quantity("ns", "", 0, 2)] = 0.0  # of its severity over the speed ratio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fluid(Entry):
-    """A grinding fluid and the way it is delivered."""
+    """A grinding fluid and the way it is delivered; factors compare it with emulsion."""
 
     convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]  # over the contact, before burn-out
-    boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1000)]  # surface rise at which the film boils
+    boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1e5)]  # surface rise at which the film boils
+    film_share: Annotated[float, Quantity("kfilm", "", 0, 1)] = 0.1  # of convection, when it has
+    friction_factor: Annotated[float, Quantity("fm", "", 0.1, 5)] = 1.0
+    force_ratio_factor: Annotated[float, Quantity("fk", "", 0.3, 3)] = 1.0
+    ploughing_factor: Annotated[float, Quantity("Fp", "", 0.1, 5)] = 1.0
+    loading_factor: Annotated[float, Quantity("fL", "", 0, 20)] = 1.0
+    wear_flat_factor: Annotated[float, Quantity("fA", "", 0, 20)] = 1.0
+    g_ratio_factor: Annotated[float, Quantity("fG", "", 0.01, 20)] = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,14 +214,16 @@ class Machine(Entry):
     stiffness: Annotated[float, Quantity("ke", "N/mm", 1000, 500_000)]  # of the loop wheel to work, normal
     power_limit: Annotated[float, Quantity("Pmax", "W", 100, 500_000)]
     idle_power: Annotated[float, Quantity("P_idle", "W", 0, 100_000)]
+    stall_speed: Annotated[float, Quantity("rs", "", 0.2, 0.98)] = 0.6  # share of wheel speed; slower, it stalls
+    stall_time: Annotated[float, Quantity("t_stall", "s", 0, 86_400)] = 600.0  # lost when it has
     acceleration: Annotated[float, Quantity("acc", "mm/s2", 10, 100_000)]  # of the table
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
 
 
-def quantities(kind: type[Entry]) -> Mapping[str, Quantity]:
-    """Symbol, unit and range of each field of an entry class but `name`, by field name."""
+def quantities(kind: type[Entry]) -> Mapping[str, Quantity | Choice]:
+    """What each field of an entry class but `name` may hold, by field name."""
     # Entry classes are one level deep, so that the class's own annotations are all of them.
     return {key: hint.__metadata__[0] for key, hint in get_annotations(kind).items()}
 

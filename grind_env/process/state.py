@@ -31,80 +31,70 @@ class WheelState(NamedTuple):
 
 
 class StrokeParameters(NamedTuple):
-    """Everything about material, wheel, fluid and machine that a stroke or a dress needs."""
+    """Everything about material, wheel, fluid, dresser and machine that a stroke or a dress needs."""
 
     u_ch: float
     """Chip formation energy, J/mm3."""
-    Fpl0: float
-    """Ploughing force of a wheel of reference grain density, N/mm."""
-    kA: float
-    """Wear-flat growth of this material, 1/mm of grain sliding."""
-    kL: float
-    """Loading rate, 1 per mm3/mm."""
-    gm: float
-    """Factor of this material on the G-ratio."""
-    pm: float
-    """Factor of this material on the wear-flat pressure."""
-    u0: float
-    """Burn threshold at vanishing contact, J/mm3."""
-    Bm: float
-    """Slope of the burn threshold."""
-    beta: float
-    """Thermal effusivity of the work, J/(m2 K s^0.5)."""
-    alpha: float
-    """Thermal diffusivity of the work, mm2/s."""
-    Cref: float
-    """Reference grain density, 1/mm2."""
-    kg: float
-    """Thermal conductivity of the grain, W/(m K)."""
+    e_ch: float
+    """Heat that leaves with the chips, J/mm3."""
+    kp: float
+    """Ploughing pressure of a wheel with reference grain density, N/mm2."""
     mu: float
     """Friction of the wear flats."""
     kc: float
     """Normal over tangential force of chip formation and ploughing."""
+    pm: float
+    """Factor of this material on the wear-flat pressure."""
     pa: float
     """Wear-flat pressure at zero curvature difference, N/mm2."""
     pb: float
     """Slope of the wear-flat pressure over the curvature difference, N/mm."""
+    a0: float
+    """Depth that the contact of wear flats keeps where nothing is cut, mm."""
+    AL: float
+    """Flat area that full loading adds."""
+    E_star: float
+    """Contact modulus of wheel and work, N/mm2."""
+    Rr: float
+    """Roughness factor of the contact length."""
+    beta: float
+    """Thermal effusivity of the work, J/(m2 K s^0.5)."""
+    alpha: float
+    """Thermal diffusivity of the work, mm2/s."""
+    krw: float
+    """Heat that a sharp grain takes over that of the work, times the root of the wheel speed, (m/s)^0.5."""
+    hf: float
+    """Convection coefficient of the fluid, W/(m2 K)."""
+    Tb: float
+    """Temperature rise at which the fluid film boils, K."""
+    kfilm: float
+    """Share of the convection that is left when it has."""
+    u0: float
+    """Burn threshold at vanishing contact, J/mm3."""
+    Bm: float
+    """Slope of the burn threshold."""
     Gref: float
-    """G-ratio at the reference equivalent chip thickness."""
+    """G-ratio at the reference chip thickness, of a settled wheel without fracture."""
     mG: float
-    """Exponent of the G-ratio."""
-    href: float
-    """Reference equivalent chip thickness, um."""
+    """Exponent of the wear over equivalent chip thickness."""
     fc: float
     """Force per grain above which bond and grain fracture, N."""
     kf: float
     """Strength of that fracture wear."""
-    dr: float
-    """Wear depth that renews the wheel surface, mm."""
-    RaRef: float
-    """Roughness scale of the wheel, um."""
-    x: float
-    """Exponent of roughness over equivalent chip thickness."""
-    ra_scale: float
-    """Factor of this very wheel on the roughness; 1 nominally."""
-    Af: float
-    """Wear-flat area of a surface that has just fractured."""
-    ka: float
-    """Factor of this grain on the wear-flat growth."""
-    Amax: float
-    """Upper limit of the wear-flat area."""
-    AL: float
-    """Flat area that full loading adds."""
-    Ad0: float
-    """Wear-flat area after an infinitely coarse dress."""
-    kU: float
-    """Wear-flat area added per unit of overlap ratio."""
-    dd: float
-    """Depth of the damaged layer that a dress has to remove, mm."""
-    Rr: float
-    """Roughness factor of the contact length."""
-    Vr: float
-    """Volume over which the dressed topography relaxes, mm3/mm."""
-    Vt: float
-    """Volume over which the initial wear dies away, mm3/mm."""
     kt: float
     """Strength of the initial wear."""
+    Vt: float
+    """Volume over which the initial wear dies away, mm3/mm."""
+    dr: float
+    """Wear depth that renews the wheel surface, mm."""
+    kA: float
+    """Wear-flat growth, 1/mm of grain sliding."""
+    kL: float
+    """Loading rate, 1 per mm3/mm."""
+    Af: float
+    """Wear-flat area of a surface that has just fractured."""
+    Amax: float
+    """Upper limit of the wear-flat area."""
     Vchi: float
     """Volume over which waviness grows, mm3/mm."""
     ks: float
@@ -113,26 +103,122 @@ class StrokeParameters(NamedTuple):
     """Stiffness ratio of unit growth."""
     alw0: float
     """Waviness of a dressed wheel, um."""
+    Cref: float
+    """Grain density after the reference dress, 1/mm2."""
+    Vr: float
+    """Volume over which the dressed topography relaxes, mm3/mm."""
+    RaRef: float
+    """Roughness scale of the wheel after the reference dress, um."""
+    f0: float
+    """Floor of the roughness, over its scale."""
+    f1: float
+    """Term of the roughness at the reference removal rate, over its scale."""
+    ra_scale: float
+    """Factor of this very wheel and part on the roughness; 1 nominally."""
     cw: float
     """Share of the waviness that passes the roughness cut-off."""
-    E_star: float
-    """Contact modulus of wheel and work, N/mm2."""
-    hf: float
-    """Convection coefficient of the fluid, W/(m2 K)."""
-    Tb: float
-    """Temperature rise at which the fluid film boils, K."""
+    Ad: float
+    """Wear-flat area after the reference dress."""
+    dd: float
+    """Depth of the damaged layer that a dress has to remove, mm."""
+    b0: float
+    """Active width of the new dresser at the reference depth, mm."""
+    nf: float
+    """Exponent of the roughness that a dress leaves over its lead."""
+    na: float
+    """Over its depth."""
+    nw: float
+    """Over the blunting of the diamond, which smooths."""
+    qr: float
+    """Effect of a rotary dresser's speed ratio on the roughness that it leaves; 1 for a diamond that stands."""
+    qs: float
+    """The same on the severity of its dress."""
+    kd: float
+    """Diamond wear per wheel volume dressed off, mm/mm3."""
+    bs: float
+    """Wheel width, mm."""
     ke: float
     """Stiffness of the loop of machine, wheel and work, N/mm."""
+    power: float
+    """Power limit of the spindle above idle, W."""
+    rs: float
+    """Share of the wheel speed to which overload slows the spindle before it stalls."""
+    stall_time: float
+    """Time lost when it has, s."""
     n: float
     """Wheel speed at constant rpm, 1/s; 0 for constant surface speed."""
     vs_set: float
     """Wheel surface speed at constant surface speed, m/s; 0 for constant rpm."""
-    bs: float
-    """Wheel width, mm."""
-    rd: float
-    """Tip radius of the diamond, mm."""
-    kd: float
-    """Diamond wear per wheel volume dressed off, mm/mm3."""
+
+
+class StrokeConstants(NamedTuple):
+    """What stays the same from stroke to stroke of a cycle, made of `StrokeParameters`, table speed and length.
+
+    `per_X` is 1/X: a division takes as long as ten multiplications. Fields without a text are those of the parameters.
+    """
+
+    n: float
+    vs_set: float
+    vw: float
+    """Table speed, mm/s."""
+    Lw: float
+    """Ground length, mm."""
+    pa: float
+    """Wear-flat pressure on this material at zero curvature difference, N/mm2."""
+    pb: float
+    """Its slope over 1/(de vs)."""
+    AL: float
+    kp: float
+    mu: float
+    kc: float
+    u_ch: float
+    sa: float
+    """Root of the threshold depth, mm^0.5."""
+    per_ke: float
+    Cref: float
+    per_Cref: float
+    per_Vr: float
+    power: float
+    rs: float
+    stall: float
+    """rs over the power limit, 1/W."""
+    stall_time: float
+    flattening: float
+    """8 Rr^2/(pi E*), mm2/N."""
+    krw: float
+    beta: float
+    peclet: float
+    """Peclet number over the contact length, 1/mm."""
+    e_ch: float
+    hf: float
+    kfilm: float
+    Tb: float
+    u0: float
+    Bm: float
+    per_G: float
+    mG: float
+    per_fc: float
+    kf: float
+    kt: float
+    per_Vt: float
+    per_dr: float
+    turned: float
+    """Revolutions of the wheel in a stroke, times diameter over wheel speed."""
+    kA: float
+    kL: float
+    Af: float
+    Amax: float
+    per_Amax: float
+    per_Vchi: float
+    ks: float
+    per_span: float
+    """1/(kr - ks)."""
+    alw0: float
+    RaRef: float
+    f0: float
+    f1: float
+    cw: float
+    ra_scale: float
 
 
 class StrokeResult(NamedTuple):
@@ -149,19 +235,23 @@ class StrokeResult(NamedTuple):
     Fn: float
     """Normal force per width, N/mm."""
     power: float
-    """Grinding power above idle, W."""
+    """Grinding power above idle, W; at most the limit of the spindle."""
     u_s: float
     """Specific energy, J/mm3; 0 where nothing is cut."""
     lc: float
     """Contact length, mm."""
     fg: float
     """Normal force per active grain, N."""
+    vs: float
+    """Wheel speed, m/s: less than set where the spindle has reached its power limit."""
+    torque: float
+    """Torque over that at which the spindle stalls; from 1 on it has stalled, and no other number of the stroke holds."""
     T: float
     """Surface temperature rise, K."""
     eps: float
     """Energy partition to the work."""
     Br: float
-    """Burn ratio: specific energy over burn threshold."""
+    """Burn ratio: power over that at which the work burns (Malkin)."""
     G: float
     """G-ratio."""
     dw: float

@@ -2,79 +2,149 @@
 
 `grind_stroke` and `dress_wheel` are the whole dynamics; `dressed_wheel` is the state of a wheel at the start.
 The run of a program calls them stroke by stroke, the compiled loops in SIMD lanes; they hold conditional expressions
-only, so that they vectorise.
+only, so that they vectorise. What strokes of a cycle have in common is worked out once, by `stroke_constants`.
 """
 
 import math
 
 from grind_env.kernel import inlined
 from grind_env.process import equations as eq
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+
+
+@inlined
+def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstants:
+    """What strokes at table speed `vw`, mm/s, over the length `Lw`, mm, have in common."""
+    return StrokeConstants(
+        n=p.n,
+        vs_set=p.vs_set,
+        vw=vw,
+        Lw=Lw,
+        pa=p.pm * p.pa,
+        pb=p.pm * p.pb * eq.curvature_difference(vw),
+        AL=p.AL,
+        kp=p.kp,
+        mu=p.mu,
+        kc=p.kc,
+        u_ch=p.u_ch,
+        sa=math.sqrt(p.a0),
+        per_ke=1.0 / p.ke,
+        Cref=p.Cref,
+        per_Cref=1.0 / p.Cref,
+        per_Vr=1.0 / p.Vr,
+        power=p.power,
+        rs=p.rs,
+        stall=p.rs / p.power,
+        stall_time=p.stall_time,
+        flattening=8.0 * p.Rr * p.Rr / (math.pi * p.E_star),
+        krw=p.krw,
+        beta=p.beta,
+        peclet=vw / (4.0 * p.alpha),
+        e_ch=p.e_ch,
+        hf=p.hf,
+        kfilm=p.kfilm,
+        Tb=p.Tb,
+        u0=p.u0,
+        Bm=p.Bm,
+        per_G=1.0 / p.Gref,
+        mG=p.mG,
+        per_fc=1.0 / p.fc,
+        kf=p.kf,
+        kt=p.kt,
+        per_Vt=1.0 / p.Vt,
+        per_dr=1.0 / p.dr,
+        turned=eq.turning(Lw, vw),
+        kA=p.kA,
+        kL=p.kL,
+        Af=p.Af,
+        Amax=p.Amax,
+        per_Amax=1.0 / p.Amax,
+        per_Vchi=1.0 / p.Vchi,
+        ks=p.ks,
+        per_span=1.0 / (p.kr - p.ks),
+        alw0=p.alw0,
+        RaRef=p.RaRef,
+        f0=p.f0,
+        f1=p.f1,
+        cw=p.cw,
+        ra_scale=p.ra_scale,
+    )
 
 
 @inlined
 def grind_stroke(
-    wheel: WheelState, S: float, Rs: float, Z: float, vw: float, b: float, Lw: float, p: StrokeParameters
+    wheel: WheelState, S: float, Rs: float, Z: float, b: float, k: StrokeConstants
 ) -> tuple[WheelState, StrokeResult]:
     """One pass of the wheel over the part.
+
+    Depth of cut and normal force balance the elastic loop at the wheel speed that is set. Where the spindle slows, the
+    force of the slower wheel is that of the result, and its further deflection is left to the next stroke.
 
     Args:
         wheel: state before the stroke.
         S: stock removed so far under the wheel, mm.
         Rs: roughness of the surface before the stroke, um.
         Z: downfeed position of the wheel, mm; u = Z - W - S is the interference.
-        vw: table speed, mm/s.
         b: engaged width, mm.
-        Lw: ground length, mm.
-        p: parameters.
+        k: constants of the cycle.
 
     Returns:
         The wheel after the stroke, and the stroke. The surface is then at S + ae with roughness Ra.
     """
-    de = wheel.ds
-    vs = eq.wheel_speed(wheel.ds, p.n, p.vs_set)
+    speed = eq.wheel_speed(wheel.ds, k.n, k.vs_set)
+    per_speed = 1.0 / (wheel.ds * speed)
+    per_ds, sd = per_speed * speed, math.sqrt(wheel.ds)
     u = Z - wheel.W - S
 
-    C = eq.grain_density(wheel.Cd, wheel.V, p.Cref, p.Vr)
-    pressure = eq.wear_flat_pressure(eq.curvature_difference(vw, vs, de), p.pm, p.pa, p.pb)
-    Ae = eq.flat_area(wheel.A, wheel.lam, p.AL)
-    Fpl = eq.ploughing_force(C, wheel.lam, p.Fpl0, p.Cref)
-    ae = eq.depth_of_cut(u, b, pressure, Ae, Fpl, de, vw, vs, p.u_ch, p.kc, p.ke)
+    fresh = eq.freshness(wheel.V, k.per_Vr)
+    C = eq.grain_density(wheel.Cd, fresh, k.Cref)
+    Kp = eq.ploughing_pressure(C, wheel.lam, k.kp, k.per_Cref)
+    flats = eq.wear_flat_pressure(per_speed, k.pa, k.pb) * eq.flat_area(wheel.A, wheel.lam, k.AL)
+    Kt, Kn = Kp + k.mu * flats, k.kc * Kp + flats
 
-    Ft_c = eq.chip_force(ae, vw, vs, p.u_ch)
-    Fn_sl = eq.sliding_force(ae, de, pressure, Ae)
-    Fn = eq.normal_force(Ft_c, Fpl, Fn_sl, u, b, p.kc, p.ke)
-    Ft = eq.tangential_force(Ft_c, Fpl, Fn_sl, Fn, p.mu, p.kc)
-    Q = ae * vw
-    heq = Q / vs
-    u_s = eq.specific_energy(Ft, vs, Q)
-    lc = eq.contact_length(ae, de, Fn, p.Rr, p.E_star)
+    per_speed_set = per_speed * wheel.ds
+    give = b * k.per_ke
+    F0 = eq.threshold_force(Kn, sd, k.sa)
+    chip = eq.chip_force(k.vw, per_speed_set, k.u_ch)
+    x = eq.cut_root(u, give, F0, Kn, sd, k.sa, chip, k.kc)
+    ae = eq.depth_of_cut(x, k.sa)
+    rubbing = eq.rubbing_length(x, eq.pressed_share(u, give, F0), sd, k.sa)
+    Q = ae * k.vw
+
+    kept, over = eq.slowing(k.power - b * k.u_ch * Q, b * Kt * rubbing * speed, k.rs)
+    vs, per_vs = speed * kept, per_speed_set * over
+    Ft_c = eq.chip_force(Q, per_vs, k.u_ch)
+    Ft = Ft_c + Kt * rubbing
+    Fn = k.kc * Ft_c + Kn * rubbing
+    P_width = Ft * vs
+    heq = Q * per_vs
+    lc = eq.contact_length(ae, sd, Fn, k.flattening)
     fg = eq.force_per_grain(Fn, C, lc)
 
-    Rws = eq.work_partition(wheel.A, vs, p.kg, p.beta)
-    hw = eq.work_conductance(lc, vw, p.beta, eq.jaeger_factor(lc, vw, p.alpha))
-    P_width = Ft * vs
-    T = eq.temperature(P_width, Q, lc, hw, Rws, wheel.lam, p.hf, p.Tb)
-    Br = u_s / eq.burn_threshold(ae, de, vw, Rws, p.u0, p.Bm)
-    eps = T * hw * lc / (1e6 * P_width) if P_width > 0.0 else 0.0
+    sink = eq.sink_ratio(wheel.A, vs, k.krw)
+    work = eq.work_conductance(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet))
+    film = k.hf * lc * (1.0 - 0.5 * wheel.lam)
+    T = eq.temperature(eq.retained_heat(P_width, Q, k.e_ch), work * (1.0 + sink), film, k.kfilm, k.Tb)
+    Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
-    dV = ae * Lw
-    G = eq.g_ratio(heq, fg, wheel.V, p.Gref, p.gm, p.mG, p.href, p.fc, p.kf, p.kt, p.Vt)
-    dw = dV / (math.pi * wheel.ds * G)
-    renewal = min(dw / p.dr, 1.0)
-    sliding = eq.grain_sliding(ae, de, vs, vw, Lw, wheel.ds)
-    growth = eq.wear_flat_growth(sliding, T, wheel.A, p.kA, p.ka, p.Amax)
-    Kn = eq.grinding_stiffness(ae, de, b, pressure, Ae, vw, vs, p.u_ch, p.kc)
-    alw = eq.waviness(wheel.alw, dV, Kn, p.ke, p.Vchi, p.ks, p.kr, p.alw0)
+    dV = ae * k.Lw
+    breaking, initial = eq.fracture(fg, k.per_fc, k.kf), eq.settling(wheel.V, k.kt, k.per_Vt)
+    wear = eq.wear_per_volume(heq, breaking, initial, k.per_G, k.mG)
+    dw = dV * wear * per_ds * (1.0 / math.pi)
+    renewal = min(dw * k.per_dr, 1.0)
+    sliding = eq.grain_sliding(rubbing, vs, per_ds, k.turned)
+    growth = eq.wear_flat_growth(sliding, T, wheel.A, k.kA, k.per_Amax)
+    stiffness = k.per_ke * eq.grinding_stiffness(x, b, Kn, sd, k.sa, chip, k.kc)
+    alw = eq.waviness(wheel.alw, dV * k.per_Vchi, stiffness, k.ks, k.per_span, k.alw0)
 
-    Rt = eq.wheel_roughness(wheel.Rd, wheel.V, p.RaRef, p.Vr)
-    Rg = eq.generated_roughness(Rt, heq, wheel.lam, wheel.alw, p.x, p.cw, p.ra_scale)
-    Ra = eq.surface_roughness(Rs, Rg, ae)
+    Rt = eq.wheel_roughness(wheel.Rd, fresh, k.RaRef)
+    Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, wheel.alw, k.f0, k.f1, k.cw, k.ra_scale)
+    Ra = eq.surface_roughness(Rs, Rg, ae, u > 0.0)
 
     after = WheelState(
         ds=eq.worn_diameter(wheel.ds, dw),
-        A=eq.worn_flat_area(wheel.A, growth, renewal, p.Af, p.Amax),
-        lam=wheel.lam + p.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
+        A=eq.worn_flat_area(wheel.A, growth, renewal, k.Af, k.Amax),
+        lam=wheel.lam + k.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
         V=wheel.V + dV,
         Rd=wheel.Rd,
         Cd=wheel.Cd,
@@ -82,7 +152,6 @@ def grind_stroke(
         W=wheel.W + dw,
         wd=wheel.wd,
     )
-    worn = math.pi * wheel.ds * dw * b
     return after, StrokeResult(
         ae=ae,
         Q=Q,
@@ -90,15 +159,17 @@ def grind_stroke(
         Ft=Ft,
         Fn=Fn,
         power=b * P_width,
-        u_s=u_s,
+        u_s=eq.specific_energy(P_width, Q),
         lc=lc,
         fg=fg,
+        vs=vs,
+        torque=eq.torque_share(Ft, b, speed, k.stall),
         T=T,
-        eps=eps,
+        eps=eq.energy_partition(T, work, P_width),
         Br=Br,
-        G=G,
+        G=1.0 / wear,
         dw=dw,
-        worn=worn,
+        worn=math.pi * wheel.ds * dw * b,
         Rg=Rg,
         Ra=Ra,
     )
@@ -120,18 +191,17 @@ def dress_wheel(
     Returns:
         The wheel after the dress, its face measured anew (W = 0), and the wheel volume dressed off, mm3.
     """
-    Ud = eq.overlap_ratio(eq.dress_width(depth, p.rd, wheel.wd), lead)
     phi = eq.restored_fraction(passes, depth, wheel.lam, wheel.A, p.dd)
     keep = 1.0 - phi
-    Ad = eq.dressed_flat_area(Ud, p.Ad0, p.kU)
+    new = dressed_wheel(wheel.ds, wheel.wd, lead, depth, p)
     removed = eq.dressed_volume(passes, depth, wheel.ds, p.bs)
     after = WheelState(
         ds=eq.worn_diameter(wheel.ds, passes * depth),
-        A=Ad + keep * (wheel.A - Ad),
+        A=new.A + keep * (wheel.A - new.A),
         lam=keep * wheel.lam,
         V=keep * wheel.V,
-        Rd=phi * eq.dressed_roughness(lead, depth, Ud, p.RaRef) + keep * wheel.Rd,
-        Cd=phi * eq.dressed_density(Ud, p.Cref) + keep * wheel.Cd,
+        Rd=phi * new.Rd + keep * wheel.Rd,
+        Cd=phi * new.Cd + keep * wheel.Cd,
         alw=p.alw0 + keep * (wheel.alw - p.alw0),
         W=0.0,
         wd=wheel.wd + p.kd * removed,
@@ -142,14 +212,15 @@ def dress_wheel(
 @inlined
 def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
     """A wheel of diameter `ds`, fully dressed with a diamond of wear flat `wd` (lead and depth in mm)."""
-    Ud = eq.overlap_ratio(eq.dress_width(depth, p.rd, wd), lead)
+    blunt = eq.blunting(wd, p.b0)
+    s = eq.severity(depth, lead, blunt, p.qs)
     return WheelState(
         ds=ds,
-        A=eq.dressed_flat_area(Ud, p.Ad0, p.kU),
+        A=eq.dressed_flat_area(s, p.Ad, p.Amax),
         lam=0.0,
         V=0.0,
-        Rd=eq.dressed_roughness(lead, depth, Ud, p.RaRef),
-        Cd=eq.dressed_density(Ud, p.Cref),
+        Rd=eq.dressed_roughness(lead, depth, blunt, p.RaRef, p.nf, p.na, p.nw, p.qr),
+        Cd=eq.dressed_density(s, p.Cref),
         alw=p.alw0,
         W=0.0,
         wd=wd,

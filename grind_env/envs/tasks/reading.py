@@ -267,6 +267,6 @@ def usual_cost(task: Task) -> float:
     costs = []
     for kind in sequence:
         p = task.parameters(kind)
-        worn = kind.stock * kind.width * kind.length / (p.Gref * p.gm)
+        worn = kind.stock * kind.width * kind.length / p.Gref
         costs.append(running_cost(task.nominal_seconds(kind, speed), worn, 0.0, rates) + dressing)
     return math.fsum(costs) / len(costs)

@@ -15,6 +15,7 @@ from grind_env.envs.tasks.definition import Task
 from grind_env.envs.tasks.reading import DERIVED, PLAIN, TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.process.catalogue import KINDS, load_catalogue, quantities
+from grind_env.process.entries import Choice
 from grind_env.process.tables import Content, contents
 
 TYPES = {float: "number", int: "whole number", bool: "true or false", str: "text", tuple: "list", Mapping: "table"}
@@ -110,11 +111,13 @@ def json_schema() -> dict[str, Any]:
 
 
 def _entry_schema(kind: str) -> dict[str, Any]:
-    numbers = {
-        key: {"type": "number", "minimum": each.low, "maximum": each.high, "unit": each.unit}
+    values = {
+        key: {"enum": list(each.words)}
+        if isinstance(each, Choice)
+        else {"type": "number", "minimum": each.low, "maximum": each.high, "unit": each.unit}
         for key, each in quantities(KINDS[kind]).items()
     }
-    return {"type": "object", "properties": {"base": {"type": "string"}, **numbers}, "additionalProperties": False}
+    return {"type": "object", "properties": {"base": {"type": "string"}, **values}, "additionalProperties": False}
 
 
 def _object(listed: list[Row]) -> dict[str, Any]:

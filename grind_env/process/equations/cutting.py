@@ -4,26 +4,36 @@ import math
 
 from grind_env.kernel import exp, inlined
 
-SMALLEST_CUT = 1e-7
-"""mm; ratios with the depth of cut in the denominator hold it above this (0.1 nm: nothing is cut there)."""
+NEARLY_NOTHING = 1e-300
+"""Keeps a quotient of two zeros a number."""
+SHORTEST_CONTACT = 1e-7
+"""mm; a wheel in the air has no contact to speak of."""
+SETTLED_DENSITY = 1.1
+"""Active grains of a wheel that has ground for a while, over those of the reference dress [C]."""
 
 
 @inlined
 def wheel_speed(ds: float, n: float, vs_set: float) -> float:
     """Surface speed of the wheel, m/s: pi ds n at constant rpm (n in 1/s), else the speed that is held."""
-    return vs_set if vs_set > 0.0 else math.pi * ds * n / 1000.0
+    return vs_set if vs_set > 0.0 else 0.001 * math.pi * n * ds
 
 
 @inlined
-def curvature_difference(vw: float, vs: float, de: float) -> float:
-    """Curvature difference of grain path and wheel, 1/mm [M]; equivalent diameter `de` mm, `vw` mm/s."""
-    return 4.0 * vw / (de * vs * 1000.0)
+def curvature_difference(vw: float) -> float:
+    """Curvature difference of grain path and wheel, 1/mm [M], times diameter in mm and wheel speed in m/s; `vw` mm/s."""
+    return 0.004 * vw
 
 
 @inlined
-def wear_flat_pressure(delta: float, pm: float, pa: float, pb: float) -> float:
-    """Mean pressure under the wear flats, N/mm2: linear in the curvature difference (Kannappan & Malkin 1972)."""
-    return pm * (pa + pb * delta)
+def wear_flat_pressure(per_speed: float, pa: float, pb: float) -> float:
+    """Mean pressure under the wear flats, N/mm2: linear in the curvature difference (Kannappan & Malkin 1972).
+
+    Args:
+        per_speed: 1/(de vs).
+        pa: at no difference.
+        pb: slope over `per_speed`.
+    """
+    return pa + pb * per_speed
 
 
 @inlined
@@ -33,92 +43,117 @@ def flat_area(A: float, lam: float, AL: float) -> float:
 
 
 @inlined
-def grain_density(Cd: float, V: float, Cref: float, Vr: float) -> float:
-    """Active grain density, 1/mm2: relaxes from the dressed value to 1.1 times the reference [C]."""
-    return 1.1 * Cref + (Cd - 1.1 * Cref) * exp(-V / Vr)
+def freshness(V: float, per_Vr: float) -> float:
+    """What is left of the topography that the last dress made, 1 to 0, after `V` mm3/mm (Verkerk) [C]."""
+    return exp(-V * per_Vr)
 
 
 @inlined
-def ploughing_force(C: float, lam: float, Fpl0: float, Cref: float) -> float:
-    """Tangential ploughing force per width, N/mm [M, W]; more grains and loading plough more [C]."""
-    return Fpl0 * math.sqrt(C / Cref) * (1.0 + 0.5 * lam)
+def grain_density(Cd: float, fresh: float, Cref: float) -> float:
+    """Active grains, 1/mm2: relaxes from the number `Cd` that the last dress left to the settled one [C]."""
+    settled = SETTLED_DENSITY * Cref
+    return settled + (Cd - settled) * fresh
 
 
 @inlined
-def depth_of_cut(
-    u: float,
-    b: float,
-    p: float,
-    Ae: float,
-    Fpl: float,
-    de: float,
-    vw: float,
-    vs: float,
-    u_ch: float,
-    kc: float,
-    ke: float,
-) -> float:
-    """Real depth of cut ae, mm, from the interference u, mm.
+def ploughing_pressure(C: float, lam: float, kp: float, per_Cref: float) -> float:
+    """Tangential ploughing force per area of contact, N/mm2; more grains and loading plough more [M, C]."""
+    return kp * math.sqrt(C * per_Cref) * (1.0 + 0.5 * lam)
 
-    The balance u - ae = b Fn'/ke of the elastic loop is a quadratic in sqrt(ae), because the normal force is
-    affine in ae plus a sliding term with sqrt(ae). Below the interference that ploughing alone takes up, the
-    wheel only rubs and ae is 0.
+
+@inlined
+def threshold_force(Kn: float, sd: float, sa: float) -> float:
+    """Normal force per width below which nothing is cut, N/mm: of a contact that is left at no depth [C].
+
+    Args:
+        Kn: normal force per area of rubbing and ploughing contact, N/mm2.
+        sd: root of the equivalent diameter, mm^0.5.
+        sa: root of the threshold depth, mm^0.5.
     """
-    uE = max(u - b * kc * Fpl / ke, 0.0)
-    g1 = 1.0 + b * kc * u_ch * (vw / vs) / ke
-    g2 = b * p * Ae * math.sqrt(de) / ke
-    # the root (-g2 + sqrt(g2^2 + 4 g1 uE)) / (2 g1), in the form without cancellation
-    s = 2.0 * uE / (g2 + math.sqrt(g2 * g2 + 4.0 * g1 * uE) + 1e-300)
-    return s * s
+    return Kn * sd * sa
 
 
 @inlined
-def contact_length(ae: float, de: float, Fn: float, Rr: float, E_star: float) -> float:
-    """Contact length with elastic flattening, mm (Rowe & Qi) [R]; used for heat and force per grain only."""
-    return math.sqrt(ae * de + 8.0 * Rr * Rr * Fn * de / (math.pi * E_star))
+def pressed_share(u: float, give: float, F0: float) -> float:
+    """Share of the threshold force that the wheel presses with: 1 where it cuts, less where it only rubs.
+
+    Args:
+        u: interference, mm.
+        give: of the elastic loop per force on a width, b/ke, mm2/N.
+        F0: threshold force, N/mm.
+    """
+    return min(max(u / max(give * F0, NEARLY_NOTHING), 0.0), 1.0)
 
 
 @inlined
-def chip_force(ae: float, vw: float, vs: float, u_ch: float) -> float:
+def cut_root(u: float, give: float, F0: float, Kn: float, sd: float, sa: float, chip: float, kc: float) -> float:
+    """Root x of the depth of cut beyond the threshold, mm^0.5: ae = x (x + 2 sa).
+
+    The balance u - ae = b Fn'/ke of the elastic loop is a quadratic in x, because the normal force is affine in ae plus a
+    term over the contact length sqrt(de (ae + a0)) = sd (x + sa). Below the interference that the threshold force takes
+    up, the wheel only rubs, and x is 0.
+
+    Args:
+        u: interference, mm.
+        give: of the elastic loop, mm2/N.
+        F0: threshold force, N/mm.
+        Kn: normal force per area of rubbing and ploughing contact, N/mm2.
+        sd: root of the equivalent diameter.
+        sa: root of the threshold depth.
+        chip: tangential force of chip formation per width and depth, N/mm2.
+        kc: normal over tangential force of a chip.
+    """
+    beyond = max(u - give * F0, 0.0)
+    g1 = 1.0 + give * kc * chip
+    half = give * Kn * sd + 2.0 * g1 * sa
+    # the root (-half + sqrt(half^2 + 4 g1 beyond)) / (2 g1), in the form without cancellation
+    return 2.0 * beyond / (half + math.sqrt(half * half + 4.0 * g1 * beyond) + NEARLY_NOTHING)
+
+
+@inlined
+def depth_of_cut(x: float, sa: float) -> float:
+    """Real depth of cut ae, mm, of its root beyond the threshold."""
+    return x * (x + 2.0 * sa)
+
+
+@inlined
+def rubbing_length(x: float, share: float, sd: float, sa: float) -> float:
+    """Length of the contact of flats and ploughing grains, mm: sqrt(de (ae + a0)), less where the wheel only rubs [M, C]."""
+    return sd * (x + share * sa)
+
+
+@inlined
+def chip_force(Q: float, per_vs: float, u_ch: float) -> float:
     """Tangential force of chip formation per width, N/mm [M]."""
-    return u_ch * ae * vw / vs
+    return u_ch * Q * per_vs
 
 
 @inlined
-def sliding_force(ae: float, de: float, p: float, Ae: float) -> float:
-    """Normal force on the wear flats per width, N/mm [M]: over the geometric contact length sqrt(ae de)."""
-    return p * Ae * math.sqrt(ae * de)
+def contact_length(ae: float, sd: float, Fn: float, flattening: float) -> float:
+    """Contact length with elastic flattening, mm (Rowe & Qi) [R]; used for heat and force per grain only.
+
+    Args:
+        ae: depth of cut, mm.
+        sd: root of the equivalent diameter.
+        Fn: normal force per width, N/mm.
+        flattening: 8 Rr^2/(pi E*), mm2/N.
+    """
+    return sd * math.sqrt(ae + flattening * Fn)
 
 
 @inlined
-def normal_force(Ft_c: float, Fpl: float, Fn_sl: float, u: float, b: float, kc: float, ke: float) -> float:
-    """Normal force per width, N/mm: of the cut, or of the elastic loop where the wheel only rubs."""
-    cutting = kc * (Ft_c + Fpl) + Fn_sl
-    rubbing = ke * max(u, 0.0) / b
-    return min(cutting, rubbing) if Ft_c <= 0.0 else cutting
-
-
-@inlined
-def tangential_force(Ft_c: float, Fpl: float, Fn_sl: float, Fn: float, mu: float, kc: float) -> float:
-    """Tangential force per width, N/mm: chip + ploughing + sliding [M]; a rubbing wheel keeps Ft' = Fn'/kc."""
-    return Ft_c + min(Fpl, Fn / kc) + mu * Fn_sl
-
-
-@inlined
-def specific_energy(Ft: float, vs: float, Q: float) -> float:
+def specific_energy(P_width: float, Q: float) -> float:
     """Specific energy P'/Q', J/mm3; 0 where nothing is cut."""
-    return Ft * vs / Q if Q > 0.0 else 0.0
+    return P_width / Q if Q > 0.0 else 0.0
 
 
 @inlined
 def force_per_grain(Fn: float, C: float, lc: float) -> float:
-    """Normal force per active grain, N."""
-    return Fn / (C * max(lc, SMALLEST_CUT))
+    """Normal force per active grain, N; `C` in 1/mm2."""
+    return Fn / (C * max(lc, SHORTEST_CONTACT))
 
 
 @inlined
-def grinding_stiffness(
-    ae: float, de: float, b: float, p: float, Ae: float, vw: float, vs: float, u_ch: float, kc: float
-) -> float:
-    """Tangent stiffness of the cut, dFn/dae, N/mm."""
-    return b * (kc * u_ch * vw / vs + 0.5 * p * Ae * math.sqrt(de / max(ae, SMALLEST_CUT)))
+def grinding_stiffness(x: float, b: float, Kn: float, sd: float, sa: float, chip: float, kc: float) -> float:
+    """Tangent stiffness of the cut, dFn/dae, N/mm; arguments as in `cut_root`."""
+    return b * (kc * chip + 0.5 * Kn * sd / (x + sa))

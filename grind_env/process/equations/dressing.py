@@ -1,8 +1,20 @@
-"""What a dress does to the wheel; symbols, units and sources as in the package."""
+"""What a dress does to the wheel; symbols, units and sources as in the package.
+
+How sharp it leaves the wheel follows from its severity, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both
+sharpen. How rough it leaves it follows the lead and depth of the tool; a rotary one has exponents of its own
+(measured: Ra as Ud^-1.1 and qd^0.38).
+"""
 
 import math
 
 from grind_env.kernel import exp, inlined, log, power
+
+REFERENCE_LEAD, REFERENCE_DEPTH = 0.10, 0.020
+"""mm; a medium dress, of which the entries of wheels state flats and roughness."""
+REFERENCE_SPEED_RATIO, LEAST_SPEED_RATIO = 0.6, 0.1
+"""Of a rotary dresser over the wheel. One that runs against the wheel cuts as one at the least [C]."""
+LEAST_SEVERITY = 0.01
+"""Of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
 
 
 @inlined
@@ -15,6 +27,31 @@ def dress_width(ad: float, rd: float, wd: float) -> float:
 def overlap_ratio(bd: float, fd: float) -> float:
     """Overlap ratio Ud: active diamond width over dress lead; 1.5-3 rough, 4-8 finish, above 10 glazes."""
     return bd / fd
+
+
+def speed_ratio_effect(qd: float, exponent: float) -> float:
+    """Factor of a rotary dresser's speed ratio over the wheel on what it leaves; 1 for a tool that stands [D, C]."""
+    return (max(qd, LEAST_SPEED_RATIO) / REFERENCE_SPEED_RATIO) ** exponent if exponent else 1.0
+
+
+@inlined
+def blunting(wd: float, b0: float) -> float:
+    """How much wider than the new one, `b0` mm, a diamond of that wear flat dresses at the reference depth."""
+    return 1.0 + wd / b0
+
+
+@inlined
+def severity(ad: float, fd: float, blunt: float, qs: float) -> float:
+    """Severity of a dress over that of a medium one, after Malkin & Murray's 2 ad (fd/dg)^0.5 [M; blunting and qs C].
+
+    Args:
+        ad: dress depth, mm.
+        fd: dress lead, mm.
+        blunt: of the diamond.
+        qs: effect of the speed ratio of a rotary dresser.
+    """
+    s = (ad / REFERENCE_DEPTH) * math.sqrt(fd / REFERENCE_LEAD) * qs / blunt
+    return max(s, LEAST_SEVERITY)
 
 
 @inlined
@@ -36,21 +73,43 @@ def dressed_volume(passes: float, ad: float, ds: float, bs: float) -> float:
 
 
 @inlined
-def dressed_flat_area(Ud: float, Ad0: float, kU: float) -> float:
-    """Wear-flat area of a freshly dressed wheel: finer dressing leaves more [C]."""
-    return Ad0 + kU * Ud
+def dressed_flat_area(s: float, Ad: float, Amax: float) -> float:
+    """Wear-flat area of a freshly dressed wheel: the more severe the dress, the less (Chen & Rowe for the trend) [C].
+
+    Args:
+        s: severity.
+        Ad: of a medium dress.
+        Amax: its limit.
+    """
+    return min(Ad * (0.25 + 0.75 / math.sqrt(s)), Amax)
 
 
 @inlined
-def dressed_density(Ud: float, Cref: float) -> float:
-    """Active grain density of a freshly dressed wheel, 1/mm2 [C]."""
-    return Cref * power(Ud / 3.0, 0.35)
+def dressed_density(s: float, Cref: float) -> float:
+    """Active grain density of a freshly dressed wheel, 1/mm2: a severe dress breaks grains out [C]."""
+    return Cref / math.sqrt(math.sqrt(s))
 
 
 @inlined
-def dressed_roughness(fd: float, ad: float, Ud: float, RaRef: float) -> float:
-    """Roughness scale of a freshly dressed wheel, um [M]; net exponents 0.65 on lead, 0.175 on depth."""
-    return RaRef * math.sqrt(fd / 0.1) * math.sqrt(math.sqrt(ad / 0.020)) * power(Ud / 3.0, -0.15)
+def dressed_roughness(
+    fd: float, ad: float, blunt: float, RaRef: float, nf: float, na: float, nw: float, qr: float
+) -> float:
+    """Roughness scale of a freshly dressed wheel, um: RaRef (fd/0.1)^nf (ad/0.02)^na.
+
+    The exponents are those of the tool: 0.5 and 0.25 of a standing diamond [M], 1.1 on the lead of a rotary one [D].
+
+    Args:
+        fd: dress lead, mm.
+        ad: dress depth, mm.
+        blunt: of the diamond.
+        RaRef: after a medium dress.
+        nf: exponent of the lead.
+        na: exponent of the depth.
+        nw: exponent of the blunting, which smooths.
+        qr: effect of the speed ratio of a rotary dresser.
+    """
+    lead, depth = log(fd / REFERENCE_LEAD), log(max(ad / REFERENCE_DEPTH, LEAST_SEVERITY))
+    return RaRef * qr * exp(nf * lead + na * depth) * power(blunt, -nw)
 
 
 @inlined

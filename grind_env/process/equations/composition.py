@@ -1,0 +1,58 @@
+"""What grit size and structure make of a wheel; symbols, units and sources as in the package.
+
+Taken once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1 for a
+grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so that the
+force on one grain falls about as dg^1.5 and flats cover more of the face the finer the grit is.
+"""
+
+import math
+
+REFERENCE_GRIT = 0.25
+"""mm; mesh 60, where the entries of wheels state what depends on the grit."""
+REFERENCE_FRACTION = 0.52
+"""Grain volume fraction at which they do, about structure number 5."""
+
+
+def fineness(dg: float) -> float:
+    """How much finer than the reference a grit of `dg` mm is."""
+    return REFERENCE_GRIT / dg
+
+
+def density(Vg: float) -> float:
+    """How much denser than the reference a structure with that grain volume fraction is."""
+    return Vg / REFERENCE_FRACTION
+
+
+def active_grains(dg: float, Vg: float) -> float:
+    """Active grains per area after the reference dress, 1/mm2: of the count, 0.36 Vg/dg^2 [M; 0.36 C]."""
+    return 0.36 * Vg / (dg * dg)
+
+
+def ploughing_share(z: float, st: float) -> float:
+    """Factor on the ploughing pressure: more grains in contact plough more [C]."""
+    return math.sqrt(z * st)
+
+
+def bond_post_strength(fc: float, z: float) -> float:
+    """Force per grain above which grain and bond fracture, N; smaller grits sit on smaller posts [C]."""
+    return fc / (z * math.sqrt(z))
+
+
+def grit_roughness(Ra: float, z: float, st: float) -> float:
+    """Roughness scale of the wheel, um: finer and denser is smoother [C]."""
+    return float(Ra * z**-0.7 * st**-0.3)
+
+
+def grain_contact_radius(z: float) -> float:
+    """Radius of the contact of a sharp grain that conducts heat, m [R for its order; C]."""
+    return 20e-6 / math.sqrt(z)
+
+
+def dulling(ka: float, z: float, st: float) -> float:
+    """Factor on the growth of the wear-flat area: many small tips blunt to more flat [C]."""
+    return ka * z * st
+
+
+def fresh_flats(Ad: float, z: float, st: float) -> float:
+    """Wear-flat area after the reference dress [C]."""
+    return Ad * math.sqrt(z * st)
