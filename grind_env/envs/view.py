@@ -61,6 +61,7 @@ def view_of(
                 speed=block.speed,
                 executions=block.executions,
                 power=outcome.peak_power,
+                torque=outcome.peak_torque,
                 rise=outcome.rise,
                 roughness=outcome.roughness,
                 size_error=outcome.size_error,

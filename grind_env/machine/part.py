@@ -115,7 +115,7 @@ class PartRun:
         self._coverage = Coverage(job.part.start, job.part.length, strips)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._earlier_power = 1.0, 0.0  # in the stages before
+        self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
 
     @property
     def strokes(self) -> int:
@@ -231,6 +231,7 @@ class PartRun:
         self._earlier *= survival(*values, limits)
         self.passed.append(passed_limits(*values, limits))
         self._earlier_power = max(self._earlier_power, self.tally.peak_power)
+        self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # of a stalled spindle the part is not freed by a gauge
         torque = self.tally.peak_torque if has_stalled(self.tally) else 0.0
         self.tally = self.tally._replace(peak_power=0.0, peak_torque=torque)
@@ -307,6 +308,7 @@ class PartRun:
             unground,
             found.Ra,
             max(self._earlier_power, tally.peak_power),
+            max(self._earlier_torque, tally.peak_torque),
             rise,
             tally.burn_ratio,
             tally.worn,

@@ -60,6 +60,7 @@ PART_ROW = np.dtype(
         ("unground", np.float64),  # share of the surface that no stroke has reached; such a part is not good
         ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
+        ("peak_torque", np.float64),  # over that at which the spindle stalls
         ("rise", np.float64),  # highest temperature rise that counts, of its last stage, K
         ("burn_ratio", np.float64),  # highest of the plunges
         ("worn", np.float64),  # wheel volume, mm3

@@ -136,9 +136,9 @@ def cut_surface(contact: Contact, width: float) -> tuple[float, float, float]:
 
 @inlined
 def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, Rg: float) -> Zone:
-    """A zone after a stroke programmed at depth `Z`, mm, that took `ae`, mm, off what was in the cut, and left `Rg`, um.
+    """A zone after a stroke programmed at depth `Z`, mm.
 
-    `tip` is the depth of the wheel face, mm.
+    It took `ae`, mm, off what was in the cut, and left `Rg`, um; `tip` is the depth of the wheel face, mm.
     """
     S = zone.S + ae if cut else zone.S
     Rs = surface_roughness(zone.Rs, Rg, ae, cut & (tip > zone.S))

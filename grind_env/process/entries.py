@@ -14,7 +14,6 @@ from typing import Annotated, Any, ClassVar
 
 from grind_env.errors import GrindError, quoted
 
-
 ALUMINA, CBN = "alumina", "cbn"
 """Abrasives."""
 

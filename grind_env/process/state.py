@@ -245,7 +245,7 @@ class StrokeResult(NamedTuple):
     vs: float
     """Wheel speed, m/s: less than set where the spindle has reached its power limit."""
     torque: float
-    """Torque over that at which the spindle stalls; from 1 on it has stalled, and no other number of the stroke holds."""
+    """Torque over that at which the spindle stalls; from 1 on it has, and no other number of the stroke holds."""
     T: float
     """Surface temperature rise, K."""
     eps: float

@@ -31,7 +31,7 @@ WHERE_IT_OCCURS = ("dresses", "taper")
 
 CAUSES = {
     "rise": ("temperature", "rise"),
-    "power": ("power", "peak_power"),
+    "power": ("stall", "peak_power"),
     "roughness": ("Ra", "Ra"),
     "size": ("size", "worst_error"),
     "unground": ("unground", "survival"),
@@ -132,7 +132,7 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
         Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
         `earlier` of one that was not good at a gauging stop.
     """
-    passed = passed_limits(part["rise"], part["peak_power"], part["Ra"], part["worst_error"], job.limits)
+    passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], job.limits)
     others = {"unground": part["unground"] > 0.0, "earlier": part["earlier"] < SCRAP_BELOW}
     return (*passed, *(name for name, is_so in others.items() if is_so))
 

@@ -6,7 +6,7 @@ from grind_env.errors import GrindError
 from grind_env.process.cost import SCRAP_BELOW, Limits, passed_limits
 from grind_env.process.state import WheelState
 
-FAULTS = {"rise": "burn", "power": "power", "roughness": "Ra", "size": "size"}
+FAULTS = {"rise": "burn", "power": "stall", "roughness": "Ra", "size": "size"}
 """What a picture calls the passing of a limit, by the field of `process.cost.Limits`."""
 
 
@@ -51,6 +51,8 @@ class GroundBlock:
     """D."""
     power: float
     """Highest power above idle, W."""
+    torque: float
+    """Highest torque over that at which the spindle stalls."""
     rise: float
     """Highest temperature rise that counts, K."""
     roughness: float
@@ -68,8 +70,8 @@ class GroundBlock:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """The limits that were passed: any of `burn`, `power`, `Ra` and `size`."""
-        passed = passed_limits(self.rise, self.power, self.roughness, self.size_error, self.limits)
+        """The limits that were passed: any of `burn`, `stall`, `Ra` and `size`."""
+        passed = passed_limits(self.rise, self.torque, self.roughness, self.size_error, self.limits)
         return tuple(FAULTS[limit] for limit in passed)
 
 

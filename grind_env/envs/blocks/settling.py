@@ -27,16 +27,16 @@ def counted_rise(kind: KindRow, result: Tally) -> float:
 
 
 @inlined
-def chance(kind: KindRow, rise: float, power: float, roughness: float, size_error: float) -> float:
+def chance(kind: KindRow, rise: float, torque: float, roughness: float, size_error: float) -> float:
     """Probability that a part of that kind is good; arguments as for `survival`."""
-    return survival(rise, power, roughness, size_error, Limits(kind.rise, kind.power, kind.roughness, kind.size))
+    return survival(rise, torque, roughness, size_error, Limits(kind.rise, kind.power, kind.roughness, kind.size))
 
 
 @inlined
 def good_so_far(kind: KindRow, part: PartState, result: Tally, size_error: float, old: ShopMemory) -> float:
     """Probability that the part is still good after a block; `size_error` in um."""
     before = 1.0 if kind.starts_part > 0.0 else old.survival
-    return before * chance(kind, counted_rise(kind, result), result.peak_power, part.Rs, size_error)
+    return before * chance(kind, counted_rise(kind, result), result.peak_torque, part.Rs, size_error)
 
 
 @inlined
@@ -105,6 +105,7 @@ def outcome_of(
         burn_ratio=result.burn_ratio,
         rise=rise,
         peak_power=result.peak_power,
+        peak_torque=result.peak_torque,
         roughness=part.Rs,
         size_error=size_error,
     )

@@ -113,6 +113,8 @@ class Outcome(NamedTuple):
     burn_ratio: float
     rise: float
     peak_power: float
+    peak_torque: float
+    """Over that at which the spindle stalls."""
     roughness: float
     size_error: float
 

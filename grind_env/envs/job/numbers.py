@@ -82,6 +82,7 @@ def tally_of(run: BlockRun, job: Job) -> Tally:
         last_count=float(last.size),
         deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
         peak_power=float(power.max(initial=0.0)),
+        peak_torque=float(strokes["torque"].max(initial=0.0)),
         plunge_rise=rise,
         finish_rise=rise,
         burn_ratio=float(strokes["Br"].max(initial=0.0)),

@@ -45,8 +45,8 @@ from grind_env.process.stroke import dressed_wheel
 class Stage(NamedTuple):
     """What a part has come to since the operator last judged it, and where the machine stands."""
 
-    power: float
-    """Highest power of a stroke, W."""
+    torque: float
+    """Highest torque of a stroke over that at which the spindle stalls."""
     rise: float
     """Highest temperature rise that counts, K."""
     gone: float
@@ -92,7 +92,7 @@ def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, 
     if starts or stage.gauged > 0.0:
         wheel = measured(wheel)
     if starts:
-        stage = Stage(power=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
+        stage = Stage(torque=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
     return stage, wheel
 
 
@@ -110,16 +110,16 @@ def judged(
         size_error: um.
         before: probability that the part was good before the block.
     """
-    power = max(stage.power, tally.peak_power)
+    torque = max(stage.torque, tally.peak_torque)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
     good = before
     if row.judged > 0.0:
         limits = Limits(rise=row.rise, power=row.power, roughness=row.roughness, size=row.size)
-        good = before * survival(rise, power, part.Rs, size_error, limits)
-        power, rise = 0.0, 0.0
+        good = before * survival(rise, torque, part.Rs, size_error, limits)
+        torque, rise = (torque if torque >= 1.0 else 0.0), 0.0
     if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
         good = 0.0
-    return good, Stage(power=power, rise=rise, gone=stage.gone, gauged=row.gauged)
+    return good, Stage(torque=torque, rise=rise, gone=stage.gone, gauged=row.gauged)
 
 
 @inlined
@@ -296,7 +296,7 @@ def steps_of(
                 write_wheel(wheels, i, wheel)
             last = number + 1 == len(blocks)
             handover = price_of_handover(read_settings(own, number), shop, wheel, p) if last else 0.0
-            write_stage(stages, i, Stage(power=stage.power, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
+            write_stage(stages, i, Stage(torque=stage.torque, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
             write_found(
                 found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
             )

@@ -86,6 +86,7 @@ def _ground(simulation: JobSimulation, block: RunBlock, outcome: Outcome) -> Gro
         speed=block.speed,
         executions=block.executions,
         power=outcome.peak_power,
+        torque=outcome.peak_torque,
         rise=outcome.rise,
         roughness=outcome.roughness,
         size_error=outcome.size_error,

@@ -38,8 +38,8 @@ class StrokeMemory(NamedTuple):
     """Strokes made on the part."""
     all_made: float
     """Strokes made in the episode."""
-    power: float
-    """Highest power on the part, W."""
+    torque: float
+    """Highest torque on the part over that at which the spindle stalls."""
     rise: float
     """Highest temperature rise on the part that counts, K."""
 
@@ -121,10 +121,10 @@ def settle_stroke(
     kind = kind_of(kinds, materials, row.material, PART)
     last = done.made + 1.0 >= strokes_of(row.stock, kind.pick, kind.sparkout)
     kind = kind_of(kinds, materials, row.material, LAST if last else WITHIN)
-    power, counted = max(done.power, result.peak_power), max(done.rise, counted_rise(kind, result))
+    torque, counted = max(done.torque, result.peak_torque), max(done.rise, counted_rise(kind, result))
     size_error = 1000.0 * (row.stock - part.S)
     # later strokes grind off what is rough and what is left
-    good = chance(kind, counted, power, part.Rs, size_error) if last else chance(kind, counted, power, 0.0, 0.0)
+    good = chance(kind, counted, torque, part.Rs, size_error) if last else chance(kind, counted, torque, 0.0, 0.0)
     # heat that later strokes grind off is shown, but does not count
     rise = counted if last else result.plunge_rise
     handover = 0.0
@@ -142,8 +142,8 @@ def settle_stroke(
     volume = pick_before(done.made, row.stock, kind.pick) * kind.length
     new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume)
     write_memory(episodes.memory, i, new_memory)
-    made, power, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, power, counted)
-    new = StrokeMemory(made=made, all_made=done.all_made + 1.0, power=power, rise=counted)
+    made, torque, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, torque, counted)
+    new = StrokeMemory(made=made, all_made=done.all_made + 1.0, torque=torque, rise=counted)
     write_strokes(episodes.strokes, i, new)
     if last:
         block[i] += 1

@@ -1,5 +1,6 @@
 """The rule of a shop that watches the burning line."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,7 +15,7 @@ from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.instruments import Instruments
 from grind_env.policies.scripted.rules import REFERENCE_AREA
-from grind_env.process.equations import burn_threshold, specific_energy, wheel_speed, work_partition
+from grind_env.process.equations import burn_power, burn_ratio, sink_ratio, wheel_speed
 from grind_env.process.state import StrokeParameters
 
 
@@ -88,6 +89,6 @@ def _ratios(parameters: Any, kinds: Any, blocks: Any, ratios: Any) -> None:
             p = read_parameters(parameters, kinds[i])
             vw = 1000.0 * seen.speed / 60.0
             vs = wheel_speed(seen.diameter, p.n, p.vs_set)
-            energy = specific_energy(seen.power / (seen.width * vs), vs, seen.pick * vw)
-            partition = work_partition(REFERENCE_AREA, vs, p.kg, p.beta)
-            ratios[i] = energy / burn_threshold(seen.pick, seen.diameter, vw, partition, p.u0, p.Bm)
+            contact = math.sqrt(seen.diameter * seen.pick)
+            line = burn_power(seen.pick * vw, contact, vw, sink_ratio(REFERENCE_AREA, vs, p.krw), p.u0, p.Bm)
+            ratios[i] = burn_ratio(seen.power / seen.width, line)

@@ -4,6 +4,7 @@ The mean power of a block, less what chips and ploughing take nominally, is the 
 the nominal pressure under them it gives their area (Malkin; scenarios, section 3).
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,14 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, log
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.process.equations import (
-    chip_force,
-    curvature_difference,
-    sliding_force,
-    wear_flat_pressure,
-    wheel_speed,
-)
+from grind_env.process.equations import chip_force, wear_flat_pressure, wheel_speed
 from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke import stroke_constants
 
 FRESH = 0.0095
 """Wear-flat area taken when nothing was ground since the dress."""
@@ -155,9 +151,11 @@ def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
             vw = 1000.0 * seen.speed / 60.0
             vs = wheel_speed(seen.diameter, p.n, p.vs_set)
             force = seen.power / (seen.width * vs)
-            pressure = wear_flat_pressure(curvature_difference(vw, vs, seen.diameter), p.pm, p.pa, p.pb)
-            friction = force - chip_force(seen.pick, vw, vs, p.u_ch) - p.Fpl0
-            area = max(friction / (p.mu * sliding_force(seen.pick, seen.diameter, pressure, 1.0)), LEAST)
+            k = stroke_constants(p, vw, 1.0)
+            pressure = wear_flat_pressure(1.0 / (seen.diameter * vs), k.pa, k.pb)
+            contact = math.sqrt(seen.diameter * (seen.pick + p.a0))
+            friction = force - chip_force(seen.pick * vw, 1.0 / vs, p.u_ch) - p.kp * contact
+            area = max(friction / (p.mu * pressure * contact), LEAST)
             if seen.volume > LEAST_VOLUME:
                 growth = max(area - DRESSED, LEAST_GROWTH) / seen.volume
                 term = min(max(log(growth / DULLING_RATE), -LARGEST_TERM), LARGEST_TERM)

@@ -5,8 +5,8 @@ equivalent chip thickness, waviness and roughness um, effusivity and heat flux S
 is N/mm and W/mm / mm is W/mm2, so the force equations need no factors.
 
 Sources: [M] Malkin, Grinding Technology; [R] Rowe, Principles of Modern Grinding Technology; [W] Wen, Tay & Nee
-1992; [D] fitted to the measured data of `make validate`; [C] calibrated for this model so that magnitudes and trends come
-out right.
+1992; [D] fitted to the measured data of `make validate`; [C] calibrated for this model so that magnitudes and trends
+come out right.
 """
 
 from grind_env.process.equations.composition import (

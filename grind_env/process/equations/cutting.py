@@ -20,7 +20,7 @@ def wheel_speed(ds: float, n: float, vs_set: float) -> float:
 
 @inlined
 def curvature_difference(vw: float) -> float:
-    """Curvature difference of grain path and wheel, 1/mm [M], times diameter in mm and wheel speed in m/s; `vw` mm/s."""
+    """Curvature difference of grain path and wheel, 1/mm [M], times diameter (mm) and wheel speed (m/s); `vw` mm/s."""
     return 0.004 * vw
 
 
@@ -89,9 +89,9 @@ def pressed_share(u: float, give: float, F0: float) -> float:
 def cut_root(u: float, give: float, F0: float, Kn: float, sd: float, sa: float, chip: float, kc: float) -> float:
     """Root x of the depth of cut beyond the threshold, mm^0.5: ae = x (x + 2 sa).
 
-    The balance u - ae = b Fn'/ke of the elastic loop is a quadratic in x, because the normal force is affine in ae plus a
-    term over the contact length sqrt(de (ae + a0)) = sd (x + sa). Below the interference that the threshold force takes
-    up, the wheel only rubs, and x is 0.
+    The balance u - ae = b Fn'/ke of the elastic loop is a quadratic in x, because the normal force is affine in ae plus
+    a term over the contact length sqrt(de (ae + a0)) = sd (x + sa). Below the interference that the threshold force
+    takes up, the wheel only rubs, and x is 0.
 
     Args:
         u: interference, mm.
@@ -118,7 +118,7 @@ def depth_of_cut(x: float, sa: float) -> float:
 
 @inlined
 def rubbing_length(x: float, share: float, sd: float, sa: float) -> float:
-    """Length of the contact of flats and ploughing grains, mm: sqrt(de (ae + a0)), less where the wheel only rubs [M, C]."""
+    """Contact length of flats and ploughing grains, mm: sqrt(de (ae + a0)), less where the wheel only rubs [M, C]."""
     return sd * (x + share * sa)
 
 

@@ -79,8 +79,8 @@ def energy_partition(T: float, work: float, P_width: float) -> float:
 def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: float) -> float:
     """Power per width at which the work burns, W/mm: Malkin's threshold u* Q' [M].
 
-    u* = u0 + Bm de^(1/4) ae^(-3/4) vw^(-1/2) (Malkin 1978), with ae^(1/4) de^(1/4) as the root of the contact length. The
-    factor 0.88 (1 + sink) carries the threshold of alumina wheels over to other grains [C].
+    u* = u0 + Bm de^(1/4) ae^(-3/4) vw^(-1/2) (Malkin 1978), with ae^(1/4) de^(1/4) as the root of the contact length.
+    The factor 0.88 (1 + sink) carries the threshold of alumina wheels over to other grains [C].
     """
     return u0 * Q + 0.88 * Bm * (1.0 + sink) * math.sqrt(length * vw)
 

@@ -1,9 +1,9 @@
 """What a spindle does that is asked for more than its power; symbols, units and sources as in the package.
 
-At its power limit a spindle has that power and no more: the wheel slows until what is asked is what there is. The power of
-chip formation does not depend on the wheel speed, all other power is proportional to it, so the speed has a closed form.
-A wheel slowed to a share `rs` of its speed stalls: there the torque is the largest that the motor has, 1/rs times the
-torque of its power limit at the set speed [C].
+At its power limit a spindle has that power and no more: the wheel slows until what is asked is what there is. The power
+of chip formation does not depend on the wheel speed, all other power is proportional to it, so the speed has a closed
+form. A wheel slowed to a share `rs` of its speed stalls: there the torque is the largest that the motor has, 1/rs times
+the torque of its power limit at the set speed [C].
 """
 
 from grind_env.kernel import inlined
