@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.parameters import stroke_parameters
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke, stroke_constants
 
 CATALOGUE = load_catalogue()
 
@@ -16,14 +16,16 @@ def parameters(
     wheel: str = "a60j",
     wheel_speed: float = 30.0,
     *,
+    fluid: str = "emulsion",
+    dresser: str = "single_point",
     constant_surface_speed: bool = False,
     **changes: float,
 ) -> StrokeParameters:
     nominal = stroke_parameters(
         CATALOGUE.material(material),
         CATALOGUE.wheel(wheel),
-        CATALOGUE.dresser("single_point"),
-        CATALOGUE.fluid("emulsion"),
+        CATALOGUE.dresser(dresser),
+        CATALOGUE.fluid(fluid),
         CATALOGUE.machine("default"),
         wheel_speed=wheel_speed,
         constant_surface_speed=constant_surface_speed,
@@ -33,7 +35,7 @@ def parameters(
 
 @dataclass
 class Grinder:
-    """Default part and wheel of model.md; table speed m/min, depths and lengths mm."""
+    """Default part and wheel of the reference cases; table speed m/min, depths and lengths mm."""
 
     p: StrokeParameters
     table_speed: float
@@ -48,6 +50,10 @@ class Grinder:
     def speed(self) -> float:
         return self.table_speed / 0.06
 
+    @property
+    def constants(self) -> StrokeConstants:
+        return stroke_constants(self.p, self.speed, self.length)
+
     def new_part(self) -> None:
         """Touch off on the next part."""
         self.Z, self.S, self.Rs = 0.0, 0.0, INITIAL_ROUGHNESS
@@ -55,9 +61,7 @@ class Grinder:
 
     def stroke(self, downfeed: float = 0.0) -> StrokeResult:
         self.Z += downfeed
-        self.wheel, stroke = grind_stroke(
-            self.wheel, self.S, self.Rs, self.Z, self.speed, self.width, self.length, self.p
-        )
+        self.wheel, stroke = grind_stroke(self.wheel, self.S, self.Rs, self.Z, self.width, self.constants)
         self.S += stroke.ae
         self.Rs = stroke.Ra
         return stroke
@@ -91,7 +95,7 @@ def cut(depth: float, at: Grinder) -> StrokeResult:
     low, high = 0.0, 100.0 * depth + 10.0
     for _ in range(200):
         middle = 0.5 * (low + high)
-        _, stroke = grind_stroke(at.wheel, 0.0, at.Rs, middle, at.speed, at.width, at.length, at.p)
+        _, stroke = grind_stroke(at.wheel, 0.0, at.Rs, middle, at.width, at.constants)
         low, high = (middle, high) if stroke.ae < depth else (low, middle)
     return stroke
 
