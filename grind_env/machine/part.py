@@ -210,7 +210,7 @@ class PartRun:
             The wheel after it, and the cut: an idle one of a turning tool, above the surface or in the air.
         """
         self.infeeds += 1
-        grinds = self.job.setup.grooving_wheel and not has_stalled(self.tally)
+        grinds = self.job.setup.grooving_wheel and not self.stalled
         cut = self._grooves.grind(wheel, event, self.p) if grinds else None
         if cut is None:
             return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
@@ -220,6 +220,11 @@ class PartRun:
     def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
         self.tally = count_stroke(self.tally, done.stroke, seconds, plunged, self.p.stall_time)
         return done
+
+    @property
+    def stalled(self) -> bool:
+        """Whether the spindle has stalled on it."""
+        return has_stalled(self.tally)
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
@@ -233,7 +238,7 @@ class PartRun:
         self._earlier_power = max(self._earlier_power, self.tally.peak_power)
         self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # of a stalled spindle the part is not freed by a gauge
-        torque = self.tally.peak_torque if has_stalled(self.tally) else 0.0
+        torque = self.tally.peak_torque if self.stalled else 0.0
         self.tally = self.tally._replace(peak_power=0.0, peak_torque=torque)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
             plunges.clear()

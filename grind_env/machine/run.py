@@ -210,12 +210,12 @@ class GrindingRun:
         rows["Z"] = part.job.part.surface - np.array(event.plunge)
         ends = plan.secondary, plan.primary
         first_ends = event.start[plan.axis], plan.primary
-        before = self.mount.present(part.p)
+        before, had_stalled = self.mount.present(part.p), part.stalled
         wheel, extremes, dressed = part.grind(before, rows, first_ends, ends, np.array(event.cross), due, dress)
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, time, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, extremes)
+        self._add(rows, wheel, extremes, had_stalled)
         self.watch.strokes(event, rows, extremes, before, wheel, dressed)
         self.position = event.end
 
@@ -225,10 +225,10 @@ class GrindingRun:
         rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)
         rows["Z"] = part.job.part.surface - event.middle[plunge_axis(axis)]
         ends, edges = (event.start[axis], event.end[axis]), np.array([event.middle[cross_axis(axis)]])
-        before = self.mount.present(part.p)
+        before, had_stalled = self.mount.present(part.p), part.stalled
         self.watch.before_stroke(event)
         wheel, extremes, _ = part.grind(before, rows, ends, ends, edges)
-        self._add(rows, wheel, extremes)
+        self._add(rows, wheel, extremes, had_stalled)
         self.watch.stroke(event, extremes, before, wheel)
 
     def _rows(self, line: int, number: Any, time: Any, seconds: Any, feed: float) -> Table:
@@ -238,9 +238,10 @@ class GrindingRun:
         rows["time"], rows["seconds"], rows["E"] = time, seconds, feed
         return rows
 
-    def _add(self, rows: Table, wheel: WheelState, extremes: Extremes) -> None:
-        """Strokes have been made."""
+    def _add(self, rows: Table, wheel: WheelState, extremes: Extremes, had_stalled: bool) -> None:
+        """Strokes have been made; the time that a stalled spindle costs is that after them."""
         self._require_numbers(sum(wheel) + extremes.total, int(rows["line"][0]))
+        self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
         self.mount.wheel = wheel
         self.strokes.extend(rows)
 

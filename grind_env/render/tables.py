@@ -40,7 +40,11 @@ CAUSES = {
 """Word for what keeps a part from being good, and its column, by its name: a field of `process.cost.Limits`, or what
 else `causes` returns."""
 
-SENTENCES = {"unground": "not ground everywhere", "earlier stage": "not good in an earlier stage"}
+SENTENCES = {
+    "stall": "the spindle stalled",
+    "unground": "not ground everywhere",
+    "earlier stage": "not good in an earlier stage",
+}
 """What is printed of causes that are no limits, by their word."""
 
 NONE_GOOD = 0.005

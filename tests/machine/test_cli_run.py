@@ -62,16 +62,17 @@ def test_every_cause_of_scrap_is_named(tmp_path: Path, capsys: pytest.CaptureFix
     cuts = [(230, ".1", ".01")] * 4 + [(100, ".1", ".01"), (230, ".15", ".01"), (230, ".1", ".1")]
     program.write_text(HEAD + "".join(cycle.format(*cut) for cut in cuts) + "M30\n")
     text = (EXAMPLES / "plate_g82.toml").read_text()
-    job.write_text(text.replace("stock = 0.2 ", "stock = 0.1 "))
+    weak = "[setup.machine_overrides]\npower_limit = 4000\n"
+    job.write_text(text.replace("stock = 0.2 ", "stock = 0.1 ") + weak)
     assert "stock = 0.1 " in job.read_text()
     assert grind("run", program, "--json") == 1
     found = [part["beyond"] for part in json.loads(capsys.readouterr().out)["parts"]]
     assert found[:6] == [[]] * 4 + [["size", "unground"], ["size"]]
-    assert {"temperature", "power"} <= set(found[6])
+    assert {"stall", "size"} <= set(found[6])
     assert grind("run", program) == 1
     out = capsys.readouterr().out
     assert re.search(r"^7 parts, \d\.\d\d good ones expected; .* \$ per good part$", out, re.MULTILINE)
-    assert "beyond the limit of power: part 7\n" in out
+    assert "the spindle stalled: part 7\n" in out
     assert "not ground everywhere: part 5\n" in out
 
 

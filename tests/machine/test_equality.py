@@ -341,7 +341,7 @@ from tests.machine.harness import job
 p = job().parameters
 wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
-stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p)[1]
+stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01)[1]
 print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 
@@ -373,8 +373,8 @@ def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_pat
 
     equations = tmp_path / "grind_env/process/equations/heat.py"
     text = equations.read_text(encoding="utf-8")
-    assert "0.45 * flux" in text
-    equations.write_text(text.replace("0.45 * flux", "0.05 * flux"), encoding="utf-8")
+    assert "MOST_TO_CHIPS = 0.45" in text
+    equations.write_text(text.replace("MOST_TO_CHIPS = 0.45", "MOST_TO_CHIPS = 0.05"), encoding="utf-8")
     second, hits = grind_one_stroke()
     assert second > first * 1.05
     assert hits == 0

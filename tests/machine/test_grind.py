@@ -40,8 +40,8 @@ def test_examples_lie_in_the_orders_of_magnitude_of_the_literature(name: str) ->
     assert part["survival"] > 0.9
     assert ((strokes["u_s"] > 20.0) & (strokes["u_s"] < 130.0)).all()
     power_per_width = strokes["power"] / strokes["b"]
-    assert ((power_per_width > 40.0) & (power_per_width < 200.0)).all()
-    assert ((strokes["T"] > 60.0) & (strokes["T"] < 300.0)).all()
+    assert ((power_per_width > 30.0) & (power_per_width < 200.0)).all()
+    assert ((strokes["T"] > 50.0) & (strokes["T"] < 300.0)).all()
     assert ((strokes["G"] > 5.0) & (strokes["G"] < 100.0)).all()
     assert 0.2 < part["Ra"] < 0.8
     assert 0.0 < part["size_error"] < 6.0
@@ -271,7 +271,7 @@ def test_a_stroke_that_destroys_the_wheel_warns_once(feed: str) -> None:
 
 
 def test_numbers_beyond_the_model_are_refused() -> None:
-    beyond = (PartConditions(factors={"u_ch": 1e300, "mu": 1e200}),)
+    beyond = (PartConditions(factors={"RaRef": 1e300, "ra_scale": 1e200}),)
     with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers; give "):
         run(HEAD + CYCLE + "M30\n", job(), conditions=beyond)
 

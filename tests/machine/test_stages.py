@@ -58,20 +58,37 @@ def test_the_power_of_a_stage_is_counted_once(plain: GrindingRecord) -> None:
     rough, finish = (float(of_line(plain, k)["power"].max()) for k in (0, 1))
     assert finish < 0.9 * rough
     machine = CATALOGUE.machine("default")
-    limited = dataclasses.replace(machine, power_limit=machine.idle_power + rough)
+    # at its power limit, so that the torque is 0.98 of that at which it stalls, a width of the logistic step below
+    limited = dataclasses.replace(machine, power_limit=machine.idle_power + rough, stall_speed=0.98)
     part = run(TWO, dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=limited))).parts[0]
-    assert part["survival"] == pytest.approx(0.5 * plain.parts[0]["survival"], rel=1e-6)
-    assert part["peak_power"] == pytest.approx(rough)
+    assert part["survival"] == pytest.approx(0.731059 * plain.parts[0]["survival"], rel=1e-5)
+    assert (part["peak_power"], part["peak_torque"]) == pytest.approx((rough, 0.98))
+
+
+def test_a_part_on_which_the_spindle_has_stalled_is_ground_no_more() -> None:
+    weak = dataclasses.replace(CATALOGUE.machine("default"), power_limit=1000.0, stall_speed=0.98)
+    found = run(
+        TWO,
+        dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=weak)),
+    )
+    rows, part = found.strokes, found.parts[0]
+    stalled = int(np.argmax(rows["torque"] >= 1.0))
+    assert rows["torque"][stalled] >= 1.0 > rows["torque"][:stalled].max()
+    after = rows[stalled + 1 :]
+    assert (after["ae"] == 0.0).all() and (after["power"] == 0.0).all() and after.size > 10
+    assert part["survival"] == 0.0
+    usual = run(TWO, staged()).parts[0]
+    assert part["seconds"] == pytest.approx(usual["seconds"] + weak.stall_time)
 
 
 def test_the_heat_of_a_stage_counts_against_its_own_limit(plain: GrindingRecord) -> None:
     rough, finish = (float(of_line(plain, k)["T"].max()) for k in (0, 1))
-    assert finish < 140.0 < 200.0 < rough
+    assert finish < 72.0 < 82.0 < rough
     assert plain.parts[0]["rise"] == pytest.approx(rough)  # it is within 0.05 mm of the end
-    soft = dataclasses.replace(job().part.material, tempering_rise=160.0)
+    soft = dataclasses.replace(job().part.material, tempering_rise=50.0)
     burnt = dataclasses.replace(job(**BOTH), part=dataclasses.replace(job(**BOTH).part, material=soft))
     assert run(TWO, burnt).parts[0]["survival"] < 0.05
-    asked = Stage(stock=0.03, rise_allowance=rough - 160.0)
+    asked = Stage(stock=0.03, rise_allowance=rough - 50.0)
     part = run(TWO, dataclasses.replace(burnt, part=dataclasses.replace(burnt.part, stages=(asked,)))).parts[0]
     assert part["rise"] == pytest.approx(finish)
     # the rough plunge just meets its limit

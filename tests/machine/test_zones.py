@@ -231,7 +231,7 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
         if first < last:
             place = int(first), int(last), float(row["Z"])
             wheel, stroke, b, _ = grind_strips(
-                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p
+                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p, place[-1]
             )
         assert row["b"] == b
         assert tuple(row[list(StrokeResult._fields)]) == stroke

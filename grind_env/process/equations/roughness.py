@@ -56,5 +56,5 @@ def surface_roughness(Rs: float, Rg: float, ae: float, touched: bool) -> float:
     Even one of no depth takes peaks off, so that passes without infeed end at what the wheel generates.
     """
     reach = 1000.0 * ae + PEAK_DEPTH
-    after = Rs + (Rg - Rs) * (reach / (reach + TEXTURE_SHARE * Rs))
-    return after if touched else Rs
+    share = reach / (reach + TEXTURE_SHARE * Rs)
+    return Rs + (Rg - Rs) * (share if touched else 0.0)
