@@ -17,7 +17,9 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.rows import LOG, Table
 from grind_env.machine.strips import Zone, grind_strips
 from grind_env.machine.surfaces import MOST_ZONES
+from grind_env.machine.tally import RETRACTED
 from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
+from grind_env.process.entries import Machine
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState
 from tests.machine.harness import CATALOGUE, job, run
@@ -38,6 +40,7 @@ class Case:
     wear_flats: float
     volume: float
     stiffness: float
+    power_limit: float
     width: int
     start: int
     end: int
@@ -68,10 +71,15 @@ class Case:
         return 1.0 if self.end >= self.start else -1.0
 
     @property
+    def machine(self) -> Machine:
+        default = CATALOGUE.machine("default")
+        return dataclasses.replace(default, stiffness=self.stiffness, power_limit=self.power_limit)
+
+    @property
     def job(self) -> Job:
         return job(
             width=self.width / 2.0,
-            setup={"machine": dataclasses.replace(CATALOGUE.machine("default"), stiffness=self.stiffness)},
+            setup={"machine": self.machine},
             wheel_start=WheelStart(wear_flat_area=self.wear_flats, volume_since_dress=self.volume),
         )
 
@@ -136,6 +144,7 @@ def cases(**fixed: Any) -> st.SearchStrategy[Case]:
         "wear_flats": st.floats(0.005, 0.06),
         "volume": st.floats(0.0, 600.0),
         "stiffness": st.sampled_from([10_000.0, 20_000.0, 500_000.0]),
+        "power_limit": st.sampled_from([7500.0, 7500.0, 1000.0, 300.0]),
         "width": st.integers(30, 180),
         "start": st.integers(-140, 240),
         "end": st.integers(-140, 240),
@@ -225,14 +234,17 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
         np.full(centres.size, INITIAL_ROUGHNESS),
         np.zeros(centres.size),
     )
+    torque = 0.0
     for row in found.log[0, : int(strokes_of(found)[0])]:
         first, last = np.searchsorted(centres, (row["edge"], row["edge"] + WHEEL_WIDTH))
         stroke, b = StrokeResult(*[0.0] * len(StrokeResult._fields)), 0.0
         if first < last:
             place = int(first), int(last), float(row["Z"])
+            depth = place[-1] if torque < 1.0 else RETRACTED
             wheel, stroke, b, _ = grind_strips(
-                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p, place[-1]
+                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p, depth
             )
+            torque = max(torque, stroke.torque)
         assert row["b"] == b
         assert tuple(row[list(StrokeResult._fields)]) == stroke
         assert tuple(row[list(WheelState._fields)]) == wheel
