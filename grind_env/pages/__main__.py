@@ -1,4 +1,4 @@
-"""Write the pages of all registered ids and their index: `python -m grind_env.pages FOLDER`."""
+"""Write the pages of all ids, their index, and the validation of the process: `python -m grind_env.pages FOLDER`."""
 
 import sys
 from pathlib import Path
@@ -6,11 +6,13 @@ from pathlib import Path
 from grind_env.pages.page import page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
+from grind_env.pages.validation import FILE, validation_page
 
 
 def write(folder: Path) -> list[Path]:
-    """Write the index and all pages into a folder, which is made if need be; returns the files written."""
-    texts = {"index.md": index(), **{file_name(env_id): page(env_id) for env_id in page_ids()}}
+    """Write all of them into a folder, which is made if need be; returns the files written."""
+    pages = {file_name(env_id): page(env_id) for env_id in page_ids()}
+    texts = {"index.md": index(), FILE: validation_page(), **pages}
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
