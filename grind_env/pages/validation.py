@@ -1,13 +1,14 @@
 """The page on the validation of the process model, from the rows that `python -m grind_env.validation` prints."""
 
+from collections.abc import Sequence
 from itertools import groupby
 
 from grind_env.pages.markdown import table
-from grind_env.process.catalogue import load_catalogue
-from grind_env.validation import GROUPS, Rig, Row, unfit_uses, validate
+from grind_env.validation import GROUPS, Row, unfit_uses
 from grind_env.validation.report import (
     PREDICTION,
     PREDICTION_NOTE,
+    comparison,
     expected,
     number,
     prediction_cells,
@@ -15,28 +16,40 @@ from grind_env.validation.report import (
     totals,
     verdict,
 )
-from grind_env.validation.valve_alloys import predictions
+from grind_env.validation.rig import CONDITIONS
+from grind_env.validation.valve_alloys import Prediction
 
-FILE = "validation.md"
+FILE, PICTURE = "validation.md", "validation.png"
 
 INTRODUCTION = """\
-Every number below is taken by the functions that all simulations run, under the conditions beside it. A band without a source is
-what this project expects of the trend. Where two published numbers exclude each other, the row says which was chosen.
+Every number below is taken by the functions that all simulations run, under the conditions beside it. A band without a
+source is what this project expects of the trend. Where two published numbers exclude each other, the row says which was
+chosen.
 
-Two limits speak of heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is scrap. The
-**burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
+Two limits speak of heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is
+scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
 
 
-def validation_page() -> str:
-    """The page, Markdown."""
-    catalogue = load_catalogue()
-    rows = validate(catalogue)
-    lines = ["# Validation of the process model", INTRODUCTION, f"**{totals(rows)}.**"]
-    lines += ["## What the model must not be used for", "\n".join(f"- {use}: {why}." for use, why in unfit_uses().items())]
+def validation_page(rows: Sequence[Row], predicted: Sequence[Prediction], picture: str = "") -> str:
+    """The page, Markdown.
+
+    Args:
+        rows: of `validate`.
+        predicted: of `predictions`.
+        picture: the file of `plot_exponents` beside the page; none if "".
+    """
+    lines = ["# Validation of the process model", INTRODUCTION, CONDITIONS, f"**{totals(rows)}.**"]
+    lines += [
+        "## What the model must not be used for",
+        "\n".join(f"- {use}: {why}." for use, why in unfit_uses().items()),
+    ]
+    if picture:
+        lines.append(f"![measured exponents beside those of the model]({picture})")
     for group, members in groupby(rows, lambda row: row.check.group):
         lines += [f"## {group}. {GROUPS[group]}", _rows(list(members))]
-    cells = [prediction_cells(each) for each in predictions(Rig(catalogue))]
-    lines += ["## Valve alloys: one predicted from the other", PREDICTION_NOTE, table(PREDICTION, cells)]
+    cells = [prediction_cells(each) for each in predicted]
+    note = f"{PREDICTION_NOTE} {comparison(predicted)}"
+    lines += ["## Valve alloys: one predicted from the other", note, table(PREDICTION, cells)]
     return "\n\n".join(lines) + "\n"
 
 

@@ -4,12 +4,11 @@ import sys
 
 from rich.console import Console
 
-from grind_env.errors import GrindError
+from grind_env.process.catalogue import load_catalogue
 from grind_env.terminal import command
 from grind_env.validation import Rig, is_as_known, validate
 from grind_env.validation.report import print_report
-from grind_env.validation.valve_alloys import Prediction, predictions
-from grind_env.process.catalogue import load_catalogue
+from grind_env.validation.valve_alloys import predictions
 
 WIDTH = 200
 """Columns of the table where the output is no terminal."""

@@ -46,7 +46,10 @@ def roughness_exponents(dresser: str) -> tuple[Check, ...]:
         )
 
     at = f"{USUAL}; dresser {dresser}"
-    ends = {"depth": ("depth .005 to .03 mm, lead .1", Band(0.15, 0.35), DEPTHS), "lead": ("lead .04 to .2 mm, depth .02", Band(0.4, 0.7), LEADS)}
+    ends = {
+        "depth": ("depth .005 to .03 mm, lead .1", Band(0.15, 0.35), DEPTHS),
+        "lead": ("lead .04 to .2 mm, depth .02", Band(0.4, 0.7), LEADS),
+    }
     return tuple(
         Check(
             name=f"{dresser} roughness on {name} stroke {number}",

@@ -112,9 +112,9 @@ def _numbers(entry: Entry) -> list[str]:
 
 
 def _raised(entry: Entry, name: str) -> float:
-    value, most = getattr(entry, name), quantities(type(entry))[name].high
+    value: float = getattr(entry, name)
     raised = 1.03 * value if value != 0.0 else 0.03
-    return raised if raised <= most else 0.97 * value
+    return raised if quantities(type(entry))[name].allows(raised) else 0.97 * value
 
 
 def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, float]]) -> tuple[float, ...]:

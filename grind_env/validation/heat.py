@@ -126,7 +126,7 @@ CHECKS = (
         unit="K",
         band=Band(60.0, 250.0),
         measure=rise(),
-        source="expected_magnitudes.csv; a narrower band of 100 to 250 K excludes a partition of .24 and was not chosen",
+        source="expected_magnitudes.csv; 100 to 250 K excludes a partition of .24 and was not chosen",
     ),
     Check(
         name="temperature dull",

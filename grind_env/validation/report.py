@@ -10,12 +10,14 @@ from rich.table import Table
 from rich.text import Text
 
 from grind_env.validation import GROUPS, Row, is_as_known, known_failures, unfit_uses
+from grind_env.validation.rig import CONDITIONS
 from grind_env.validation.valve_alloys import Prediction
 
 PREDICTION = ("wheel", "response", "alloy predicted", "level only", "power law", "model, rate fitted", "model")
 PREDICTION_NOTE = (
-    "Root mean square error of eight runs, %; the centre run gives the level. Power law: exponents on rate and volume fitted on the "
-    "other alloy. Model, rate fitted: that exponent on rate, the course over volume by the model. Model: its own constants of INC751."
+    "Root mean square error of eight runs, %; the centre run gives the level. Power law: exponents on rate and volume "
+    "fitted on the other alloy. Model, rate fitted: that exponent on rate, the course over volume by the model. "
+    "Model: its own constants of INC751."
 )
 
 
@@ -50,6 +52,12 @@ def totals(rows: Sequence[Row]) -> str:
     return f"{len(rows)} rows: {passed} pass, {known} known to fail, {wrong} not as known"
 
 
+def comparison(predicted: Sequence[Prediction]) -> str:
+    """How the model's course over volume does beside a plain power law, in one sentence."""
+    better = sum(each.model_fitted < each.power_law for each in predicted)
+    return f"The course by the model is nearer than the power law in {better} of {len(predicted)} predictions."
+
+
 def prediction_cells(each: Prediction) -> tuple[str, ...]:
     """A prediction as texts, by `PREDICTION`."""
     errors = (each.level, each.power_law, each.model_fitted, each.model)
@@ -58,8 +66,12 @@ def prediction_cells(each: Prediction) -> tuple[str, ...]:
 
 def print_report(rows: Sequence[Row], predicted: Sequence[Prediction], console: Console) -> None:
     """Print the rows by group, the predictions of the valve alloys, and what the model must not be used for."""
+    console.print(CONDITIONS)
+    console.print()
     for group, members in groupby(rows, lambda row: row.check.group):
-        table = Table("what", "at", "model", "band (measured)", "unit", "from", "", box=box.SIMPLE, title_justify="left")
+        table = Table(
+            "what", "at", "model", "band (measured)", "unit", "from", "", box=box.SIMPLE, title_justify="left"
+        )
         table.title = f"{group}. {GROUPS[group]}"
         for row in members:
             style = "" if row.passed else "yellow" if is_as_known(row) else "red"
@@ -67,11 +79,14 @@ def print_report(rows: Sequence[Row], predicted: Sequence[Prediction], console: 
             table.add_row(*map(Text, cells), Text("\n".join(filter(None, (verdict(row), reason(row))))), style=style)
         console.print(table)
     if predicted:
-        table = Table(*PREDICTION, box=box.SIMPLE, title="Valve alloys: one predicted from the other", title_justify="left")
+        table = Table(
+            *PREDICTION, box=box.SIMPLE, title="Valve alloys: one predicted from the other", title_justify="left"
+        )
         for each in predicted:
             table.add_row(*prediction_cells(each))
         console.print(table)
         console.print(PREDICTION_NOTE)
+        console.print(comparison(predicted))
         console.print()
     console.print(Text("The model must not be used for", "bold"))
     for use, why in unfit_uses().items():

@@ -118,8 +118,13 @@ class SetUp:
     changes: Mapping[str, Mapping[str, float]] = field(default_factory=lambda: MappingProxyType({}))
 
 
-USUAL = "52100, A60J, emulsion, 10 um, 12 m/min, 30 m/s, 20 mm wide"
-"""The set-up of which the conditions of a check name what differs."""
+USUAL = "usual"
+CONDITIONS = (
+    "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
+    "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; the row "
+    f"names what differs. A wheel is sharp {SHARP} strokes after the dress. A is the share of its face that is flat."
+)
+"""What the conditions of a check leave out."""
 
 
 @dataclass(slots=True)
@@ -231,7 +236,7 @@ class Rig:
         )
 
 
-def changed(known: EntryT, values: Mapping[str, float]) -> EntryT:
+def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
     """An entry with some fields changed.
 
     Raises:

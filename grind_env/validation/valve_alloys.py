@@ -111,7 +111,7 @@ def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
     return Check(
         name=f"valve {wheel.measured} {wheel.speed:g} {RESPONSES[response]} on {factor}",
         group=10,
-        what=f"exponent of {RESPONSES[response]} on {factor}, INC751, {wheel.measured}",
+        what=f"exponent of {RESPONSES[response]} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
         at=f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
         measured=value,
         band=around(value, max(2.0 * error, LEAST)),
@@ -172,7 +172,8 @@ def predictions(rig: Rig) -> list[Prediction]:
         CatalogueError: the catalogue has no INC751.
     """
     return [
-        predicted(wheel, response, alloy, simulated(rig, wheel)) for wheel, response, alloy in product(WHEELS, RESPONSES, ALLOYS)
+        predicted(wheel, response, alloy, simulated(rig, wheel))
+        for wheel, response, alloy in product(WHEELS, RESPONSES, ALLOYS)
     ]
 
 

@@ -26,7 +26,8 @@ def test_a_file_has_the_rows_that_the_readme_states_and_no_gaps(name):
 
 
 @pytest.mark.parametrize(
-    "owner", ["Copyright (c) 2019 Ciniro Nametala", "Copyright (c) 2025 KSF Institute", "CC BY 4.0", "10.5281/zenodo.17873859"]
+    "owner",
+    ["Copyright (c) 2019 Ciniro Nametala", "Copyright (c) 2025 KSF Institute", "CC BY 4.0", "10.5281/zenodo.17873859"],
 )
 def test_who_owns_them_is_said(owner):
     assert owner in README
@@ -41,7 +42,9 @@ def test_the_derived_exponents_follow_from_the_runs():
         wheel, speed, alloy = re.fullmatch(r"(\w+) vs=(\d+) (\S+)", row["subset"]).groups()
         nine = [run for run in runs if (run["wheel"], run["vs_m_s"], run["mat"]) == (wheel, speed, alloy)]
         columns = ("removal_rate_per_s", "volume_removed")
-        fitted = exponents([[float(run[name]) for run in nine] for name in columns], [float(run[row["response"]]) for run in nine])
+        fitted = exponents(
+            [[float(run[name]) for run in nine] for name in columns], [float(run[row["response"]]) for run in nine]
+        )
         place = ["exponent on removal rate", "exponent on volume removed"].index(row["quantity"])
         assert fitted[place] == pytest.approx(float(row["value"]), abs=6e-4)
 

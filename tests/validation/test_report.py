@@ -9,12 +9,13 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.validation import validation_page
 from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import CHECKS, GROUPS, Rig, Row, is_as_known, known_failures, unfit_uses, validate
 from grind_env.validation import __main__ as module
-from grind_env.validation.report import print_report, totals
-from grind_env.validation.valve_alloys import predictions
+from grind_env.validation.report import comparison, print_report, totals
+from grind_env.validation.valve_alloys import Prediction, predictions
 
 
 def printed(rows: list[Row]) -> str:
@@ -25,7 +26,8 @@ def printed(rows: list[Row]) -> str:
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return validation_page()
+    rig = Rig(load_catalogue())
+    return validation_page(validate(rig.catalogue), predictions(rig), "validation.png")
 
 
 def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
@@ -66,6 +68,7 @@ def test_the_page_has_every_row_and_what_the_model_must_not_be_used_for(page):
     assert all(check.what.replace("|", "\\|") in page for check in CHECKS)
     assert all(f"{use}: {why}" in page for use, why in unfit_uses().items())
     assert all(why in page for why in known_failures().values())
+    assert "(validation.png)" in page
     assert re.search(r"temperature limit.*scrap", page, re.DOTALL)
 
 
@@ -79,6 +82,16 @@ def test_each_alloy_is_predicted_from_the_other():
     assert len(found) == 12
     for each in found:
         assert each.power_law > 0.0 and each.level > 0.0
-    # the numbers of an exponent that is 1 in both alloys: wear of alumina on volume is predicted far better than by a level
+    # wear of alumina is nearly in proportion to the volume in both alloys, and not to be had from a level
     wear = [each for each in found if each.wheel.startswith("3NQ") and each.response == "wear"]
     assert all(each.power_law < 0.7 * each.level for each in wear)
+
+
+def test_the_picture_is_drawn(tmp_path):
+    plot_exponents(validate(), tmp_path / "exponents.png")
+    assert (tmp_path / "exponents.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_sentence_on_the_power_law_counts():
+    near = Prediction("3NQ 45 m/s", "wear", "INC751", 70.0, 30.0, 25.0, 20.0)
+    assert "nearer than the power law in 1 of 2" in comparison([near, replace(near, model_fitted=35.0)])

@@ -70,9 +70,7 @@ def test_every_number_comes_from_the_process(rows):
     moved = {row.check.name: row for row in validate(other_catalogue())}
     fixed = (*COUNTS, *SHAPES)
     still = [
-        name
-        for name, row in rows.items()
-        if name not in fixed and not row.missing and row.value == moved[name].value
+        name for name, row in rows.items() if name not in fixed and not row.missing and row.value == moved[name].value
     ]
     assert still == []
 
@@ -84,7 +82,11 @@ def test_a_measured_number_may_lie_outside_the_band_of_its_row_only_where_the_ba
 
 @pytest.mark.parametrize(
     ("band", "inside", "outside"),
-    [(Band(0.4, 0.7), (0.4, 0.7), (0.39, 0.71)), (at_most(1.0), (-5.0, 1.0), (1.1,)), (at_least(1.0), (1.0, 9.0), (0.9,))],
+    [
+        (Band(0.4, 0.7), (0.4, 0.7), (0.39, 0.71)),
+        (at_most(1.0), (-5.0, 1.0), (1.1,)),
+        (at_least(1.0), (1.0, 9.0), (0.9,)),
+    ],
 )
 def test_bands(band, inside, outside):
     assert all(map(band.holds, inside))
