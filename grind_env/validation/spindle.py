@@ -110,6 +110,15 @@ CHECKS = (
         measure=lambda rig: float(grind_plate(rig, 300.0).parts["survival"][0]),
     ),
     Check(
+        name="stall costs minutes",
+        group=9,
+        what="time of the run beyond that on an ample spindle",
+        at="example plate_g82 by machine.grind, spindle of 300 W",
+        unit="s",
+        band=at_least(60.0),
+        measure=lambda rig: grind_plate(rig, 300.0).seconds - grind_plate(rig, AMPLE).seconds,
+    ),
+    Check(
         name="stall is told",
         group=9,
         what="warnings of the stall that name block and stroke",
