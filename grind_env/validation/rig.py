@@ -58,11 +58,12 @@ def grind_strokes(
         Wheel and part after them, and the last stroke.
     """
     Z = before.Z + downfeed
-    wheel, done = stroke.grind_stroke(before.wheel, before.S, before.Rs, Z, vw, b, Lw, p)
+    constants = stroke.stroke_constants(p, vw, Lw)
+    wheel, done = stroke.grind_stroke(before.wheel, before.S, before.Rs, Z, b, constants)
     S, worn = before.S + done.ae, done.worn
     for _ in range(count - 1):
         Z += downfeed
-        wheel, done = stroke.grind_stroke(wheel, S, done.Ra, Z, vw, b, Lw, p)
+        wheel, done = stroke.grind_stroke(wheel, S, done.Ra, Z, b, constants)
         S, worn = S + done.ae, worn + done.worn
     return Course(wheel, S, done.Ra, Z, worn), done
 
@@ -249,20 +250,9 @@ def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
     return replace(known, **values)
 
 
-def shown(done: StrokeResult, name: str) -> float:
-    """A field of a stroke.
-
-    Raises:
-        RigError: strokes of this version do not show it.
-    """
-    if name not in StrokeResult._fields:
-        raise RigError(f"a stroke shows no {name}")
-    return float(getattr(done, name))
-
-
 def stalled(done: StrokeResult) -> float:
-    """1 where the spindle stalls, else 0; errors as of `shown`."""
-    return shown(done, "stalled")
+    """1 where the spindle stalls, else 0."""
+    return float(done.torque >= 1.0)
 
 
 def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:

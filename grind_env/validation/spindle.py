@@ -3,7 +3,7 @@
 from typing import Any
 
 from grind_env.validation.check import Band, Check, at_least, at_most
-from grind_env.validation.rig import USUAL, Rig, grind_plate, shown, stalled
+from grind_env.validation.rig import USUAL, Rig, grind_plate, stalled
 
 AMPLE = 500_000.0
 """W; more than any stroke asks for."""
@@ -23,7 +23,7 @@ def strokes(rig: Rig, share: float) -> tuple[Any, Any, float]:
 def ratio(rig: Rig, name: str, share: float = SHARE) -> float:
     """A field of the stroke of the weak spindle over that of the ample one."""
     ample, weak, _ = strokes(rig, share)
-    return shown(weak, name) / shown(ample, name)
+    return float(getattr(weak, name) / getattr(ample, name))
 
 
 def power_used(rig: Rig) -> float:
