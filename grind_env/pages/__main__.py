@@ -11,6 +11,7 @@ from grind_env.pages.summary import file_name, index
 from grind_env.pages.validation import FILE, PICTURE, validation_page
 from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import Rig, validate
+from grind_env.validation.neighbours import neighbours
 from grind_env.validation.valve_alloys import predictions
 
 
@@ -27,7 +28,7 @@ def write(folder: Path) -> list[Path]:
         plot_exponents(rows, folder / name)
     texts = {
         "index.md": index(),
-        FILE: validation_page(rows, predictions(rig), *pictures),
+        FILE: validation_page(rows, predictions(rig), neighbours(rig.catalogue, rows), *pictures),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }
     for name, text in texts.items():

@@ -5,11 +5,15 @@ from itertools import groupby
 
 from grind_env.pages.markdown import table
 from grind_env.validation import GROUPS, Row, unfit_uses
+from grind_env.validation.neighbours import Step
 from grind_env.validation.report import (
     PREDICTION,
     PREDICTION_NOTE,
+    STEP,
+    STEP_TITLE,
     comparison,
     expected,
+    failing,
     number,
     prediction_cells,
     reason,
@@ -30,12 +34,15 @@ Two limits speak of heat. The **temperature limit** of a part (the rise that tem
 scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
 
 
-def validation_page(rows: Sequence[Row], predicted: Sequence[Prediction], picture: str = "") -> str:
+def validation_page(
+    rows: Sequence[Row], predicted: Sequence[Prediction], steps: Sequence[Step], picture: str = ""
+) -> str:
     """The page, Markdown.
 
     Args:
         rows: of `validate`.
         predicted: of `predictions`.
+        steps: of `neighbours`.
         picture: the file of `plot_exponents` beside the page; none if "".
     """
     lines = ["# Validation of the process model", INTRODUCTION, CONDITIONS, f"**{totals(rows)}.**"]
@@ -50,6 +57,7 @@ def validation_page(rows: Sequence[Row], predicted: Sequence[Prediction], pictur
     cells = [prediction_cells(each) for each in predicted]
     note = f"{PREDICTION_NOTE} {comparison(predicted)}"
     lines += ["## Valve alloys: one predicted from the other", note, table(PREDICTION, cells)]
+    lines += [f"## {STEP_TITLE}", table(STEP, [(step.change, failing(step)) for step in steps])]
     return "\n\n".join(lines) + "\n"
 
 

@@ -7,6 +7,7 @@ from rich.console import Console
 from grind_env.process.catalogue import load_catalogue
 from grind_env.terminal import command
 from grind_env.validation import Rig, is_as_known, validate
+from grind_env.validation.neighbours import neighbours
 from grind_env.validation.report import print_report
 from grind_env.validation.valve_alloys import predictions
 
@@ -21,7 +22,7 @@ def main() -> int:
     console = Console(markup=False, highlight=False)
     if not console.is_terminal:
         console.width = WIDTH
-    print_report(rows, predictions(Rig(catalogue)), console)
+    print_report(rows, predictions(Rig(catalogue)), neighbours(catalogue, rows), console)
     return 0 if all(map(is_as_known, rows)) else 1
 
 

@@ -10,10 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 from grind_env.validation import GROUPS, Row, is_as_known, known_failures, unfit_uses
+from grind_env.validation.neighbours import Step
 from grind_env.validation.rig import CONDITIONS
 from grind_env.validation.valve_alloys import Prediction
 
 PREDICTION = ("wheel", "response", "alloy predicted", "level only", "power law", "model, rate fitted", "model")
+STEP = ("instead of the usual", "rows of groups 1 to 9 that pass no more (band)")
+STEP_TITLE = "A step away from the usual conditions"
 PREDICTION_NOTE = (
     "Root mean square error of eight runs, %; the centre run gives the level. Power law: exponents on rate and volume "
     "fitted on the other alloy. Model, rate fitted: that exponent on rate, the course over volume by the model. "
@@ -64,8 +67,13 @@ def prediction_cells(each: Prediction) -> tuple[str, ...]:
     return each.wheel, each.response, each.alloy, *(number(error) for error in errors)
 
 
-def print_report(rows: Sequence[Row], predicted: Sequence[Prediction], console: Console) -> None:
-    """Print the rows by group, the predictions of the valve alloys, and what the model must not be used for."""
+def failing(step: Step) -> str:
+    """What fails a step away from the usual conditions, with its numbers."""
+    return "; ".join(f"{row.check.name} {number(row.value)} ({row.check.band})" for row in step.failing) or "-"
+
+
+def print_report(rows: Sequence[Row], predicted: Sequence[Prediction], steps: Sequence[Step], console: Console) -> None:
+    """Print rows by group, predictions of the valve alloys, what fails a step away, and what the model is not for."""
     console.print(CONDITIONS)
     console.print()
     for group, members in groupby(rows, lambda row: row.check.group):
@@ -88,6 +96,11 @@ def print_report(rows: Sequence[Row], predicted: Sequence[Prediction], console: 
         console.print(PREDICTION_NOTE)
         console.print(comparison(predicted))
         console.print()
+    if steps:
+        table = Table(*STEP, box=box.SIMPLE, title=STEP_TITLE, title_justify="left")
+        for step in steps:
+            table.add_row(step.change, failing(step))
+        console.print(table)
     console.print(Text("The model must not be used for", "bold"))
     for use, why in unfit_uses().items():
         console.print(f"- {use}: {why}.")

@@ -7,7 +7,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 from grind_env.control import read_file
@@ -116,7 +115,7 @@ class SetUp:
     lead: float = 0.10
     depth: float = 0.020
     diamond_flat: float = 0.0
-    changes: Mapping[str, Mapping[str, float]] = field(default_factory=lambda: MappingProxyType({}))
+    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 USUAL = "usual"
@@ -194,13 +193,19 @@ class Grinder:
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """Makes grinders from the entries of a catalogue."""
+    """Makes grinders from the entries of a catalogue.
+
+    Attributes:
+        catalogue: whose entries.
+        usual: arguments of `SetUp` that take the place of its defaults.
+    """
 
     catalogue: Catalogue
+    usual: Mapping[str, Any] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
         """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
-        chosen = SetUp(**setup)
+        chosen = SetUp(**{**self.usual, **setup})
         p = self.parameters(chosen)
         wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)

@@ -12,22 +12,35 @@ from rich.console import Console
 from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.validation import validation_page
 from grind_env.process.catalogue import load_catalogue
-from grind_env.validation import CHECKS, GROUPS, Rig, Row, is_as_known, known_failures, unfit_uses, validate
+from grind_env.validation import (
+    CHECKS,
+    GROUPS,
+    Band,
+    Rig,
+    Row,
+    is_as_known,
+    known_failures,
+    row_of,
+    unfit_uses,
+    validate,
+)
 from grind_env.validation import __main__ as module
+from grind_env.validation.neighbours import Step, neighbours
 from grind_env.validation.report import comparison, print_report, totals
 from grind_env.validation.valve_alloys import Prediction, predictions
 
 
 def printed(rows: list[Row]) -> str:
     console = Console(file=io.StringIO(), width=400)
-    print_report(rows, [], console)
+    print_report(rows, [], [], console)
     return console.file.getvalue()
 
 
 @pytest.fixture(scope="module")
 def page() -> str:
     rig = Rig(load_catalogue())
-    return validation_page(validate(rig.catalogue), predictions(rig), "validation.png")
+    steps = [Step("10 mm wide", (Row(CHECKS[0], 5.0),)), Step("40 mm wide", ())]
+    return validation_page(validate(rig.catalogue), predictions(rig), steps, "validation.png")
 
 
 def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
@@ -57,6 +70,7 @@ def test_the_exit_status_says_whether_all_is_as_known():
 
 def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
     monkeypatch.setattr(module, "predictions", lambda rig: [])
+    monkeypatch.setattr(module, "neighbours", lambda catalogue, rows: [])
     monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 0.5)])
     assert module.main() == 0
     monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 5.0)])
@@ -85,6 +99,23 @@ def test_each_alloy_is_predicted_from_the_other():
     # wear of alumina is nearly in proportion to the volume in both alloys, and not to be had from a level
     wear = [each for each in found if each.wheel.startswith("3NQ") and each.response == "wear"]
     assert all(each.power_law < 0.7 * each.level for each in wear)
+
+
+def test_the_page_says_what_fails_a_step_away(page):
+    assert f"| 10 mm wide | {CHECKS[0].name} 5 ({CHECKS[0].band}) |" in page
+    assert "| 40 mm wide | - |" in page
+
+
+def test_a_step_away_takes_the_numbers_anew():
+    catalogue = load_catalogue()
+    check = next(check for check in CHECKS if check.name == "threshold force")
+    value = row_of(check, Rig(catalogue)).value
+    narrow = replace(check, band=Band(value, value))  # no more than the number itself, which few steps leave as it is
+    steps = neighbours(catalogue, [row_of(narrow, Rig(catalogue))])
+    moved = {step.change: step.failing[0].value for step in steps if step.failing}
+    assert "10 mm wide" in moved or "wheel 240 mm" in moved
+    assert all(other != value for other in moved.values())
+    assert neighbours(catalogue, [Row(narrow, 2.0 * value)])[0].failing == ()  # it failed already
 
 
 def test_the_picture_is_drawn(tmp_path):
