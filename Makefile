@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup test bits lint format benchmark speed notebooks docs core clean
+.PHONY: setup test bits lint format benchmark speed validate notebooks docs core clean
 
 setup: $(STAMP)
 
@@ -38,10 +38,14 @@ benchmark: setup
 speed: setup
 	$(BIN)/python -m $(if $(BASE),tests.speed_base $(BASE),tests.speed)
 
+# The process model beside published and measured numbers.
+validate: setup
+	$(BIN)/python -m grind_env.validation
+
 notebooks: setup
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks notebooks/*.ipynb
 
-# One page for each registered environment, written from the code, and their index.
+# One page for each registered environment, written from the code, their index, and the validation of the process.
 docs: setup
 	$(BIN)/python -m grind_env.pages build/docs
 

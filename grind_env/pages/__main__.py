@@ -1,20 +1,39 @@
-"""Write the pages of all registered ids and their index: `python -m grind_env.pages FOLDER`."""
+"""Write the pages of all ids, their index, and the validation of the process: `python -m grind_env.pages FOLDER`."""
 
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
+from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.page import page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
+from grind_env.pages.validation import FILE, PICTURE, validation_page
+from grind_env.process.catalogue import load_catalogue
+from grind_env.validation import Rig, validate
+from grind_env.validation.neighbours import neighbours
+from grind_env.validation.valve_alloys import predictions
 
 
 def write(folder: Path) -> list[Path]:
-    """Write the index and all pages into a folder, which is made if need be; returns the files written."""
-    texts = {"index.md": index(), **{file_name(env_id): page(env_id) for env_id in page_ids()}}
+    """Write all of them into a folder, which is made if need be; returns the files written.
+
+    The picture of the validation needs matplotlib, and is left out without.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    rig = Rig(load_catalogue())
+    rows = validate(rig.catalogue)
+    pictures = [PICTURE] if find_spec("matplotlib") else []
+    for name in pictures:
+        plot_exponents(rows, folder / name)
+    texts = {
+        "index.md": index(),
+        FILE: validation_page(rows, predictions(rig), neighbours(rig.catalogue, rows), *pictures),
+        **{file_name(env_id): page(env_id) for env_id in page_ids()},
+    }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return [folder / name for name in texts]
+    return [folder / name for name in (*texts, *pictures)]
 
 
 def main(arguments: list[str]) -> str | None:
@@ -22,7 +41,7 @@ def main(arguments: list[str]) -> str | None:
     if len(arguments) != 1:
         return "usage: python -m grind_env.pages FOLDER"
     files = write(Path(arguments[0]))
-    print(f"{len(files)} pages in {arguments[0]}")
+    print(f"{len(files)} files in {arguments[0]}")
     return None
 
 

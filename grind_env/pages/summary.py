@@ -87,4 +87,5 @@ def index() -> str:
         for each in summaries()
     ]
     header = ("id", "job", "steps", "actions", "observation", "easy or hard")
-    return f"# Environments\n\n{table(header, rows)}\n"
+    judged = "How the process model under them compares with measured grinding: [validation](validation.md)."
+    return f"# Environments\n\n{table(header, rows)}\n\n{judged}\n"

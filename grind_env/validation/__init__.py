@@ -1,0 +1,80 @@
+"""The process model judged: its trends beside the bands that an expert expects, its numbers beside measured ones.
+
+`python -m grind_env.validation` prints the table. `CHECKS` are the rows, `validate` takes their numbers.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from grind_env.process.catalogue import Catalogue, load_catalogue
+from grind_env.toml import read_toml
+from grind_env.validation import (
+    dressing,
+    fluid,
+    grit,
+    heat,
+    published,
+    rotary,
+    roughness,
+    spark_out,
+    spindle,
+    valve_alloys,
+    wear,
+)
+from grind_env.validation.check import GROUPS, Band, Check, Row, row_of
+from grind_env.validation.rig import Rig
+
+__all__ = [
+    "CHECKS",
+    "GROUPS",
+    "Band",
+    "Check",
+    "Rig",
+    "Row",
+    "is_as_known",
+    "known_failures",
+    "row_of",
+    "unfit_uses",
+    "validate",
+]
+
+CHECKS: tuple[Check, ...] = tuple(
+    check
+    for module in (
+        *(dressing, rotary, grit, fluid, spark_out, roughness, wear, heat, spindle),
+        *(published, valve_alloys),
+    )
+    for check in module.CHECKS
+)
+"""All checks, by group."""
+
+
+def validate(catalogue: Catalogue | None = None, checks: Sequence[Check] = CHECKS) -> list[Row]:
+    """Take the numbers of the checks.
+
+    Args:
+        catalogue: whose entries are ground with; the built-in one if None.
+        checks: which.
+    """
+    rig = Rig(load_catalogue() if catalogue is None else catalogue)
+    return [row_of(check, rig) for check in checks]
+
+
+@cache
+def known_failures() -> Mapping[str, str]:
+    """Why a check is known to fail, by its name."""
+    return MappingProxyType(read_toml(Path(__file__).with_name("known_failures.toml"))["reasons"])
+
+
+@cache
+def unfit_uses() -> Mapping[str, str]:
+    """What the model must not be used for, and why."""
+    listed = read_toml(Path(__file__).with_name("limits.toml"))["limit"]
+    return MappingProxyType({each["use"]: each["why"] for each in listed})
+
+
+def is_as_known(row: Row) -> bool:
+    """Whether a row passes, or fails as it is known to."""
+    return row.passed != (row.check.name in known_failures())

@@ -1,0 +1,115 @@
+"""A check: one number of the process model beside a band or a measured value, and the row that it makes."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from grind_env.errors import GrindError
+from grind_env.validation.rig import Rig
+
+GROUPS = {
+    1: "Dress depth and lead",
+    2: "Rotary dressers",
+    3: "Grit size and structure",
+    4: "Fluid",
+    5: "Spark-out and threshold force",
+    6: "Roughness",
+    7: "G-ratio",
+    8: "Heat and boiling",
+    9: "Spindle",
+    10: "Published and measured data",
+}
+"""What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
+
+TREND = "band"
+"""Source of a trend whose band is the judgement of this project, and no number that was measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """The numbers that are right: from `low` to `high`, both allowed."""
+
+    low: float
+    high: float
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies in the band; a NaN does not."""
+        return self.low <= value <= self.high
+
+    def __str__(self) -> str:
+        """The band: `0.4 to 0.7`, or one-sided `at most 0.15`."""
+        if math.isinf(self.low):
+            return f"at most {self.high:g}"
+        if math.isinf(self.high):
+            return f"at least {self.low:g}"
+        return f"{self.low:g}" if self.low == self.high else f"{self.low:g} to {self.high:g}"
+
+
+def at_least(low: float) -> Band:
+    """A band without an upper end."""
+    return Band(low, math.inf)
+
+
+def at_most(high: float) -> Band:
+    """A band without a lower end."""
+    return Band(-math.inf, high)
+
+
+def around(value: float, half: float) -> Band:
+    """A band of half width `half` about a value."""
+    return Band(round(value - half, 9), round(value + half, 9))
+
+
+FALLS = at_most(0.999)
+"""Of the largest ratio of a value to the one before it, where the values shall fall."""
+RISES = at_least(1.001)
+"""Of the smallest such ratio, where they shall rise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """What is asked of the model.
+
+    Attributes:
+        name: unique, by which known failures name it.
+        group: a key of `GROUPS`.
+        what: the number.
+        at: the conditions under which it is taken.
+        band: within which it is right.
+        measure: what takes it; raises a `GrindError` where the catalogue lacks what it needs.
+        unit: of the number; "" without one.
+        measured: the number that was measured or published, where it is one number.
+        source: where the band or the measured number is from; `TREND` without a source.
+    """
+
+    name: str
+    group: int
+    what: str
+    at: str
+    band: Band
+    measure: Callable[[Rig], float]
+    unit: str = ""
+    measured: float | None = None
+    source: str = TREND
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A check with the number of the model; NaN, and the reason, where there is none."""
+
+    check: Check
+    value: float
+    missing: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the number lies within the band."""
+        return self.check.band.holds(self.value)
+
+
+def row_of(check: Check, rig: Rig) -> Row:
+    """Take the number of a check."""
+    try:
+        return Row(check, float(check.measure(rig)))
+    except GrindError as error:
+        return Row(check, math.nan, str(error))

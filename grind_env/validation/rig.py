@@ -1,0 +1,290 @@
+"""The test rig: a wheel over a part, ground and dressed by the functions of the process as everything else uses them.
+
+This is the only module of the package that calls the process and the machine.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from grind_env.control import read_file
+from grind_env.errors import GrindError
+from grind_env.kernel import entry
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job, Lots, Part, Setup
+from grind_env.machine.record import GrindingRecord
+from grind_env.process import equations as eq
+from grind_env.process import stroke
+from grind_env.process.catalogue import Catalogue
+from grind_env.process.entries import Entry, quantities
+from grind_env.process.parameters import stroke_parameters
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SHARP = 25
+"""Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
+
+EntryT = TypeVar("EntryT", bound=Entry)
+
+
+class RigError(GrindError):
+    """A set-up that this version of the catalogue or of the process cannot make."""
+
+
+class Course(NamedTuple):
+    """A wheel and a part after some strokes."""
+
+    wheel: WheelState
+    S: float
+    """Stock removed, mm."""
+    Rs: float
+    """Roughness of the surface, um."""
+    Z: float
+    """Downfeed position, mm."""
+    worn: float
+    """Wheel volume worn in these strokes, mm3."""
+
+
+@entry
+def grind_strokes(
+    before: Course, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters
+) -> tuple[Course, StrokeResult]:
+    """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
+
+    Returns:
+        Wheel and part after them, and the last stroke.
+    """
+    Z = before.Z + downfeed
+    constants = stroke.stroke_constants(p, vw, Lw)
+    wheel, done = stroke.grind_stroke(before.wheel, before.S, before.Rs, Z, b, constants)
+    S, worn = before.S + done.ae, done.worn
+    for _ in range(count - 1):
+        Z += downfeed
+        wheel, done = stroke.grind_stroke(wheel, S, done.Ra, Z, b, constants)
+        S, worn = S + done.ae, worn + done.worn
+    return Course(wheel, S, done.Ra, Z, worn), done
+
+
+@entry
+def dress(wheel: WheelState, passes: float, lead: float, depth: float, p: StrokeParameters) -> tuple[WheelState, float]:
+    """One dress execution; arguments and values as of `process.stroke.dress_wheel`."""
+    return stroke.dress_wheel(wheel, passes, lead, depth, p)
+
+
+@entry
+def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
+    """A fully dressed wheel; arguments as of `process.stroke.dressed_wheel`."""
+    return stroke.dressed_wheel(ds, wd, lead, depth, p)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetUp:
+    """What is ground with what, and how; names are those of the catalogue.
+
+    Attributes:
+        material: work material.
+        wheel: grinding wheel.
+        dresser: dressing tool.
+        fluid: coolant.
+        wheel_speed: of the wheel at its new diameter, m/s.
+        constant_surface_speed: whether that speed is held as the wheel shrinks.
+        diameter: of the wheel, mm.
+        table_speed: mm/s.
+        downfeed: of each plunge, mm.
+        width: engaged, mm.
+        length: ground, mm.
+        lead: of the dress, mm per revolution.
+        depth: of each dress pass, mm.
+        diamond_flat: wear flat of the diamond, mm.
+        changes: fields of catalogue entries that are changed, by kind of entry.
+    """
+
+    material: str = "aisi_52100"
+    wheel: str = "a60j"
+    dresser: str = "single_point"
+    fluid: str = "emulsion"
+    wheel_speed: float = 30.0
+    constant_surface_speed: bool = False
+    diameter: float = 300.0
+    table_speed: float = 200.0
+    downfeed: float = 0.010
+    width: float = 20.0
+    length: float = 200.0
+    lead: float = 0.10
+    depth: float = 0.020
+    diamond_flat: float = 0.0
+    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+
+USUAL = "usual"
+CONDITIONS = (
+    "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
+    "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; the row "
+    f"names what differs. A wheel is sharp {SHARP} strokes after the dress. A is the share of its face that is flat."
+)
+"""What the conditions of a check leave out."""
+
+
+@dataclass(slots=True)
+class Grinder:
+    """A wheel over a part; its methods grind on from where it is."""
+
+    setup: SetUp
+    p: StrokeParameters
+    wheel: WheelState
+    S: float = 0.0
+    Rs: float = eq.INITIAL_ROUGHNESS
+    Z: float = 0.0
+    worn: float = 0.0
+
+    def grind(self, count: int = 1, downfeed: float | None = None) -> StrokeResult:
+        """Grind strokes with the downfeed of the set-up, or another; returns the last one."""
+        course = Course(self.wheel, self.S, self.Rs, self.Z, 0.0)
+        setup = self.setup
+        feed = setup.downfeed if downfeed is None else downfeed
+        course, done = grind_strokes(course, feed, count, setup.table_speed, setup.width, setup.length, self.p)
+        self.wheel, self.S, self.Rs, self.Z = course.wheel, course.S, course.Rs, course.Z
+        self.worn += course.worn
+        return done
+
+    def grind_volume(self, volume: float) -> StrokeResult:
+        """Grind as many strokes as take `volume` mm3/mm off a part, feeds of a new wheel taken; the last of them."""
+        return self.grind(max(1, round(volume / (self.setup.downfeed * self.setup.length))))
+
+    def trial(self, interference: float) -> StrokeResult:
+        """The stroke that this wheel would make with so much interference, mm; nothing is changed."""
+        course, setup = Course(self.wheel, 0.0, self.Rs, 0.0, 0.0), self.setup
+        at = interference + self.wheel.W
+        return grind_strokes(course, at, 1, setup.table_speed, setup.width, setup.length, self.p)[1]
+
+    def cut(self, depth: float) -> StrokeResult:
+        """The stroke that removes just `depth` mm; the interference that it needs is found by bisection."""
+        low, high = 0.0, 100.0 * depth + 1.0
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.trial(middle).ae < depth else (low, middle)
+        return self.trial(high)
+
+    def threshold(self) -> StrokeResult:
+        """The stroke with the greatest interference that removes nothing, less than 1 nm."""
+        return self.cut(1e-6)
+
+    def new_part(self) -> None:
+        """Touch off on the next part."""
+        self.S, self.Rs, self.Z, self.worn = 0.0, eq.INITIAL_ROUGHNESS, 0.0, 0.0
+        self.wheel = self.wheel._replace(W=0.0)
+
+    def dress(self, passes: float = 2.0) -> float:
+        """Dress with the lead and depth of the set-up; returns the wheel volume taken off, mm3."""
+        self.wheel, removed = dress(self.wheel, passes, self.setup.lead, self.setup.depth, self.p)
+        return removed
+
+    def g_ratio(self) -> float:
+        """Work volume over wheel volume since the part was put on."""
+        return self.S * self.setup.length * self.setup.width / self.worn
+
+    def grain_density(self) -> float:
+        """Active grains per area, 1/mm2, from force, force per grain and contact length of a stroke."""
+        done = self.grind()
+        return done.Fn / (done.fg * done.lc)
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """Makes grinders from the entries of a catalogue.
+
+    Attributes:
+        catalogue: whose entries.
+        usual: arguments of `SetUp` that take the place of its defaults.
+    """
+
+    catalogue: Catalogue
+    usual: Mapping[str, Any] = field(default_factory=dict)
+
+    def fresh(self, **setup: Any) -> Grinder:
+        """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
+        chosen = SetUp(**{**self.usual, **setup})
+        p = self.parameters(chosen)
+        wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
+        return Grinder(chosen, p, wheel)
+
+    def sharp(self, **setup: Any) -> Grinder:
+        """The same `SHARP` strokes of the set-up later."""
+        grinder = self.fresh(**setup)
+        grinder.grind(SHARP)
+        grinder.new_part()
+        return grinder
+
+    def dulled(self, flats: float, **setup: Any) -> Grinder:
+        """A sharp wheel whose wear-flat area is set to `flats`, share of its face."""
+        grinder = self.sharp(**setup)
+        grinder.wheel = grinder.wheel._replace(A=flats)
+        return grinder
+
+    def set_up_anew(self, grinder: Grinder, **setup: Any) -> Grinder:
+        """The same wheel over a new part, in a set-up changed by some arguments of `SetUp`."""
+        chosen = replace(grinder.setup, **setup)
+        return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
+
+    def parameters(self, setup: SetUp) -> StrokeParameters:
+        """Stroke parameters of a set-up."""
+        catalogue, changes = self.catalogue, setup.changes
+        return stroke_parameters(
+            changed(catalogue.material(setup.material), changes.get("material", {})),
+            changed(catalogue.wheel(setup.wheel), changes.get("wheel", {})),
+            changed(catalogue.dresser(setup.dresser), changes.get("dresser", {})),
+            changed(catalogue.fluid(setup.fluid), changes.get("fluid", {})),
+            changed(catalogue.machine("default"), changes.get("machine", {})),
+            wheel_speed=setup.wheel_speed,
+            constant_surface_speed=setup.constant_surface_speed,
+        )
+
+
+def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
+    """An entry with some fields changed.
+
+    Raises:
+        RigError: the entry has no such field.
+        CatalogueError: a value is out of its range.
+    """
+    for name in values:
+        if name not in quantities(type(known)):
+            raise RigError(f"{known} has no {name}")
+    return replace(known, **values)
+
+
+def stalled(done: StrokeResult) -> float:
+    """1 where the spindle stalls, else 0."""
+    return float(done.torque >= 1.0)
+
+
+def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
+    """The example `plate_g82` by `machine.grind`, on the default machine with another power limit, W."""
+    machine = changed(rig.catalogue.machine("default"), {"power_limit": power_limit})
+    part = Part(material=rig.catalogue.material("aisi_52100"), length=200, width=20, stock=0.2, scrap_cost=40)
+    setup = Setup(
+        wheel=rig.catalogue.wheel("a60j"),
+        dresser=rig.catalogue.dresser("single_point"),
+        fluid=rig.catalogue.fluid("emulsion"),
+        machine=machine,
+    )
+    return grind(read_file(EXAMPLES / "plate_g82.nc"), Job(part=part, setup=setup))
+
+
+def roughness_scatter() -> float:
+    """Coefficient of variation of Ra from part to part that a batch of a job has unless it says otherwise.
+
+    Raises:
+        RigError: jobs of this version know no such scatter.
+    """
+    sigma = getattr(Lots(), "roughness", None)
+    if sigma is None:
+        raise RigError("the lots of a job have no scatter of roughness")
+    return math.sqrt(math.expm1(sigma * sigma))
+
+
+def dress_width(depth: float, tip_radius: float) -> float:
+    """Active width of an unworn diamond, mm."""
+    return eq.dress_width(depth, tip_radius, 0.0)

@@ -1,0 +1,215 @@
+"""Group 10: wear and roughness of alumina and cBN in two valve alloys, and each alloy predicted from the other.
+
+Neither units nor conditions of `valve_alloys.csv` are stated, so that only exponents and ratios are compared. Rates are
+read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are ground by plunging at one work speed,
+so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.validation import data
+from grind_env.validation.check import Check, around
+from grind_env.validation.rig import Rig
+from grind_env.validation.slopes import exponents
+
+Array = NDArray[np.float64]
+
+WIDTH = 20.0
+"""mm; the width that volumes are taken to be ground on."""
+TABLE_SPEED = 200.0
+"""mm/s; the rates are made by the downfeed."""
+AMPLE = {"machine": {"power_limit": 200_000.0}}
+"""A spindle that no run slows."""
+ALLOYS = ("INC751", "21-43")
+RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
+FACTORS = ("removal rate", "volume removed")
+LEAST = 0.1
+"""Half width of the band of an exponent where twice its standard error is less."""
+SOURCE = "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1"
+POOLED, POOLED_ERROR = 0.29, 0.03
+"""Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
+
+
+class Wheel(NamedTuple):
+    """A wheel of the data and the one of the catalogue beside it."""
+
+    measured: str
+    speed: float
+    """m/s."""
+    entry: str
+
+
+WHEELS = (Wheel("3NQ", 45.0, "sg60j"), Wheel("3NQ", 80.0, "sg60j"), Wheel("cBN", 80.0, "b126"))
+
+
+class Runs(NamedTuple):
+    """The runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
+
+    rate: Array
+    """mm3/s per mm."""
+    volume: Array
+    """mm3."""
+    wheel_wear_um: Array
+    Ra_um: Array
+
+
+def measured(wheel: Wheel, alloy: str) -> Runs:
+    """The nine runs of a wheel in an alloy."""
+    chosen = [
+        row
+        for row in data.rows("valve_alloys")
+        if row["wheel"] == wheel.measured and float(row["vs_m_s"]) == wheel.speed and row["mat"] == alloy
+    ]
+    names = ("removal_rate_per_s", "volume_removed", "wheel_wear_um", "Ra_um")
+    return Runs(*(np.array([float(row[name]) for row in chosen]) for name in names))
+
+
+def simulated(rig: Rig, wheel: Wheel) -> Runs:
+    """The same nine runs by the model, in INC751, each from a dress on."""
+    plan = measured(wheel, "INC751")
+    wear, roughness = [], []
+    for rate, volume in zip(plan.rate.tolist(), plan.volume.tolist(), strict=True):
+        grinder = rig.fresh(
+            material="inc751",
+            wheel=wheel.entry,
+            wheel_speed=wheel.speed,
+            table_speed=TABLE_SPEED,
+            downfeed=rate / TABLE_SPEED,
+            width=WIDTH,
+            changes=AMPLE,
+        )
+        roughness.append(grinder.grind_volume(volume / WIDTH).Rg)
+        wear.append(1000.0 * grinder.wheel.W)
+    return Runs(plan.rate, plan.volume, np.array(wear), np.array(roughness))
+
+
+def fitted(runs: Runs, response: str) -> Array:
+    """Exponents of a response on rate and volume."""
+    return exponents([runs.rate, runs.volume], getattr(runs, response))
+
+
+def target(wheel: Wheel, response: str, factor: str) -> tuple[float, float]:
+    """A measured exponent in INC751 and its standard error."""
+    subset = f"{wheel.measured} vs={wheel.speed:g} INC751"
+    return next(
+        (float(row["value"]), float(row["std_err"]))
+        for row in data.rows("derived_targets")
+        if (row["subset"], row["response"], row["quantity"]) == (subset, response, f"exponent on {factor}")
+    )
+
+
+def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
+    """An exponent of the model beside the measured one."""
+    value, error = target(wheel, response, factor)
+    place = FACTORS.index(factor)
+    return Check(
+        name=f"valve {wheel.measured} {wheel.speed:g} {RESPONSES[response]} on {factor}",
+        group=10,
+        what=f"exponent of {RESPONSES[response]} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
+        at=f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
+        measured=value,
+        band=around(value, max(2.0 * error, LEAST)),
+        measure=lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
+        source=SOURCE,
+    )
+
+
+CHECKS = (
+    *(exponent_check(*each) for each in product(WHEELS, RESPONSES, FACTORS)),
+    Check(
+        name="roughness on removal rate",
+        group=10,
+        what="exponent of Ra on removal rate, all wheels and alloys",
+        at="52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
+        measured=POOLED,
+        band=around(POOLED, 2.0 * POOLED_ERROR),
+        measure=lambda rig: pooled(rig),
+        source="valve_alloys.csv with its third alloy, pooled: within two standard errors",
+    ),
+)
+
+
+def pooled(rig: Rig) -> float:
+    """Exponent of Ra on the rate in the usual set-up."""
+    wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0], "INC751").rate)
+    Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
+    return float(exponents([rates], Ra)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """How well one alloy is predicted: root mean square error, %, of eight runs; the centre run gives the level.
+
+    Attributes:
+        wheel: as in the data, with its speed.
+        response: wear or Ra.
+        alloy: that is predicted.
+        level: error if all runs were like the centre run.
+        power_law: with both exponents fitted on the other alloy.
+        model_fitted: with the exponent on rate fitted on the other alloy, the course over volume by the model.
+        model: by the model with its own constants of INC751; NaN for the other alloy, which is not in the catalogue.
+    """
+
+    wheel: str
+    response: str
+    alloy: str
+    level: float
+    power_law: float
+    model_fitted: float
+    model: float
+
+
+def predictions(rig: Rig) -> list[Prediction]:
+    """Each alloy predicted from the other, for every wheel and response.
+
+    Raises:
+        CatalogueError: the catalogue has no INC751.
+    """
+    return [
+        predicted(wheel, response, alloy, simulated(rig, wheel))
+        for wheel, response, alloy in product(WHEELS, RESPONSES, ALLOYS)
+    ]
+
+
+def predicted(wheel: Wheel, response: str, alloy: str, model: Runs) -> Prediction:
+    """One alloy predicted from the other."""
+    other = next(name for name in ALLOYS if name != alloy)
+    source, runs = measured(wheel, other), measured(wheel, alloy)
+    truth, course = getattr(runs, response), getattr(model, response)
+    on_rate, on_volume = fitted(source, response)
+    at_centre_rate = np.array([course[_run(model, _centre(model.rate), volume)] for volume in model.volume])
+    centre = _run(runs, _centre(runs.rate), _centre(runs.volume))
+    error = _error(truth, centre)
+    return Prediction(
+        wheel=f"{wheel.measured} {wheel.speed:g} m/s",
+        response=RESPONSES[response],
+        alloy=alloy,
+        level=error(np.ones(len(truth))),
+        power_law=error(runs.rate**on_rate * runs.volume**on_volume),
+        model_fitted=error(runs.rate**on_rate * at_centre_rate),
+        model=error(course) if alloy == "INC751" else float("nan"),
+    )
+
+
+def _centre(values: Array) -> float:
+    return float(np.unique(values)[1])
+
+
+def _run(runs: Runs, rate: float, volume: float) -> int:
+    return int(np.flatnonzero((runs.rate == rate) & (runs.volume == volume))[0])
+
+
+def _error(truth: Array, centre: int) -> Callable[[Array], float]:
+    """The error, %, of a course that is scaled to go through the centre run."""
+
+    def error(course: Array) -> float:
+        deviation = np.delete(np.log(course / course[centre] * truth[centre] / truth), centre)
+        return float(100.0 * np.expm1(np.sqrt(np.mean(deviation**2))))
+
+    return error
