@@ -158,7 +158,7 @@ def grind_stroke(
         heq=heq,
         Ft=Ft,
         Fn=Fn,
-        power=b * P_width,
+        power=min(b * P_width, k.power),
         u_s=eq.specific_energy(P_width, Q),
         lc=lc,
         fg=fg,
