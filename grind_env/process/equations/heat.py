@@ -12,8 +12,8 @@ BOILING_SPAN = 20.0
 """K; from the first vapour to a film that has boiled off [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
 MOST_TO_CHIPS = 0.45
 """Share of the power that chips carry off at most."""
-NO_SINK = 1e-300
-"""Keeps the quotient a number where there is neither heat nor contact."""
+NO_SINK = 1e-150
+"""Keeps the quotient a number where there is neither heat nor contact; its square is one, too."""
 
 
 @inlined
