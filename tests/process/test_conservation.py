@@ -10,6 +10,8 @@ from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.process.harness import cut, grinder, parameters
 
 STROKES = 10_000
+POWER = 3000.0
+"""W; a spindle weak enough to be overloaded often."""
 
 
 class Event(NamedTuple):
@@ -62,7 +64,7 @@ def random_history(p: StrokeParameters, seed: int) -> list[Event]:
 )
 def history(request: pytest.FixtureRequest) -> list[Event]:
     material, wheel, seed = request.param
-    return random_history(parameters(material, wheel), seed)
+    return random_history(parameters(material, wheel, power=POWER), seed)
 
 
 def strokes(history: list[Event]) -> list[tuple[Event, StrokeResult]]:
@@ -88,10 +90,10 @@ def test_histories_cut_rub_lift_dress_and_overload(history: list[Event]) -> None
 
 
 def test_position_is_wear_stock_and_deflection(history: list[Event]) -> None:
-    """Exactly at the speed that is set; where the spindle slows, the chips are thicker and press harder.
+    """Exactly at the speed that is set.
 
-    Depth and balance are those at the speed that is set, the force of the stroke is that of the slower wheel, and its
-    further deflection is left to the next stroke.
+    Where the spindle slows, depth and balance are still those at the speed that is set, but the force is that of the
+    slower wheel, whose thicker chips press harder; its further deflection is left to the next stroke.
     """
     ke = parameters().ke
     for event, stroke in strokes(history):
@@ -161,13 +163,11 @@ def test_g_ratio_is_stock_over_worn_wheel(history: list[Event]) -> None:
 
 
 def test_power_is_force_times_speed_and_energy_times_removal_rate(history: list[Event]) -> None:
-    p = parameters()
     for event, stroke in strokes(history):
+        assert stroke.power <= POWER
         if stroke.torque >= 1.0:  # the spindle has stalled
-            assert stroke.power == p.power
             continue
         assert stroke.power == pytest.approx(event.width * stroke.Ft * stroke.vs, rel=1e-12)
-        assert stroke.power <= p.power
         assert stroke.vs <= set_speed(event) * (1.0 + 1e-12)
         assert stroke.ae * event.speed == pytest.approx(stroke.Q, rel=1e-12)
         assert stroke.heq * stroke.vs == pytest.approx(stroke.Q, rel=1e-12)
@@ -202,4 +202,5 @@ def test_a_rubbing_wheel_dulls_as_hard_as_it_presses() -> None:
         assert stroke.ae == 0.0
         return machine.wheel.A - before
 
-    assert dulling(0.25) == pytest.approx(0.5 * dulling(0.5), rel=1e-6)
+    # but for the little that the hotter one dulls faster
+    assert dulling(0.25) == pytest.approx(0.5 * dulling(0.5), rel=0.02)
