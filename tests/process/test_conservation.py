@@ -176,7 +176,7 @@ def test_power_is_force_times_speed_and_energy_times_removal_rate(history: list[
 
 
 def test_a_stroke_that_does_not_touch_changes_nothing(history: list[Event]) -> None:
-    idle = [(event, stroke) for event, stroke in strokes(history) if event.Z <= event.before.W + event.S_before]
+    idle = [(event, stroke) for event, stroke in strokes(history) if event.before.W + event.S_before >= event.Z]
     for event, stroke in idle:
         assert event.after == event.before
         assert stroke.power == stroke.T == stroke.torque == stroke.Br == 0.0

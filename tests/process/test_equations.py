@@ -42,7 +42,7 @@ def test_a_wheel_only_rubs_below_the_interference_that_the_threshold_takes_up() 
     # a contact of sqrt(300*3e-4) = 0.3 mm at 5 N/mm2: 1.5 N/mm, which over 20 mm deflect 20 N/um by 1.5 um
     sd, sa, give = math.sqrt(300.0), math.sqrt(3e-4), 20.0 / 2e4
     F0 = eq.threshold_force(5.0, sd, sa)
-    assert F0 == pytest.approx(1.5, rel=1e-12)
+    assert pytest.approx(1.5, rel=1e-12) == F0
     at, half, above, away = (
         (eq.cut_root(u, give, F0, 5.0, sd, sa, 92.0, 2.1), eq.pressed_share(u, give, F0))
         for u in (give * F0, 0.00075, 0.0016, -0.001)

@@ -142,7 +142,7 @@ def test_dress_life(row: dict[str, str]) -> None:
         stroke = machine.stroke(downfeed)
         if stroke.Br > 1.0:
             lives.setdefault("burn", machine.wheel.V)
-        if stroke.T > tempering:
+        if tempering < stroke.T:
             lives.setdefault("softening", machine.wheel.V)
     assert lives.keys() == {name for name in ("burn", "softening") if row[name] != "--"}
     assert mismatches(row, lives) == {}
@@ -174,7 +174,7 @@ def test_waviness(row: dict[str, str]) -> None:
     machine = grinder(parameters(), width=float(row["width"]))
     amplitudes: dict[str, float] = {}
     for volume in (500.0, 1000.0, 2000.0):
-        while machine.wheel.V < volume:
+        while volume > machine.wheel.V:
             machine.stroke(0.010)
         amplitudes[f"V{volume:.0f}"] = machine.wheel.alw
     # exponential growth makes the last digit a matter of one stroke
@@ -204,7 +204,7 @@ def test_a_worn_diamond_dresses_finer_and_duller() -> None:
     for machine in (new, worn):
         machine.dress(passes=20.0)
     assert worn.wheel.Rd / new.wheel.Rd == pytest.approx(0.81, rel=0.01)
-    assert worn.wheel.A / new.wheel.A == pytest.approx(1.33, rel=0.005)
+    assert pytest.approx(1.33, rel=0.005) == worn.wheel.A / new.wheel.A
 
 
 @pytest.mark.parametrize(("A", "force"), [(0.0, 0.73), (0.04, 1.97)], ids=["sharp", "dull"])
