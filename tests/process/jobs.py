@@ -1,4 +1,6 @@
-"""Cost per good part of two kinds of job with the prices of model.md, sections 8 and 11."""
+"""Cost per good part of two kinds of job with the prices of model.md, section 8."""
+
+import math
 
 from grind_env.control.rules import motion_time
 from grind_env.process.cost import Limits, Rates, running_cost, survival
@@ -17,10 +19,7 @@ def dress_seconds(p: StrokeParameters, passes: float) -> float:
 
 
 def small_parts(p: StrokeParameters, table_speed: float, interval: int, passes: float = 2.0, parts: int = 240) -> float:
-    """Parts of 0.1 mm stock, 10 strokes and 2 spark-out; a dress before every `interval`-th part.
-
-    model.md does not state the limits on roughness and size; 0.40 um and 8 um give all sixteen of its costs.
-    """
+    """Parts of 0.1 mm stock, 10 strokes and 2 spark-out; a dress before every `interval`-th part."""
     limits = Limits(rise=450.0, power=7500.0, roughness=0.40, size=8.0)
     machine = grinder(p, table_speed)
     cost = good = 0.0
@@ -32,7 +31,7 @@ def small_parts(p: StrokeParameters, table_speed: float, interval: int, passes: 
         seconds = 45.0 + 12.0 * stroke_seconds(machine) + (dress_seconds(p, passes) if dressing else 0.0)
         survived = survival(
             max(stroke.T for stroke in strokes),
-            max(stroke.power for stroke in strokes),
+            max(stroke.torque for stroke in strokes),
             machine.Rs,
             1000.0 * (machine.Z - machine.S),
             limits,
@@ -40,7 +39,7 @@ def small_parts(p: StrokeParameters, table_speed: float, interval: int, passes: 
         volume += sum(stroke.worn for stroke in strokes)
         cost += running_cost(seconds, volume, float(dressing), RATES) + 25.0 * (1.0 - survived)
         good += survived
-    return cost / good
+    return cost / good if good > 0.0 else math.inf
 
 
 def deep_cycles(
@@ -61,7 +60,7 @@ def deep_cycles(
         for number in range(1, plunges + 5):
             stroke = machine.stroke(0.010 if number <= plunges else 0.0)
             volume += stroke.worn
-            strongest = max(strongest, stroke.power)
+            strongest = max(strongest, stroke.torque)
             if plunges - 5 <= number <= plunges:
                 hottest = max(hottest, stroke.T)
             while dresses < executions and number * (executions + 1) >= plunges * (dresses + 1):
@@ -72,4 +71,4 @@ def deep_cycles(
         if cycle >= 5:
             cost += running_cost(seconds, volume, float(dresses), RATES) + 40.0 * (1.0 - survived)
             good += survived
-    return cost / good
+    return cost / good if good > 0.0 else math.inf

@@ -2,90 +2,102 @@
 
 import math
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dress_wheel, grind_stroke
-from tests.process.harness import grinder, parameters
+from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
+from tests.process.harness import CATALOGUE, grinder, parameters
 
 SETUPS = [
-    parameters(material, wheel)._replace(ke=ke)
-    for material in ("aisi_52100", "aisi_1020", "inconel_718")
-    for wheel in ("a60j", "b126")
-    for ke in (1e4, 2e4, 5e4)
+    parameters(material, wheel, fluid=fluid, dresser=dresser)._replace(ke=ke)
+    for material in CATALOGUE.materials
+    for wheel in CATALOGUE.wheels
+    for fluid in CATALOGUE.fluids
+    for dresser, ke in (("single_point", 1e4), ("blade", 2e4), ("rotary", 2e5))
 ]
 
 
 @st.composite
 def wheels(draw: st.DrawFn) -> WheelState:
-    """Any wheel, up to its limits and down to just above the scrap diameter."""
+    """Any wheel, up to its limits and down to the least diameter."""
     return WheelState(
-        ds=draw(st.sampled_from([200.0 + 1e-9, 300.0]) | st.floats(201.0, 400.0)),
-        A=draw(st.sampled_from([1e-9, 0.15 - 1e-9]) | st.floats(1e-6, 0.149)),
+        ds=draw(st.sampled_from([20.0, 200.0, 300.0]) | st.floats(20.0, 400.0)),
+        A=draw(st.sampled_from([0.0, 1e-9, 0.15]) | st.floats(1e-6, 0.15)),
         lam=draw(st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0)),
         V=draw(st.just(0.0) | st.floats(0.0, 1e5)),
-        Rd=draw(st.floats(0.1, 2.0)),
-        Cd=draw(st.floats(1.0, 12.0)),
+        Rd=draw(st.floats(0.02, 5.0)),
+        Cd=draw(st.floats(0.3, 60.0)),
         alw=draw(st.sampled_from([0.03, 3.0]) | st.floats(0.03, 3.0)),
         W=draw(st.floats(0.0, 0.05)),
-        wd=draw(st.floats(0.0, 0.5)),
+        wd=draw(st.floats(0.0, 2.0)),
     )
+
+
+ROUNDING = 1.0 + 1e-15
+"""Of a dress that takes little or nothing off: it mixes what was there with what it would leave."""
 
 
 def assert_within_bounds(wheel: WheelState, p: StrokeParameters) -> None:
     assert all(math.isfinite(value) and value >= 0.0 for value in wheel)
-    assert 0.0 < wheel.A < p.Amax
+    assert wheel.ds >= 20.0
+    assert p.Amax * ROUNDING >= wheel.A
     assert wheel.lam <= 1.0
-    assert p.alw0 <= wheel.alw <= 3.0
+    assert p.alw0 <= wheel.alw <= 3.0 * ROUNDING
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=1000)
 @given(
     p=st.sampled_from(SETUPS),
     wheel=wheels(),
-    clearance=st.floats(-0.02, 0.08),
-    tiny=st.sampled_from([1.0, 0.0, 1e-9]),
+    u=st.sampled_from([0.0, 1e-9, 1e-300]) | st.floats(-0.02, 0.01) | st.floats(0.0, 0.3),
     speed=st.floats(50.0, 670.0),
-    width=st.floats(1.0, 60.0),
+    width=st.floats(1.0, 300.0),
     length=st.floats(5.0, 400.0),
-    roughness=st.floats(0.05, 3.0),
+    roughness=st.sampled_from([0.0]) | st.floats(0.05, 3.0),
 )
 def test_a_stroke_from_any_state_stays_finite_and_within_bounds(
-    p: StrokeParameters,
-    wheel: WheelState,
-    clearance: float,
-    tiny: float,
-    speed: float,
-    width: float,
-    length: float,
-    roughness: float,
+    p: StrokeParameters, wheel: WheelState, u: float, speed: float, width: float, length: float, roughness: float
 ) -> None:
-    Z = wheel.W + 1.0 + tiny * clearance
-    after, stroke = grind_stroke(wheel, 1.0, roughness, Z, speed, width, length, p)
+    constants = stroke_constants(p, speed, length)
+    after, stroke = grind_stroke(wheel._replace(W=0.0), 0.0, roughness, u, width, constants)
     assert_within_bounds(after, p)
     assert all(math.isfinite(value) and value >= 0.0 for value in stroke)
-    assert stroke.ae <= max(tiny * clearance, 0.0) + 1e-15
-    assert stroke.eps <= 1.0
+    assert stroke.ae <= max(u, 0.0)
+    assert stroke.power <= p.power
+    assert stroke.eps <= 1.0 + 1e-12
+    assert stroke.vs <= 1e-3 * math.pi * wheel.ds * p.n * (1.0 + 1e-12)
+    assert min(roughness, stroke.Rg) - 1e-12 <= stroke.Ra <= max(roughness, stroke.Rg) + 1e-12
+    assert min(wheel.A, p.Af) <= after.A
 
 
 @settings(deadline=None, max_examples=200)
 @given(
     p=st.sampled_from(SETUPS),
     wheel=wheels(),
-    passes=st.integers(1, 6),
-    lead=st.floats(0.02, 0.30),
-    depth=st.floats(0.005, 0.040),
+    passes=st.integers(0, 20),
+    lead=st.floats(0.001, 2.0),
+    depth=st.sampled_from([0.0, 1e-9]) | st.floats(0.0, 0.5),
 )
 def test_a_dress_from_any_state_stays_within_bounds(
     p: StrokeParameters, wheel: WheelState, passes: int, lead: float, depth: float
 ) -> None:
     after, removed = dress_wheel(wheel, float(passes), lead, depth, p)
     assert_within_bounds(after, p)
-    assert removed > 0.0
+    assert removed == pytest.approx(passes * depth * math.pi * wheel.ds * 25.0, rel=1e-12)
     assert after.lam <= wheel.lam
     assert after.V <= wheel.V
-    assert after.alw <= wheel.alw
+    assert after.alw <= wheel.alw * ROUNDING
+
+
+def test_a_dress_of_no_pass_leaves_the_wheel_as_it_was() -> None:
+    p = parameters()
+    wheel = grinder(p, A=0.05, lam=0.3, V=300.0, alw=0.5).wheel
+    for passes, depth in ((0.0, 0.020), (2.0, 0.0)):
+        after, removed = dress_wheel(wheel, passes, 0.1, depth, p)
+        assert after == pytest.approx(wheel, rel=1e-12)
+        assert removed == 0.0
 
 
 @settings(deadline=None, max_examples=50)

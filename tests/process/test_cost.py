@@ -17,9 +17,8 @@ from grind_env.process.cost import (
     running_cost,
     survival,
 )
-from grind_env.process.equations import dress_width, dressed_flat_area, overlap_ratio
 from grind_env.process.state import WheelState
-from grind_env.process.stroke import dress_wheel
+from grind_env.process.stroke import dress_wheel, dressed_wheel
 from tests.process.harness import grinder, parameters
 
 RATES = Rates(hourly=80.0, wheel=1e-4, dress=0.10)
@@ -42,61 +41,63 @@ def test_dress_cost() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rise", "power", "roughness", "size_error", "probability"),
+    ("rise", "torque", "roughness", "size_error", "probability"),
     [
-        (100.0, 2000.0, 0.20, 3.0, 0.999447),  # 6 um inside: 1 - 1/(1 + e^7.5)
-        (450.0, 2000.0, 0.20, 0.0, 0.5),  # each value at its limit: a half
-        (100.0, 7500.0, 0.20, 0.0, 0.5),
-        (100.0, 2000.0, 0.50, 0.0, 0.5),
-        (100.0, 2000.0, 0.20, 9.0, 0.499993),
-        (450.0, 7500.0, 0.50, 9.0, 0.0625),  # and all at once
-        (462.0, 2000.0, 0.20, 0.0, 0.268941),  # one width beyond: 1/(1 + e)
-        (100.0, 7650.0, 0.20, 0.0, 0.268941),
-        (100.0, 2000.0, 0.52, 0.0, 0.268941),
-        (100.0, 2000.0, 0.20, 9.8, 0.268941),
-        (100.0, 2000.0, 0.20, -9.8, 0.268941),  # a part may be too small as well
-        (438.0, 2000.0, 0.20, 0.0, 0.731059),  # one width inside
+        (100.0, 0.3, 0.20, 3.0, 0.999447),  # 6 um inside: 1 - 1/(1 + e^7.5)
+        (450.0, 0.3, 0.20, 0.0, 0.5),  # each value at its limit: a half
+        (100.0, 1.0 - 1e-12, 0.20, 0.0, 0.5),
+        (100.0, 0.3, 0.50, 0.0, 0.5),
+        (100.0, 0.3, 0.20, 9.0, 0.499993),
+        (450.0, 1.0 - 1e-12, 0.50, 9.0, 0.0625),  # and all at once
+        (462.0, 0.3, 0.20, 0.0, 0.268941),  # one width beyond: 1/(1 + e)
+        (100.0, 0.3, 0.52, 0.0, 0.268941),
+        (100.0, 0.3, 0.20, 9.8, 0.268941),
+        (100.0, 0.3, 0.20, -9.8, 0.268941),  # a part may be too small as well
+        (438.0, 0.3, 0.20, 0.0, 0.731059),  # one width inside
+        (100.0, 0.98, 0.20, 0.0, 0.731059),
+        (100.0, 1.0, 0.20, 0.0, 0.0),  # a spindle that has stalled leaves no good part
+        (100.0, 1.5, 0.20, 0.0, 0.0),
     ],
 )
-def test_survival(rise: float, power: float, roughness: float, size_error: float, probability: float) -> None:
-    found = survival(rise, power, roughness, size_error, LIMITS)
+def test_survival(rise: float, torque: float, roughness: float, size_error: float, probability: float) -> None:
+    found = survival(rise, torque, roughness, size_error, LIMITS)
     assert found == pytest.approx(probability, rel=2e-5)
 
 
 def test_a_limit_of_zero_is_none() -> None:
     free = Limits(rise=450.0, power=7500.0, roughness=NO_LIMIT, size=NO_LIMIT)
-    assert survival(100.0, 2000.0, 50.0, 5000.0, free) == pytest.approx(1.0, abs=1e-9)
-    assert survival(450.0, 2000.0, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
-    assert survival(100.0, 7500.0, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
+    assert survival(100.0, 0.3, 50.0, 5000.0, free) == pytest.approx(1.0, abs=1e-9)
+    assert survival(450.0, 0.3, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
+    assert survival(100.0, 1.0, 50.0, 5000.0, free) == 0.0
     # the one limit that is set still counts
-    assert survival(100.0, 2000.0, 0.5, 5000.0, free._replace(roughness=0.5)) == pytest.approx(0.5, abs=1e-9)
-    assert survival(100.0, 2000.0, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
+    assert survival(100.0, 0.3, 0.5, 5000.0, free._replace(roughness=0.5)) == pytest.approx(0.5, abs=1e-9)
+    assert survival(100.0, 0.3, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
 
 
 def test_the_limits_passed() -> None:
-    assert passed_limits(450.0, 7500.0, 0.50, -9.0, LIMITS) == ()  # each value at its limit
-    assert passed_limits(451.0, 7501.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
+    assert passed_limits(450.0, 0.99, 0.50, -9.0, LIMITS) == ()  # each value at its limit, the torque below
+    assert passed_limits(451.0, 1.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
     free = LIMITS._replace(roughness=NO_LIMIT, size=NO_LIMIT)
-    assert passed_limits(451.0, 7500.0, 50.0, 5000.0, free) == ("rise",)
+    assert passed_limits(451.0, 0.99, 50.0, 5000.0, free) == ("rise",)
 
 
 @settings(deadline=None)
 @given(
     st.floats(0.0, 2000.0),
-    st.floats(0.0, 1e5),
+    st.floats(0.0, 3.0),
     st.floats(0.0, 10.0),
     st.floats(-1e4, 1e4),
     st.floats(0.0, 5.0),
 )
 def test_survival_is_a_probability_that_falls(
-    rise: float, power: float, roughness: float, size_error: float, worse: float
+    rise: float, torque: float, roughness: float, size_error: float, worse: float
 ) -> None:
-    here = survival(rise, power, roughness, size_error, LIMITS)
+    here = survival(rise, torque, roughness, size_error, LIMITS)
     assert 0.0 <= here <= 1.0
-    assert survival(rise + 100.0 * worse, power, roughness, size_error, LIMITS) <= here
-    assert survival(rise, power + 1000.0 * worse, roughness, size_error, LIMITS) <= here
-    assert survival(rise, power, roughness + worse, size_error, LIMITS) <= here
-    assert survival(rise, power, roughness, math.copysign(abs(size_error) + worse, size_error), LIMITS) <= here
+    assert survival(rise + 100.0 * worse, torque, roughness, size_error, LIMITS) <= here
+    assert survival(rise, torque + worse, roughness, size_error, LIMITS) <= here
+    assert survival(rise, torque, roughness + worse, size_error, LIMITS) <= here
+    assert survival(rise, torque, roughness, math.copysign(abs(size_error) + worse, size_error), LIMITS) <= here
 
 
 def handover(wheel: WheelState) -> float:
@@ -114,10 +115,10 @@ def test_handing_over_a_dressed_wheel_costs_nothing() -> None:
 
 def test_handing_over_a_dull_or_a_loaded_wheel() -> None:
     wheel = grinder(parameters()).wheel
-    # Ad = 0.003 + 0.0022*2.8 = 0.00916; ln(0.02084/0.000916) = 3.12460; one dress does 4/(1 + 0.6) = 2.5
-    assert handover(wheel._replace(A=0.03)) == pytest.approx(3.12460 / 2.5 * ONE_DRESS, rel=1e-5)
-    # ln(0.5/0.05) = 2.302585; one dress does 4/(1 + 0.5 + 0.1832) = 2.376426
-    assert handover(wheel._replace(lam=0.5)) == pytest.approx(2.302585 / 2.376426 * ONE_DRESS, rel=1e-6)
+    # Ad = 0.008; ln(0.022/0.0008) = 3.314186; one dress does 4/(1 + 0.6) = 2.5
+    assert handover(wheel._replace(A=0.03)) == pytest.approx(3.314186 / 2.5 * ONE_DRESS, rel=1e-6)
+    # ln(0.5/0.05) = 2.302585; one dress does 4/(1 + 0.5 + 0.16) = 2.409639
+    assert handover(wheel._replace(lam=0.5)) == pytest.approx(2.302585 / 2.409639 * ONE_DRESS, rel=1e-6)
 
 
 def test_handing_over_costs_at_most_four_dresses() -> None:
@@ -143,7 +144,7 @@ def test_the_dresses_that_are_charged_restore_the_wheel(
     dresses = handover_cost(wheel, passes, lead, depth, 30.0, p, RATES) / price
     assert 0.0 <= dresses <= 4.0 * (1.0 + 1e-12)
     restored, _ = dress_wheel(wheel, passes * dresses, lead, depth, p)
-    dressed = dressed_flat_area(overlap_ratio(dress_width(depth, p.rd, wd), lead), p.Ad0, p.kU)
+    dressed = dressed_wheel(wheel.ds, wd, lead, depth, p).A
     excess = max((restored.A - dressed) / (0.1 * dressed), restored.lam / 0.05)
     if dresses == 0.0:
         assert excess <= 1.0

@@ -16,11 +16,19 @@ pytestmark = pytest.mark.bits
 ROOT = Path(__file__).resolve().parents[2]
 
 
+SETUPS = (
+    (parameters(), 12.0),
+    (parameters("inconel_718", "b126", fluid="oil"), 5.0),
+    (parameters(fluid="dry", dresser="rotary", constant_surface_speed=True), 30.0),
+    (parameters("ti_6al_4v", "a120k", power=1500.0), 30.0),  # the spindle slows and stalls
+)
+
+
 def report() -> list[str]:
     """How the stroke runs, then every number of some strokes and dresses, bit by bit."""
     lines = ["compiled" if isinstance(grind_stroke, numba.core.dispatcher.Dispatcher) else "plain"]
-    for material, wheel, table_speed in (("aisi_52100", "a60j", 12.0), ("inconel_718", "b126", 5.0)):
-        machine = grinder(parameters(material, wheel), table_speed)
+    for p, table_speed in SETUPS:
+        machine = grinder(p, table_speed)
         for part in range(3):
             machine.new_part()
             for downfeed in [0.012] * 8 + [0.0] * 4 + [-0.010]:
@@ -42,7 +50,7 @@ def test_plain_python_gives_the_bits_of_compiled_code() -> None:
     ).stdout.splitlines()
     compiled = report()
     assert (plain[0], compiled[0]) == ("plain", "compiled")
-    assert len(compiled) == 1 + 2 * 3 * 15
+    assert len(compiled) == 1 + len(SETUPS) * 3 * 15
     assert plain[1:] == compiled[1:]
 
 

@@ -1,8 +1,9 @@
-"""The trends that an implementation of the process model has to show (model.md, section 12, by its numbers).
+"""The trends that an implementation of the process model has to show (model.md, sections 12 and 14).
 
-The tenth, that states stay finite and within their bounds, is the subject of test_bounds.py.
+That states stay finite and within their bounds is the subject of test_bounds.py.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable
 from itertools import pairwise, product
@@ -11,17 +12,29 @@ import numpy as np
 import pytest
 
 from grind_env.process import equations as eq
-from grind_env.process.state import StrokeParameters
-from tests.process.harness import Grinder, cut, grinder, parameters
+from grind_env.process.parameters import stroke_parameters
+from grind_env.process.state import StrokeParameters, StrokeResult
+from grind_env.process.stroke import dressed_wheel
+from tests.process.harness import CATALOGUE, Grinder, cut, grinder, parameters
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 
-ALUMINA, CBN = parameters(), parameters(wheel="b126")
-INCONEL = parameters("inconel_718", wheel_speed=25.0)
+UNLIMITED = 1e12
+"""W; a spindle that never slows."""
+ALUMINA, CBN = parameters(power=UNLIMITED), parameters(wheel="b126", power=UNLIMITED)
+RS = parameters().rs
 
 
 def settled(p: StrokeParameters, table_speed: float = 12.0, **state: float) -> Grinder:
     """A grinder whose dressed topography has worn in."""
     return grinder(p, table_speed, **{"V": 400.0, "A": 0.015, **state})
+
+
+def changed(kind: str, **values: float) -> StrokeParameters:
+    """The default set-up with other values in one of its entries."""
+    names = {"material": "aisi_52100", "wheel": "a60j", "dresser": "rotary", "fluid": "emulsion", "machine": "default"}
+    entries = {each: getattr(CATALOGUE, each)(name) for each, name in names.items()}
+    entries[kind] = dataclasses.replace(entries[kind], **values)
+    return stroke_parameters(*entries.values(), wheel_speed=30.0)
 
 
 def log_slope(value: Callable[[float], float], at: float) -> float:
@@ -37,7 +50,7 @@ def falling(values: list[float]) -> bool:
     return rising(values[::-1])
 
 
-# --- 1 ------------------------------------------------------------------------------------------------------
+# --- energy and forces --------------------------------------------------------------------------------------
 
 
 def test_specific_energy_falls_with_the_removal_rate_towards_the_chip_energy() -> None:
@@ -55,17 +68,15 @@ def test_specific_energy_is_linear_in_the_wear_flat_area() -> None:
     assert middle == pytest.approx(0.5 * (low + high), rel=1e-9)
 
 
-def test_force_ratio() -> None:
-    ratios: dict[str, list[float]] = {"alumina": [], "cbn": []}
-    for name, p in (("alumina", ALUMINA), ("cbn", CBN)):
-        for A, speed, depth in product((0.01, 0.02, 0.04), (6.0, 12.0, 30.0), (0.005, 0.010, 0.030)):
-            stroke = cut(depth, settled(p, speed, A=A))
-            ratios[name].append(stroke.Ft / stroke.Fn)
-    assert all(0.40 <= ratio <= 0.50 for ratio in ratios["alumina"])
-    assert all(0.33 <= ratio <= 0.42 for ratio in ratios["cbn"])
+def test_tangential_over_normal_force_falls_a_little_as_the_wheel_dulls() -> None:
+    for p, speed, depth in product((ALUMINA, CBN), (6.0, 12.0, 30.0), (0.005, 0.010, 0.030)):
+        strokes = [cut(depth, settled(p, speed, A=A)) for A in (0.01, 0.02, 0.04)]
+        ratios = [stroke.Ft / stroke.Fn for stroke in strokes]
+        assert falling(ratios)
+        assert 0.33 < ratios[-1] < ratios[0] < 0.55
 
 
-# --- 2 ------------------------------------------------------------------------------------------------------
+# --- depth of cut and spark-out -----------------------------------------------------------------------------
 
 
 def test_depth_of_cut_converges_within_three_strokes_and_slower_in_a_softer_or_wider_set_up() -> None:
@@ -88,7 +99,22 @@ def test_spark_out_is_slower_with_a_duller_wheel() -> None:
     assert rising([ratio(A) for A in (0.01, 0.02, 0.04, 0.08)])
 
 
-# --- 3 ------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("A", [0.008, 0.02, 0.06])
+def test_spark_out_ends_at_the_threshold_force_which_grows_with_the_flats(A: float) -> None:
+    machine = settled(parameters(kA=0.0), A=A)
+    machine.strokes(5, 0.010)
+    last = machine.strokes(200)[-1]
+    # nothing more is cut, and what the threshold deflects stays on the part
+    threshold = cut(1e-12, machine)
+    assert last.ae < 1e-6
+    assert last.Fn == pytest.approx(threshold.Fn, rel=1e-3)
+    assert last.power == pytest.approx(threshold.power, rel=1e-3)
+    left = machine.Z - machine.wheel.W - machine.S
+    assert left == pytest.approx(machine.width * threshold.Fn / machine.p.ke, rel=1e-3)
+    assert threshold.Fn < cut(1e-12, settled(ALUMINA, A=1.1 * A)).Fn
+
+
+# --- dressing -----------------------------------------------------------------------------------------------
 
 
 def test_power_and_wear_flats_drop_at_a_dress_and_rise_after_it() -> None:
@@ -114,23 +140,45 @@ def test_a_dress_sharpens_less_with_a_worn_diamond_and_with_one_pass() -> None:
 
     assert rising([dressed(wd) for wd in (0.0, 0.1, 0.3)])
     assert falling([dressed(passes=passes) for passes in (1.0, 2.0, 3.0)])
+    # once the damage is gone, more passes add nothing
+    assert dressed(passes=12.0) == pytest.approx(dressed(passes=24.0), rel=1e-3)
 
 
-# --- 4 ------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("dresser", ["single_point", "blade", "rotary"])
+def test_a_deeper_dress_and_a_larger_lead_leave_a_sharper_and_rougher_wheel(dresser: str) -> None:
+    p = parameters(dresser=dresser)
+    over_depth = [grinder(p, depth=depth) for depth in (0.002, 0.005, 0.010, 0.020, 0.030, 0.050)]
+    over_lead = [grinder(p, lead=lead) for lead in (0.02, 0.05, 0.10, 0.20, 0.30)]
+    for machines in (over_depth, over_lead):
+        strokes = [cut(0.010, machine) for machine in machines]
+        assert falling([machine.wheel.A for machine in machines])
+        assert falling([machine.wheel.Cd for machine in machines])
+        assert falling([stroke.u_s for stroke in strokes])
+        assert rising([stroke.Rg for stroke in strokes])
 
 
-def test_roughness_after_a_dress_follows_lead_and_depth() -> None:
-    def roughness(lead: float = 0.10, depth: float = 0.020) -> float:
-        return cut(0.010, grinder(ALUMINA, lead=lead, depth=depth)).Rg
+def test_the_overlap_alone_does_not_decide_how_sharp_a_dress_leaves_the_wheel() -> None:
+    def flats(depth: float) -> float:
+        lead = eq.dress_width(depth, 0.5, 0.0) / 3.0
+        return dressed_wheel(300.0, 0.0, lead, depth, ALUMINA).A
 
-    assert 0.4 < log_slope(lambda lead: roughness(lead=lead), 0.10) < 0.7
-    assert 0.1 < log_slope(lambda depth: roughness(depth=depth), 0.020) < 0.25
+    assert flats(0.005) > 1.3 * flats(0.030)
 
 
-@pytest.mark.parametrize("exponent", [0.15, 0.30, 0.60])
-def test_roughness_follows_the_chip_thickness(exponent: float) -> None:
-    smooth = settled(parameters(x=exponent), alw=0.0)
-    assert log_slope(lambda depth: cut(depth, smooth).Rg, 0.010) == pytest.approx(exponent, rel=1e-6)
+def test_a_worn_diamond_dresses_finer_and_duller() -> None:
+    for dresser in ("single_point", "rotary"):
+        wheels = [dressed_wheel(300.0, wd, 0.1, 0.020, parameters(dresser=dresser)) for wd in (0.0, 0.1, 0.3, 1.0)]
+        assert rising([wheel.A for wheel in wheels])
+        assert falling([wheel.Rd for wheel in wheels])
+
+
+def test_a_rotary_dresser_near_crushing_leaves_a_sharper_and_rougher_wheel() -> None:
+    wheels = [
+        dressed_wheel(300.0, 0.0, 0.1, 0.020, changed("dresser", speed_ratio=ratio))
+        for ratio in (-0.8, 0.2, 0.4, 0.6, 0.9)
+    ]
+    assert falling([wheel.A for wheel in wheels])
+    assert rising([wheel.Rd for wheel in wheels])
 
 
 def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> None:
@@ -145,25 +193,133 @@ def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> 
     assert coarse[-1] == pytest.approx(fine[-1], rel=0.02)
 
 
-# --- 5 ------------------------------------------------------------------------------------------------------
+# --- grit and structure -------------------------------------------------------------------------------------
 
 
-def test_g_ratio_falls_with_the_chip_thickness() -> None:
-    for depth in (0.003, 0.010, 0.030):
-        assert -1.2 < log_slope(lambda depth: cut(depth, settled(ALUMINA)).G, depth) < -0.6
-    assert -1.2 < log_slope(lambda speed: cut(0.010, settled(ALUMINA, speed)).G, 12.0) < -0.6
+@pytest.mark.parametrize(
+    "wheels",
+    [
+        [changed("wheel", grit_size=size) for size in (0.33, 0.25, 0.19, 0.127)],
+        [changed("wheel", grain_fraction=fraction) for fraction in (0.44, 0.48, 0.52, 0.56)],
+    ],
+    ids=["finer grit", "denser structure"],
+)
+def test_a_finer_or_denser_wheel_is_smoother_needs_more_energy_and_dulls_sooner(wheels: list[StrokeParameters]) -> None:
+    machines = [grinder(p) for p in wheels]
+    strokes = [machine.strokes(25, 0.010)[-1] for machine in machines]
+    assert rising([p.Cref for p in wheels])
+    assert falling([stroke.fg for stroke in strokes])
+    assert falling([stroke.Rg for stroke in strokes])
+    assert rising([stroke.u_s for stroke in strokes])
+    grown = []
+    for machine in machines:
+        fresh = machine.wheel.A
+        machine.strokes(125, 0.010)
+        grown.append(machine.wheel.A - fresh)
+    assert rising(grown)
 
 
-def test_a_freshly_dressed_wheel_wears_faster() -> None:
-    assert rising([cut(0.010, settled(ALUMINA, V=V)).G for V in (0.0, 20.0, 80.0, 320.0)])
+# --- roughness ----------------------------------------------------------------------------------------------
 
 
-def test_cbn_outlasts_alumina() -> None:
+def test_roughness_rises_with_the_removal_rate_and_falls_with_the_root_of_the_wheel_speed() -> None:
+    smooth = settled(ALUMINA, alw=0.0)
+    assert rising([cut(depth, smooth).Rg for depth in (1e-5, 0.001, 0.004, 0.010, 0.030)])
+    assert rising([cut(0.010, settled(ALUMINA, speed)).Rg for speed in (3.0, 6.0, 12.0, 24.0, 40.0)])
+
+    def roughness(speed: float) -> float:
+        return cut(0.010, settled(parameters(wheel_speed=speed), alw=0.0)).Rg
+
+    assert log_slope(roughness, 30.0) == pytest.approx(-0.5, rel=1e-6)
+
+
+def test_spark_out_roughness_is_that_of_the_wheel_whatever_yields() -> None:
+    def sparked(depth: float = 0.010, width: float = 20.0, ke: float = 2e4) -> tuple[float, float]:
+        machine = settled(parameters(ke=ke, kA=0.0, power=UNLIMITED), width=width, alw=0.0)
+        plunge = machine.strokes(20, depth)[-1]
+        return machine.strokes(30)[-1].Ra, plunge.Ra
+
+    usual = sparked()[0]
+    for other in (sparked(ke=2e5), sparked(ke=5e3), sparked(width=2.0), sparked(width=60.0)):
+        assert other[0] == pytest.approx(usual, rel=0.1)
+    # a floor, not a constant factor: it takes more off what a heavy feed has left
+    finished = [sparked(depth) for depth in (0.001, 0.004, 0.010, 0.030)]
+    assert falling([floor / plunge for floor, plunge in finished])
+
+
+# --- wear ---------------------------------------------------------------------------------------------------
+
+
+def test_g_ratio_falls_with_the_chip_thickness_more_so_in_nickel_alloys() -> None:
+    def slope(material: str, wheel: str) -> float:
+        p = parameters(material, wheel, power=UNLIMITED)
+        over_speed = log_slope(lambda speed: cut(0.010, settled(p, speed)).G, 12.0)
+        over_depth = log_slope(lambda depth: cut(depth, settled(p)).G, 0.010)
+        assert over_depth < 0.0
+        assert over_speed < 0.0
+        return over_speed
+
+    for wheel in ("a60j", "b126"):
+        easy = [slope(material, wheel) for material in ("aisi_52100", "aisi_1045", "grey_cast_iron")]
+        hard = [slope(material, wheel) for material in ("inconel_718", "inc751")]
+        assert max(hard) < min(easy) - 0.3
+
+
+def test_a_freshly_dressed_wheel_wears_faster_of_cbn_by_much() -> None:
+    alumina, cbn = ([cut(0.010, settled(p, V=V)).G for V in (0.0, 20.0, 80.0, 320.0)] for p in (ALUMINA, CBN))
+    assert rising(alumina)
+    assert rising(cbn)
+    assert cbn[-1] / cbn[0] > 3.0 * alumina[-1] / alumina[0]
+
+
+@pytest.mark.parametrize("material", CATALOGUE.materials)
+def test_cbn_outlasts_alumina(material: str) -> None:
+    cbn, alumina = (parameters(material, wheel, power=UNLIMITED) for wheel in ("b126", "a60j"))
     for depth in (0.005, 0.010, 0.030):
-        assert cut(depth, settled(CBN)).G > 20.0 * cut(depth, settled(ALUMINA)).G
+        assert cut(depth, settled(cbn)).G > 5.0 * cut(depth, settled(alumina)).G
 
 
-# --- 6 ------------------------------------------------------------------------------------------------------
+def test_a_harder_grade_wears_less_and_stays_duller() -> None:
+    machines = [grinder(changed("wheel", fracture_force=force), 20.0) for force in (0.7, 1.2, 2.5)]
+    strokes = [machine.strokes(400, 0.015)[-1] for machine in machines]
+    assert rising([stroke.G for stroke in strokes])
+    assert rising([machine.wheel.A for machine in machines])
+
+
+def test_a_slow_table_dulls_more_per_volume() -> None:
+    def grown(table_speed: float) -> float:
+        machine = grinder(ALUMINA, table_speed)
+        machine.strokes(50, 0.010)
+        return machine.wheel.A
+
+    assert falling([grown(speed) for speed in (4.0, 8.0, 16.0, 30.0)])
+
+
+def test_a_wheel_that_shrinks_at_constant_rpm_acts_softer() -> None:
+    strokes = [cut(0.010, settled(ALUMINA, diameter=diameter)) for diameter in (300.0, 260.0, 220.0)]
+    assert falling([stroke.power for stroke in strokes])
+    assert falling([stroke.G for stroke in strokes])
+    for name in ("heq", "fg", "Rg"):
+        assert rising([getattr(stroke, name) for stroke in strokes])
+
+
+# --- fluids -------------------------------------------------------------------------------------------------
+
+
+def test_what_a_fluid_lubricates() -> None:
+    for wheel in ("a60j", "b126"):
+        machines = [grinder(parameters(wheel=wheel, fluid=fluid)) for fluid in ("dry", "synthetic", "emulsion", "oil")]
+        strokes = [cut(0.010, machine) for machine in machines]
+        assert falling([stroke.Ft / stroke.Fn for stroke in strokes])
+        assert falling([stroke.u_s for stroke in strokes])
+        assert rising([stroke.G for stroke in strokes])
+        for machine in machines:
+            machine.strokes(100, 0.010)
+        assert falling([machine.wheel.lam for machine in machines])
+        assert falling([machine.wheel.A for machine in machines])
+
+
+# --- heat ---------------------------------------------------------------------------------------------------
 
 
 def test_temperature_and_burn_ratio_rise_with_the_wear_flats() -> None:
@@ -173,45 +329,92 @@ def test_temperature_and_burn_ratio_rise_with_the_wear_flats() -> None:
 
 
 def test_temperature_jumps_where_the_fluid_boils() -> None:
-    powers = np.arange(40.0, 400.0, 0.5)  # W/mm
-    rises = np.array([eq.temperature(P, 2.0, 2.4, 3.3e5, 0.85, 0.0, 1.5e5, 110.0) for P in powers])
+    p, work = ALUMINA, 4e5
+    powers = np.arange(20.0, 300.0, 0.5)  # W/mm
+    rises = np.array([eq.temperature(power, work, 6e5, p.kfilm, p.Tb) for power in powers])
     slope = np.diff(rises) / np.diff(powers)
-    steepest = np.argmax(slope)
     # before and after, temperature is linear in power; the film boils where the wet rise passes 110 K
     wet = slope[0] * (powers - powers[0]) + rises[0]
-    assert wet[steepest] == pytest.approx(110.0, abs=5.0)
-    assert slope[steepest] > 2.0 * slope[0]
-    # nine tenths of the convection are lost: (3.3e5/0.85 + 1.5e5) / (3.3e5/0.85 + 0.15e5)
-    assert slope[-1] == pytest.approx(1.3348 * slope[0], rel=1e-4)
+    assert wet[np.argmax(slope)] == pytest.approx(110.0, abs=2.0)
+    assert slope.max() > 10.0 * slope[0]
+    # a hundredth of the convection is left: (4e5 + 6e5)/(4e5 + 0.06e5)
+    assert slope[-1] == pytest.approx(2.463054 * slope[0], rel=1e-6)
+
+
+def test_oil_boils_at_more_power_than_emulsion_and_nothing_boils_without_fluid() -> None:
+    def flats_that_boil(fluid: str) -> float:
+        """Where the energy partition jumps by a tenth."""
+        areas = np.linspace(0.005, 0.12, 47)
+        shares = np.array([cut(0.010, settled(parameters(fluid=fluid), A=A)).eps for A in areas])
+        jumps = np.diff(shares) > 0.1
+        return float(areas[np.argmax(jumps)]) if jumps.any() else math.inf
+
+    assert flats_that_boil("emulsion") < flats_that_boil("oil") < flats_that_boil("dry") == math.inf
 
 
 def test_deep_cuts_are_hotter_at_the_same_removal_rate() -> None:
-    assert rising([cut(0.12 / speed, settled(ALUMINA, speed)).T for speed in (30.0, 12.0, 6.0, 3.0)])
+    for A in (0.008, 0.015, 0.030):
+        assert rising([cut(0.12 / speed, settled(ALUMINA, speed, A=A)).T for speed in (30.0, 12.0, 6.0, 3.0)])
 
 
 def test_cbn_is_cooler_at_the_same_power() -> None:
     def rise(p: StrokeParameters, power: float) -> float:
-        hw = eq.work_conductance(2.4, 200.0, p.beta, eq.jaeger_factor(2.4, 200.0, p.alpha))
-        return eq.temperature(power, 2.0, 2.4, hw, eq.work_partition(0.015, 30.0, p.kg, p.beta), 0.0, p.hf, p.Tb)
+        work = eq.work_conductance(2.4, 200.0, p.beta, eq.jaeger_factor(2.4, 200.0 / (4.0 * p.alpha)))
+        work *= 1.0 + eq.sink_ratio(0.015, 30.0, p.krw)
+        return eq.temperature(eq.retained_heat(power, 2.0, p.e_ch), work, p.hf * 2.4, p.kfilm, p.Tb)
 
     for power in (40.0, 80.0, 160.0, 320.0):
-        assert rise(CBN, power) < 0.85 * rise(ALUMINA, power)
+        assert rise(CBN, power) < 0.9 * rise(ALUMINA, power)
 
 
-# --- 7 ------------------------------------------------------------------------------------------------------
+# --- spindle ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("material", ["aisi_52100", "aisi_1020", "inconel_718"])
-def test_energy_partition(material: str) -> None:
-    alumina = parameters(material)
-    for A, speed, depth in product((0.02, 0.04, 0.08), (6.0, 12.0, 30.0), (0.010, 0.020)):
-        assert 0.55 < cut(depth, settled(alumina, speed, A=A)).eps < 0.80
-    cbn = parameters(material, "b126", 35.0)
-    for A, speed in product((0.005, 0.010, 0.015), (6.0, 12.0, 30.0)):
-        assert cut(0.010, settled(cbn, speed, A=A)).eps < 0.50
+def heavy(limit: float, constant_surface_speed: bool = False) -> StrokeResult:
+    """30 um at 250 mm/s over 40 mm."""
+    p = parameters(power=limit, constant_surface_speed=constant_surface_speed)
+    return cut(0.030, settled(p, 15.0, width=40.0))
 
 
-# --- 8 ------------------------------------------------------------------------------------------------------
+CHIPS = 13.8 * 0.030 * 250.0 * 40.0
+"""W; its power of chip formation, which does not depend on the wheel speed."""
+
+
+def test_an_overloaded_spindle_slows_at_its_power_limit() -> None:
+    free = heavy(UNLIMITED)
+    assert free.power > 9000.0
+    stroke = heavy(7500.0)
+    # all power but that of the chips goes with the speed
+    assert stroke.vs == pytest.approx(30.0 * (7500.0 - CHIPS) / (free.power - CHIPS), rel=1e-6)
+    assert stroke.power == pytest.approx(7500.0, rel=1e-12)
+    assert (stroke.ae, stroke.Q) == pytest.approx((free.ae, free.Q), rel=1e-9)
+    # chips are thicker: rougher, more force per grain, more wear
+    for name in ("heq", "Ft", "Fn", "fg", "Rg", "dw", "torque"):
+        assert getattr(stroke, name) > getattr(free, name), name
+
+
+def test_the_spindle_stalls_where_it_has_slowed_to_its_stall_speed() -> None:
+    limit = CHIPS + RS * (heavy(UNLIMITED).power - CHIPS)
+    over, at, under = (heavy(share * limit) for share in (1.000001, 1.0, 0.999999))
+    assert over.torque < 1.0 < under.torque
+    assert at.torque == pytest.approx(1.0, rel=1e-6)
+    assert at.vs == pytest.approx(0.6 * 30.0, rel=1e-6)
+    assert heavy(0.5 * limit).vs == pytest.approx(0.6 * 30.0, rel=1e-12)  # no slower before it has stalled
+    # torque at the power limit and the speed that is set is rs of that at stall, and rises without a jump
+    asked = heavy(UNLIMITED).power
+    assert heavy(asked).torque == pytest.approx(RS, rel=1e-6)
+    assert rising([heavy(share * asked).torque for share in (4.0, 2.0, 1.01, 0.99, 0.9, 0.8, 0.5)])
+
+
+def test_a_spindle_with_power_to_spare_keeps_its_speed_to_the_bit() -> None:
+    asked = heavy(UNLIMITED, True).power
+    free, enough = heavy(UNLIMITED, True), heavy(1.000001 * asked, True)
+    assert enough.vs == 30.0
+    assert enough == free._replace(torque=enough.torque)
+    assert enough.torque == pytest.approx(RS / 1.000001, rel=1e-6)
+
+
+# --- cost ---------------------------------------------------------------------------------------------------
 
 
 def best(costs: dict[int, float]) -> int:
@@ -224,46 +427,52 @@ def inside(costs: dict[int, float]) -> bool:
 
 
 def test_there_is_a_best_dress_interval_which_shifts_with_table_speed_and_material() -> None:
+    """Dresses cost time and wheel, a dull wheel burns; slow tables and quick dulling bring that forward."""
+
     def best_interval(p: StrokeParameters, table_speed: float) -> int:
         costs = {n: small_parts(p, table_speed, n, parts=60) for n in (2, 6, 10, 15, 20, 30)}
         assert inside(costs)
         return best(costs)
 
-    soft = parameters(kA=4.0 * ALUMINA.kA)
-    assert best_interval(soft, 12.0) < best_interval(ALUMINA, 6.0) < best_interval(ALUMINA, 12.0)
+    usual = parameters()
+    quick = usual._replace(kA=4.0 * usual.kA)
+    assert best_interval(quick, 12.0) < best_interval(usual, 4.0) < best_interval(usual, 12.0)
 
 
 def test_there_is_a_best_number_of_dress_passes_which_shifts_with_the_interval() -> None:
-    def costs(interval: int) -> dict[int, float]:
-        return {n: small_parts(ALUMINA, 12.0, interval, float(n), parts=120) for n in (1, 2, 3, 4, 6)}
+    """One pass leaves damage, many waste wheel; the damage is deeper the duller the wheel has become."""
 
-    often, seldom = costs(15), costs(40)
+    def costs(interval: int) -> dict[int, float]:
+        return {n: small_parts(parameters(), 12.0, interval, float(n), parts=120) for n in (1, 2, 3, 5, 10)}
+
+    often, seldom = costs(20), costs(40)
     assert inside(often)
     assert inside(seldom)
     assert best(often) < best(seldom)
 
 
 def test_there_is_a_best_number_of_dresses_in_a_deep_cycle_which_shifts_with_speed_depth_material() -> None:
-    def best_executions(
-        p: StrokeParameters, table_speed: float, stock: float, size: float = 12.0, rise: float = 450.0
-    ) -> int:
-        costs = {n: deep_cycles(p, table_speed, stock, n, size, rise) for n in (0, 1, 2, 3, 4, 6)}
+    """Wear that is not compensated costs size: it grows with depth, with chip thickness and with what wears the wheel.
+
+    Of a material that dulls quickly the wheel burns the part, too.
+    """
+
+    def best_executions(material: str, table_speed: float, stock: float, rise: float = 450.0) -> int:
+        p = parameters(material)
+        costs = {n: deep_cycles(p, table_speed, stock, n, 12.0, rise) for n in (0, 1, 2, 3, 4, 6)}
         assert inside(costs)
         return best(costs)
 
-    usual = best_executions(ALUMINA, 18.0, 1.0)
-    assert usual < best_executions(ALUMINA, 25.0, 1.0)
-    assert usual < best_executions(ALUMINA, 18.0, 2.0)
-    assert usual < best_executions(INCONEL, 9.0, 0.5, 15.0, 600.0)
-
-
-# --- 9 ------------------------------------------------------------------------------------------------------
+    assert best_executions("aisi_52100", 18.0, 1.0) < best_executions("aisi_52100", 18.0, 2.0)
+    assert best_executions("aisi_52100", 12.0, 2.0) < best_executions("aisi_52100", 25.0, 2.0)
+    assert best_executions("aisi_52100", 12.0, 1.0) < best_executions("aisi_d2", 12.0, 1.0, 480.0)
 
 
 def test_the_cheapest_table_speed_lies_below_the_fastest() -> None:
+    """A faster table roughens and wears; the fastest gains no time."""
     speeds = [float(speed) for speed in range(6, 41)]
     fastest = min(speeds, key=lambda speed: stroke_seconds(grinder(ALUMINA, speed)))
     # minimum of L/v + v/acc, in m/min
     assert fastest == round(0.06 * math.sqrt(260.0 * 1000.0))
-    cheapest = min(speeds, key=lambda speed: deep_cycles(ALUMINA, speed, 1.0, 1, 12.0, 450.0))
-    assert 6.0 < cheapest < 0.75 * fastest
+    cheapest = min(speeds, key=lambda speed: deep_cycles(parameters(), speed, 1.0, 1, 12.0, 450.0))
+    assert 6.0 < cheapest < fastest

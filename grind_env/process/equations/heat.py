@@ -13,7 +13,7 @@ BOILING_SPAN = 20.0
 MOST_TO_CHIPS = 0.45
 """Share of the power that chips carry off at most."""
 NO_SINK = 1e-150
-"""Keeps the quotient a number where there is neither heat nor contact."""
+"""Keeps the quotient a number where there is neither heat nor contact; its square is one, too."""
 
 
 @inlined
