@@ -14,7 +14,7 @@ from grind_env.machine.coverage import Coverage
 from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
-from grind_env.machine.job import Job, JobError, Part, Stage
+from grind_env.machine.job import Job, JobError, Part, Setup, Stage
 from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
@@ -102,6 +102,7 @@ class PartRun:
         self.number, self.job, self.began = number, job, began
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
+        self._new_wheel = new_wheel
         self.p = conditions.parameters(job.parameters, new_wheel=new_wheel)
         self.cutting = False
         self.deepest = 0.0
@@ -236,7 +237,14 @@ class PartRun:
 
     def change_wheel(self) -> None:
         """Go on with a new wheel."""
+        self._new_wheel = True
         self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
+
+    def take_up(self, setup: Setup) -> None:
+        """Go on with another set-up."""
+        if setup is not self.job.setup:
+            self.job = replace(self.job, setup=setup)
+            self.p = self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     def dress(self, seconds: float, removed: float) -> None:
         """Count a dress execution of some s that took `removed` mm3 off the wheel."""

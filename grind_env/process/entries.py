@@ -114,6 +114,7 @@ class Wheel(Entry):
 
     diameter: Annotated[float, Quantity("ds0", "mm", 100, 600)]  # when new
     minimum_diameter: Annotated[float, Quantity("ds_min", "mm", 50, 600)]  # below it the wheel is changed
+    maximum_speed: Annotated[float, Quantity("vs_max", "m/s", 5, 300)] = 300.0  # that its maker allows
     width: Annotated[float, Quantity("bs", "mm", 5, 300)]
     price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
     grit_size: Annotated[float, Quantity("dg", "mm", 0.01, 2)]
@@ -181,6 +182,10 @@ class Machine(Entry):
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
+    maximum_table_speed: Annotated[float, Quantity("E_max", "mm/min", 100, 200_000)] = 200_000.0
+    maximum_plunge_feed: Annotated[float, Quantity("", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_cross_feed: Annotated[float, Quantity("", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_spindle_speed: Annotated[float, Quantity("", "1/min", 100, 200_000)] = 200_000.0
 
 
 def quantities(kind: type[Entry]) -> Mapping[str, Quantity]:

@@ -103,7 +103,7 @@ def test_stored_values_survive_a_change_of_units() -> None:
 def test_m_words_act_before_or_after_the_motion() -> None:
     events = run("S500 M03 G00 X1. M00\nX2. M05\nX3. M30")
     kinds = [type(event).__name__ for event in events]
-    assert kinds == ["Spindle", "Rapid", "ProgramStop", "Rapid", "Rapid", "ProgramEnd"]
+    assert kinds == ["Spindle", "Switch", "Rapid", "ProgramStop", "Rapid", "Switch", "Rapid", "ProgramEnd"]
     # M902 acts before the pre-dress of its own block
     dress = "\nM30\nO9\nG00 X1.\nX2.\nX3.\nM99"
     back = [move for move in motions("M902 G81.1 Y9. E100. P9" + dress) if move.source.value == "retrace"]
