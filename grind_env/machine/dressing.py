@@ -1,4 +1,7 @@
-"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it."""
+"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
+
+What the first execution shows of a program holds for all, for a control that knows a dress need not go its way again.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -25,8 +28,8 @@ class Executed(NamedTuple):
     """What it does."""
     began: float
     """When it began, s."""
-    motions: tuple[Motion, ...]
-    """That it made, retrace included."""
+    way: tuple[Motion, ...]
+    """Its motions, retrace included, if it is the first execution of the program."""
 
 
 class DressPrograms:
@@ -34,7 +37,7 @@ class DressPrograms:
 
     Attributes:
         plans: what those met so far do, by O number.
-        missed: the first pass of each that has last missed the diamond, by O number; of the others None.
+        missed: of each the first pass that misses the diamond, by O number; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
 
@@ -77,12 +80,14 @@ class DressPrograms:
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
-        if number not in self._compared or self.job.diamond is not None:
-            run = measure_dress(self._motions, number, self.job, axis)
+        way: tuple[Motion, ...] = ()
+        if number not in self._compared:
+            way = tuple(self._motions)
             self._compared.add(number)
+            run = measure_dress(way, number, self.job, axis)
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
-        return Executed(plan, begun.time, tuple(self._motions))
+        return Executed(plan, begun.time, way)
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
         """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number."""

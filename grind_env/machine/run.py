@@ -207,8 +207,8 @@ class GrindingRun:
                 f"dress program O{number}: dressing with another wheel speed than that of grinding is not simulated; "
                 "leave S, G96 and G97 out of it"
             )
-        plan, began, motions = self.dressing.end(event, self.axis)
-        self.watch.dress_moves(self.dressing.file(number), motions, self.axis)
+        plan, began, way = self.dressing.end(event, self.axis)
+        self.watch.dress_moves(self.dressing.file(number), way, self.axis)
         removed = 0.0
         if not self._misses(number):
             self.watch.dress(self._line, plan, 1)

@@ -222,7 +222,8 @@ class Watch:
             if pick.finish > advice.middle_time(event, self.control):
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
-        self._judge_speed(event.cycle.line, event.feed, abs(event.end[event.axis] - event.start[event.axis]))
+        plan, length = event.cycle, abs(event.end[event.axis] - event.start[event.axis])
+        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)))
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
 

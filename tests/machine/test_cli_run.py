@@ -11,10 +11,12 @@ from grind_env.control import DressEnd, DressStart, Stroke, execute, read_file
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import STROKE_ROW
 from grind_env.render.tables import runs
-from tests.machine.harness import DRESS, HEAD
+from tests.machine import harness
+from tests.machine.harness import DRESS
 from tests.speed_control import write_parts
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
+HEAD = harness.HEAD.replace("G19\n", "G19 S1910 M03 M08\n")
 PLATE = str(EXAMPLES / "plate_g82.nc")
 
 
