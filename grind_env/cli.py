@@ -13,7 +13,7 @@ from grind_env.errors import GrindError, quoted, shortened
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
-    from grind_env.control import Control
+    from grind_env.control import Control, Programs, Report
 
 GROUND_SCRAP = 1
 HIGHEST_ENTRY = 99
@@ -37,8 +37,8 @@ MachineJob = Annotated[
     Path | None,
     typer.Option(
         "--job",
-        help="Job file; the control is then that of its machine, whose reversal dwell, rapid feed and acceleration "
-        "make the times those of `grind run`. Without it there is no reversal dwell.",
+        help="Job file; the control is then that of its machine, with its reversal dwell, rapid feed and acceleration. "
+        "Without it there is no reversal dwell.",
     ),
 ]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
@@ -72,15 +72,22 @@ def check(
     job: MachineJob = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
-    """Read every block of a program, execute it, and report errors or a summary."""
+    """Read every block of a program, execute it, and report errors or a summary.
+
+    With --job the program is ground as by `grind run`: the time is that of its parts, with loading, travel and dresses,
+    and what it does not do on this machine as it should is told.
+    """
     from grind_env import control
     from grind_env.control.check import report_record, summary
 
     try:
         settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
-        report = control.check(control.read_file(program), settings)
+        programs = control.read_file(program)
+        report = control.check(programs, settings)
         if not report.blocks and not report.errors:
             raise control.ControlError("file", f"{program} has no blocks; name a part program")
+        if job is not None and not report.errors:
+            _grind_too(report, programs, job, settings)
     except control.ControlError as error:
         report = control.Report(errors=[error])
     if as_json:
@@ -284,6 +291,20 @@ def tasks(
     Console(markup=False, highlight=False).print(table)
 
 
+def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:
+    """Add to the report of a check what grinding the program on a job comes to."""
+    from grind_env.control import ControlError
+    from grind_env.machine.grind import grind
+    from grind_env.machine.job_file import load_job
+
+    try:
+        record = grind(programs, load_job(job), control=settings)
+    except GrindError as error:
+        report.errors.append(ControlError("job", str(error)))
+    else:
+        report.seconds, report.warnings = record.seconds, list(record.warnings)
+
+
 def _control(
     job: Path | None,
     strokes: int,
@@ -297,6 +318,7 @@ def _control(
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError
+    from grind_env.control.control import WHEEL_RADIUS
 
     every, radii = 0.0, {}
     for option in radius or ():
@@ -314,11 +336,13 @@ def _control(
     machine = Control()
     if job is not None:
         from grind_env.machine.job_file import load_job
+        from grind_env.machine.mounting import first_diameter
 
         try:
-            machine = load_job(job).control
+            ground = load_job(job)
         except GrindError as error:  # reported as errors of the program are
             raise ControlError("job", str(error)) from None
+        machine, radii = ground.control, {WHEEL_RADIUS: 0.5 * first_diameter(ground)} | radii
     return replace(
         machine,
         strokes=strokes,

@@ -73,6 +73,7 @@ class GrindingRun:
         dresses: `record.DRESS_ROW`.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
         stages: as of the record, a row with each of `parts`.
+        blocks: as of the record.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
@@ -85,6 +86,7 @@ class GrindingRun:
         self.watch = Watch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.stages: list[tuple[tuple[str, ...], ...]] = []
+        self.blocks: dict[int, int] = {}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self._line = 0  # of the cycle in force or before
@@ -103,6 +105,7 @@ class GrindingRun:
             self.parts.table(),
             tuple(self.stages),
             tuple(self.watch.warnings),
+            self.blocks,
         )
 
     def take(self, event: Event) -> None:
@@ -189,6 +192,7 @@ class GrindingRun:
         self.watch.start_cycle(plan, self.part.deepest)
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self._line = plan.line
+        self.blocks[plan.line] = plan.block
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis
@@ -299,6 +303,7 @@ class GrindingRun:
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
         self._begin_cutting(event.begin)
+        self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
         before = self.mount.present(self.part.p)
