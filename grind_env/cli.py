@@ -150,16 +150,30 @@ def run(
     grind_env/examples/plate_g82.toml. Each table [[part.stages]] in it is a stage with limits of its own, such as
     roughing; the first M01 after grinding has begun ends the first of them, and so on.
 
-    The limits that a part is beyond are named below the table. Exit status 1 means that a part is more likely scrap
-    than good.
+    S, G96 and M03 to M05 turn the wheel and M07 to M09 the coolant on and off; where they are set by hand, the job says
+    spindle = "always on" and coolant = "always on" in [setup]. What the machine, the wheel or the diamond ([diamond] of
+    the job says where it stands) do not bear is warned of.
 
-    Columns of --record, a row per stroke or groove infeed: part; line (of the cycle block); number (in the cycle);
-    groove; time, seconds (begin and duration, s); E (mm/min); Z (programmed depth, mm); b, Lw (engaged width, ground
-    length, mm); ae (depth of cut, mm); Q (specific removal rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn
-    (forces, N/mm); power (above idle, W); u_s (specific energy, J/mm3); lc (contact length, mm); fg (force per grain,
-    N); T (temperature rise, K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear,
-    mm, mm3); Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V
-    (volume ground since the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
+    The limits that a part is beyond are named below the table, with the block and the stroke that were most beyond them
+    and the words to change. Exit status 1 means that a part is more likely scrap than good.
+
+    Columns of the table, a row for every part, or for successive parts that are alike: part (its number); time (with
+    loading and dresses); strokes (of the table); dresses (executions of the dress program, where there are any);
+    size err. (stock left where the part is farthest from its size; negative where too much is off); taper (range of the
+    depth ground off); Ra (mean roughness); power (highest grinding power, above that of the idling spindle); temp.
+    (highest rise of the surface temperature that counts: in the plunges that leave the finished surface, or in all of
+    them where the job allows a rise); good (probability that the part keeps every limit); cost (of time, wheel, dresses
+    and expected scrap). Below it the mean size error is split: wheel wear since the wheel was last gauged or dressed,
+    deflection of wheel and machine, and the rest, which the program leaves.
+
+    Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
+    line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
+    (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
+    rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn (forces, N/mm); power (above idle, W); u_s (specific
+    energy, J/mm3); lc (contact length, mm); fg (force per grain, N); T (temperature rise, K); eps (energy partition
+    to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear, mm, mm3); Rg, Ra (roughness made and left,
+    um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since the dress, mm3/mm), ds
+    (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
     from dataclasses import replace
 

@@ -124,14 +124,12 @@ def crash(depth: float, move: Motion) -> str:
 
 def table_crash(depth: float, move: Motion) -> str:
     """What to say of one that takes it `depth` mm into the table."""
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the table; end it higher, or mend part.height of the job"
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into the table; end it higher, or mend part.height"
 
 
 def diamond_crash(depth: float, move: Motion) -> str:
     """What to say of one that takes it `depth` mm into the diamond."""
-    return (
-        f"{_named(move)} takes the wheel {depth:.3g} mm into the diamond; lead it past the diamond, or above its tip"
-    )
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into the diamond; lead it past the diamond, or above its tip"
 
 
 def _named(move: Motion) -> str:
@@ -182,15 +180,15 @@ def unended_stages(stages: int, stops: int) -> str:
 def taken_off(line: int, depth: float, stock: float) -> str:
     """What to say of M00 after which a cycle in a line goes on at the depth, mm, to which the part was ground."""
     return (
-        f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on at "
-        "that depth; write M01 if the part is to be gauged and stay"
+        f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on "
+        "there; write M01 if the part is to be gauged and stay"
     )
 
 
 def many_dresses(dresses: int, plunges: int) -> str:
     """What to say of D above the number of the plunges of a cycle."""
     return (
-        f"D{dresses} asks for more dresses than the cycle has plunges, {plunges}, so that several follow one another; "
+        f"D{dresses} asks for more dresses than the cycle has plunges, {plunges}, so that some follow one another; "
         f"give D{plunges} or less"
     )
 

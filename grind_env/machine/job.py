@@ -19,7 +19,6 @@ from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
 
-
 ByHand: TypeAlias = Literal["by program", "always on"]
 """Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
 
@@ -69,8 +68,8 @@ class Part:
         scrap_cost: price of a spoilt part.
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
-        height: above the table or chuck, before it is ground; None if it is not known, and the wheel is then not watched
-            for coming down on the table, which is taken to lie under all of its travel.
+        height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. None
+            if it is not known: the wheel is then not watched for coming down on the table.
         stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
             last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
             only what comes after the stages. Without stages those limits hold for all of its grinding.

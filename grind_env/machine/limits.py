@@ -1,4 +1,4 @@
-"""What a program asks of the machine beyond what it makes: speeds and feeds; the run goes on with what was programmed."""
+"""What a program asks of the machine beyond what that makes: speeds and feeds. The run goes on as it asks."""
 
 import math
 

@@ -1,8 +1,8 @@
 """How fast the wheel turns and whether the coolant flows, as the words of a program say, or the job.
 
-The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that the
-run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S is
-written in whole revolutions: one that misses the speed of the job by no more than `SAME` stands for it.
+The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that
+the run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S
+is written in whole revolutions: one that misses the speed of the job by no more than `SAME` stands for it.
 """
 
 import math
@@ -164,7 +164,7 @@ class Told:
         said = [] if running.commanded in speeds else _of_speed(running, diameter)
         if running.is_dry and not dry:
             said.append(
-                'the coolant is off, and the part is ground dry; program M08 before this cycle, or say '
+                "the coolant is off, and the part is ground dry; program M08 before this cycle, or say "
                 'coolant = "always on" in [setup] of the job'
             )
         return said

@@ -33,10 +33,10 @@ def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width:
         low, high = max(low, first), min(high, last)
         if high <= low:
             return -math.inf, 0.0
-    nearest = position_at(start, end, low), position_at(start, end, high)
+    nearest = [position_at(start, end, low), position_at(start, end, high)]
     along = end[axis] - start[axis]
     if abs(along) >= DEPTH_TOLERANCE and low < (share := (tip[axis] - start[axis]) / along) < high:
-        nearest = *nearest, position_at(start, end, share)
+        nearest.append(position_at(start, end, share))
     depth = max(tip[plunge] - here[plunge] - rise(radius, abs(here[axis] - tip[axis])) for here in nearest)
     return depth, (high - low) * abs(way)
 

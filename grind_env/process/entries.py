@@ -183,9 +183,9 @@ class Machine(Entry):
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
     maximum_table_speed: Annotated[float, Quantity("E_max", "mm/min", 100, 200_000)] = 200_000.0
-    maximum_plunge_feed: Annotated[float, Quantity("", "mm/min", 1, 200_000)] = 200_000.0
-    maximum_cross_feed: Annotated[float, Quantity("", "mm/min", 1, 200_000)] = 200_000.0
-    maximum_spindle_speed: Annotated[float, Quantity("", "1/min", 100, 200_000)] = 200_000.0
+    maximum_plunge_feed: Annotated[float, Quantity("F_plunge", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_cross_feed: Annotated[float, Quantity("F_cross", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_spindle_speed: Annotated[float, Quantity("n_max", "1/min", 100, 200_000)] = 200_000.0
 
 
 def quantities(kind: type[Entry]) -> Mapping[str, Quantity]:

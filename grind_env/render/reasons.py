@@ -10,7 +10,7 @@ from grind_env.machine.record import GrindingRecord
 
 
 def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
-    """Where the parts of these numbers have been most beyond a limit, and what to do; empty where nothing more is known.
+    """Where the parts of these numbers have been most beyond a limit, and what to do; empty if nothing more is known.
 
     Args:
         cause: a field of `process.cost.Limits`.
@@ -35,7 +35,7 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
 
 def shares(part: Any) -> str:
     """What the mean size error of a part, a row of `record.PART_ROW`, is made up of."""
-    names = {"wear of the wheel": "size_wear", "deflection": "size_deflection", "rest": "size_rest"}
+    names = {"wheel wear": "size_wear", "deflection": "size_deflection", "rest": "size_rest"}
     split = ", ".join(f"{name} {round(float(part[field]), 1) + 0.0:.1f}" for name, field in names.items())
     return f"{part['size_error']:.1f} µm: {split}"
 

@@ -74,7 +74,7 @@ class _Row(NamedTuple):
 
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part, or one for parts that are alike, what is beyond a limit in red; totals, limits, warnings."""
+    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
     from rich.text import Text
 
     columns = {
@@ -118,18 +118,16 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
     rows: list[_Row] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
-        red = {CAUSES[cause][1] for cause in causes(part, job)}
-        red |= {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        if rows and (rows[-1].texts, rows[-1].red) == (texts, red):
+        scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
+        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes(part, job)})
+        if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
-            rows.append(_Row(int(part["part"]), int(part["part"]), texts, frozenset(red)))
+            rows.append(_Row(int(part["part"]), int(part["part"]), texts, red))
     return rows
 
 
-def _print_rows(
-    rows: Sequence[_Row], columns: Sequence[str], places: Sequence[int], console: "Console"
-) -> None:
+def _print_rows(rows: Sequence[_Row], columns: Sequence[str], places: Sequence[int], console: "Console") -> None:
     """Print rows of a table, of very many the first and the last."""
     from rich.text import Text
 
@@ -151,7 +149,8 @@ def _print_rows(
 def _size(record: GrindingRecord) -> str:
     """What the size error is made up of, of the part with the largest."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
-    return f"mean size error of part {part['part']}, {shares(part)}"
+    whose = f" of part {part['part']}" if len(record.parts) > 1 else ""
+    return f"mean size error{whose} {shares(part)}"
 
 
 def _places(headings: Sequence[str], columns: Sequence[Sequence[str]]) -> list[int]:
