@@ -146,7 +146,8 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
         and math.dist(motion.start, motion.end) <= abs(_way(motion, cross)) + STEP
     ]
     traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
-    formed = next((motion for motion in _at_the_wheel(out, passes) if _is_formed(motion, cross, plunge)), None)
+    dressing = _at_the_wheel(out, passes, cross, plunge)
+    formed = next((motion for motion in dressing if _is_formed(motion, cross, plunge)), None)
     if formed is not None:
         raise _error(
             number,
@@ -218,9 +219,15 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
         )
 
 
-def _at_the_wheel(out: Sequence[Motion], passes: Sequence[int]) -> Sequence[Motion]:
-    """The motions with which a dress might dress: between its passes, or all of them if it has none."""
-    return out[passes[0] : passes[-1]] if passes else out
+def _at_the_wheel(out: Sequence[Motion], passes: Sequence[int], cross: int, plunge: int) -> Sequence[Motion]:
+    """The motions with which a dress might dress: from its first infeed or pass to its last pass, or all of them."""
+    first = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
+    return out[first : passes[-1]] if passes else out[first:]
+
+
+def _is_infeed(motion: Motion, cross: int, plunge: int) -> bool:
+    way = abs(_way(motion, plunge))
+    return isinstance(motion, Line) and STEP <= way <= DEEPEST_INFEED + STEP and abs(_way(motion, cross)) < STEP
 
 
 def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:

@@ -204,12 +204,13 @@ class GrindingRun:
     def _end_dress(self, event: DressEnd) -> None:
         """Dress the wheel, unless it has missed the diamond; either takes its time."""
         number = event.program
+        place = f"{self.programs.name}:{self._line}: dress program O{number}"
         if not self.running.turns:
-            raise DressProgramError(f"dress program O{number}: the wheel does not turn in it; program M03 before it")
+            raise DressProgramError(f"{place}: the wheel does not turn in it; program M03 before it, and no M05 in it")
         if self.running.speed != self._dressing_speed:
             raise DressProgramError(
-                f"dress program O{number}: dressing with another wheel speed than that of grinding is not simulated; "
-                "leave S, G96 and G97 out of it"
+                f"{place}: dressing with another wheel speed than that of grinding is not simulated; leave S, G96 and "
+                "G97 out of it"
             )
         plan, began, way = self.dressing.end(event, self.axis)
         self.watch.dress_moves(self.dressing.file(number), way, self.axis)

@@ -136,9 +136,9 @@ class Running:
         return None
 
     def _put_in_force(self) -> None:
-        if self.turns and self.fault is not None:
-            return  # refused at the next stroke
         speed, dry = self.speed, self.is_dry
+        if not SPEEDS[0] <= speed.surface <= SPEEDS[1]:
+            return  # a stroke with it will be refused
         if (speed, dry) not in self._known:
             setup = self.job.setup
             if speed != self.own:

@@ -393,14 +393,17 @@ class Watch:
         self._moves.clear()
 
     def _judge_way(self, file: str, moves: Iterable[tuple[Motion, bool]], axis: int) -> None:
-        """Warn of moves, each with whether it is known where it begins, and of the first of several in a row."""
+        """Warn of moves, each with whether it is known where it begins.
+
+        Of several in a row the first is told, and of those of a dress program, whose way back is its way out.
+        """
         assert self.part is not None
         inside, dressed, machine = False, 0.0, self.job.setup.machine
         for move, found in moves:
             depth, text = self._obstacle(move, axis, dressed, found)
-            if text and not inside:  # not of the way out as well
+            if text and not inside:
                 self._warn(file, move.line, "crash", text)
-            inside = bool(text)
+            inside = bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
             if self.job.diamond is not None and isinstance(move, Line):
                 dressed = max(dressed, depth)
             beyond = beyond_feeds(move, axis, machine) if isinstance(move, Line) else None
