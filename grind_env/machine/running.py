@@ -6,6 +6,7 @@ is written in whole revolutions: one that misses the speed of the job by no more
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -153,25 +154,24 @@ class Told:
     def __init__(self) -> None:
         self._told: set[tuple[Speed | None, bool]] = set()
 
-    def of(self, running: Running, diameter: float) -> list[str]:
-        """What to say of them at a stroke with a wheel of that diameter, mm; nothing if it has been said."""
-        state = running.commanded, running.is_dry
-        if state in self._told:
-            return []
-        speeds = {speed for speed, _ in self._told} if self._told else set()
-        dry = any(was_dry for _, was_dry in self._told)
-        self._told.add(state)
-        said = [] if running.commanded in speeds else _of_speed(running, diameter)
-        if running.is_dry and not dry:
-            said.append(
+    def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
+        """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
+        speed, dry = running.commanded, running.is_dry
+        speeds, dries = {each for each, _ in self._told}, {each for _, each in self._told}
+        self._told.add((speed, dry))
+        text = None if speed in speeds else _of_speed(running, diameter)
+        if text is not None:
+            yield "wheel speed", text
+        if dry and True not in dries:
+            yield (
+                "coolant",
                 "the coolant is off, and the part is ground dry; program M08 before this cycle, or say "
-                'coolant = "always on" in [setup] of the job'
+                'coolant = "always on" in [setup] of the job',
             )
-        return said
 
 
-def _of_speed(running: Running, diameter: float) -> list[str]:
-    """What to say of the speed: that it is beyond what wheel or spindle bear, or not that of the job."""
+def _of_speed(running: Running, diameter: float) -> str | None:
+    """What to say of the speed, if anything: that it is beyond what wheel or spindle bear, or not that of the job."""
     setup, own, commanded, speed = running.job.setup, running.own, running.commanded, running.speed
     new = setup.wheel.diameter
     surface, word = speed.at(diameter, new), own.word(new)
@@ -179,24 +179,24 @@ def _of_speed(running: Running, diameter: float) -> list[str]:
     if surface > (1.0 + SAME) * setup.wheel.maximum_speed:
         allowed = setup.wheel.maximum_speed
         lower = f"say wheel_speed = {allowed:g}" if speed == own else f"write {word}"
-        return [
+        return (
             f"the wheel turns at {surface:.3g} m/s, above the {allowed:g} m/s that {setup.wheel} bears; "
             f"{lower}, or put on a wheel that bears it"
-        ]
+        )
     if turns > (1.0 + SAME) * most:
-        return [f"the spindle turns at {turns:.0f} rpm, but {setup.machine} makes {most:g} at most; lower S"]
+        return f"the spindle turns at {turns:.0f} rpm, but {setup.machine} makes {most:g} at most; lower S"
     if running.by_hand:
         if commanded is None or abs(commanded.at(diameter, new) - own.at(diameter, new)) <= SAME * own.surface:
-            return []
-        return [
+            return None
+        return (
             f"{commanded.word(new)} has no effect, for the job says that the spindle is always on, with {word}; write "
             'that, or say spindle = "by program" in [setup] of the job'
-        ]
+        )
     if commanded is None:
-        return [f"no S says how fast the wheel is to turn, so that it turns as the job says; write {word}"]
+        return f"no S says how fast the wheel is to turn, so that it turns as the job says; write {word}"
     if abs(surface - own.at(diameter, new)) > SAME * own.surface:
-        return [
+        return (
             f"the wheel turns at {surface:.3g} m/s and not at the {own.at(diameter, new):.3g} m/s of the job; write "
             f"{word}, or say wheel_speed = {speed.surface:.3g} in [setup] of the job"
-        ]
-    return []
+        )
+    return None

@@ -182,8 +182,8 @@ class Watch:
 
     def runs(self, line: int, running: Running, diameter: float) -> None:
         """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
-        for text in self._told.of(running, diameter):
-            self.warn(line, "running", text)
+        for subject, text in self._told.of(running, diameter):
+            self.warn(line, subject, text)
 
     def dress(self, line: int, plan: DressPlan, count: int) -> None:
         """So many dresses are made in the block of a line: whether these alone make the wheel too small."""
