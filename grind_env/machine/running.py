@@ -157,6 +157,8 @@ class Told:
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
         """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
         speed, dry = running.commanded, running.is_dry
+        if (speed, dry) in self._told:
+            return
         speeds, dries = {each for each, _ in self._told}, {each for _, each in self._told}
         self._told.add((speed, dry))
         text = None if speed in speeds else _of_speed(running, diameter)

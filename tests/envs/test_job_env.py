@@ -571,7 +571,8 @@ def test_it_is_said_why_the_control_executes_a_program(
 
 
 def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:
-    plate = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\nG82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100\nG80\nG00 Y20.\nM30\n"
+    cycle = "G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100"
+    plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"
     worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
     env = JobEnv(written(tmp_path, plate + DRESS, worn), spread=0.0)
     assert env.why_not_replayed is not None
