@@ -339,7 +339,7 @@ class Watch:
             if part.deepest > 0.0 and part.strokes:
                 if 0.0 < part.job.part.tolerance < 1000.0 * left:
                     self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
-                if stop is not None and left > SIZED and not self._muted:
+                if stop is not None and min(left, part.deepest) > SIZED and not self._muted:
                     self._taken_off = stop.line, part.deepest, left
         if self._idle is not None and not self._judged:
             self.warn(self._idle[0], "air", self._idle[1])
