@@ -13,7 +13,7 @@ from grind_env.errors import GrindError, quoted, shortened
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
-    from grind_env.control import Control
+    from grind_env.control import Control, Programs, Report
 
 GROUND_SCRAP = 1
 HIGHEST_ENTRY = 99
@@ -37,8 +37,8 @@ MachineJob = Annotated[
     Path | None,
     typer.Option(
         "--job",
-        help="Job file; the control is then that of its machine, whose reversal dwell, rapid feed and acceleration "
-        "make the times those of `grind run`. Without it there is no reversal dwell.",
+        help="Job file; the control is then that of its machine, with its reversal dwell, rapid feed and acceleration. "
+        "Without it there is no reversal dwell.",
     ),
 ]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
@@ -72,15 +72,22 @@ def check(
     job: MachineJob = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
-    """Read every block of a program, execute it, and report errors or a summary."""
+    """Read every block of a program, execute it, and report errors or a summary.
+
+    With --job the program is ground as by `grind run`: the time is that of its parts, with loading, travel and dresses,
+    and what it does not do on this machine as it should is told.
+    """
     from grind_env import control
     from grind_env.control.check import report_record, summary
 
     try:
         settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
-        report = control.check(control.read_file(program), settings)
+        programs = control.read_file(program)
+        report = control.check(programs, settings)
         if not report.blocks and not report.errors:
             raise control.ControlError("file", f"{program} has no blocks; name a part program")
+        if job is not None and not report.errors:
+            _grind_too(report, programs, job, settings)
     except control.ControlError as error:
         report = control.Report(errors=[error])
     if as_json:
@@ -143,16 +150,30 @@ def run(
     grind_env/examples/plate_g82.toml. Each table [[part.stages]] in it is a stage with limits of its own, such as
     roughing; the first M01 after grinding has begun ends the first of them, and so on.
 
-    The limits that a part is beyond are named below the table. Exit status 1 means that a part is more likely scrap
-    than good.
+    S, G96 and M03 to M05 turn the wheel and M07 to M09 the coolant on and off; where they are set by hand, the job says
+    spindle = "always on" and coolant = "always on" in [setup]. What the machine, the wheel or the diamond ([diamond] of
+    the job says where it stands) do not bear is warned of.
 
-    Columns of --record, a row per stroke or groove infeed: part; line (of the cycle block); number (in the cycle);
-    groove; time, seconds (begin and duration, s); E (mm/min); Z (programmed depth, mm); b, Lw (engaged width, ground
-    length, mm); ae (depth of cut, mm); Q (specific removal rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn
-    (forces, N/mm); power (above idle, W); u_s (specific energy, J/mm3); lc (contact length, mm); fg (force per grain,
-    N); T (temperature rise, K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear,
-    mm, mm3); Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V
-    (volume ground since the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
+    The limits that a part is beyond are named below the table, with the block and the stroke that were most beyond them
+    and the words to change. Exit status 1 means that a part is more likely scrap than good.
+
+    Columns of the table, a row for every part, or for successive parts that are alike: part (its number); time (with
+    loading and dresses); strokes (of the table); dresses (executions of the dress program, where there are any);
+    size err. (stock left where the part is farthest from its size; negative where too much is off); taper (range of the
+    depth ground off); Ra (mean roughness); power (highest grinding power, above that of the idling spindle); temp.
+    (highest rise of the surface temperature that counts: in the plunges that leave the finished surface, or in all of
+    them where the job allows a rise); good (probability that the part keeps every limit); cost (of time, wheel, dresses
+    and expected scrap). Below it the mean size error is split: wheel wear since the wheel was last gauged or dressed,
+    deflection of wheel and machine, and the rest, which the program leaves.
+
+    Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
+    line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
+    (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
+    rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn (forces, N/mm); power (above idle, W); u_s (specific
+    energy, J/mm3); lc (contact length, mm); fg (force per grain, N); T (temperature rise, K); eps (energy partition
+    to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear, mm, mm3); Rg, Ra (roughness made and left,
+    um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since the dress, mm3/mm), ds
+    (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
     from dataclasses import replace
 
@@ -284,6 +305,20 @@ def tasks(
     Console(markup=False, highlight=False).print(table)
 
 
+def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:
+    """Add to the report of a check what grinding the program on a job comes to."""
+    from grind_env.control import ControlError
+    from grind_env.machine.grind import grind
+    from grind_env.machine.job_file import load_job
+
+    try:
+        record = grind(programs, load_job(job), control=settings)
+    except GrindError as error:
+        report.errors.append(ControlError("job", str(error)))
+    else:
+        report.seconds, report.warnings = record.seconds, list(record.warnings)
+
+
 def _control(
     job: Path | None,
     strokes: int,
@@ -297,6 +332,7 @@ def _control(
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError
+    from grind_env.control.control import WHEEL_RADIUS
 
     every, radii = 0.0, {}
     for option in radius or ():
@@ -314,11 +350,13 @@ def _control(
     machine = Control()
     if job is not None:
         from grind_env.machine.job_file import load_job
+        from grind_env.machine.mounting import first_diameter
 
         try:
-            machine = load_job(job).control
+            ground = load_job(job)
         except GrindError as error:  # reported as errors of the program are
             raise ControlError("job", str(error)) from None
+        machine, radii = ground.control, {WHEEL_RADIUS: 0.5 * first_diameter(ground)} | radii
     return replace(
         machine,
         strokes=strokes,

@@ -30,6 +30,7 @@ from grind_env.control.motions import (
     Source,
     Spindle,
     Stroke,
+    Switch,
     TableStop,
 )
 from grind_env.control.numbers import NumberFormat
@@ -70,6 +71,7 @@ __all__ = [
     "Source",
     "Spindle",
     "Stroke",
+    "Switch",
     "TableStop",
     "check",
     "dress_program_moves",

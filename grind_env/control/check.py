@@ -21,10 +21,11 @@ class Report:
         programs: number of programs read.
         blocks: number of blocks in them.
         motions: number of motions made.
-        seconds: time of the execution, s.
+        seconds: time of the execution, s; with a job that of the parts, loading and dresses included.
         cycles: every cycle executed, with its strokes and dresses.
         between: strokes that the table makes after a G82 or G83, until the next cycle or G80.
         messages: what the control told the operator.
+        warnings: with a job, what the program does not do on its machine as it should.
         errors: the first error of reading and the first of execution, once if they are the same.
     """
 
@@ -35,6 +36,7 @@ class Report:
     cycles: list[CycleEnd] = field(default_factory=list)
     between: int = 0
     messages: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     errors: list[ControlError] = field(default_factory=list)
 
 
@@ -85,7 +87,7 @@ def report_record(report: Report, file: str) -> dict[str, Any]:
         "programs": report.programs,
         "blocks": report.blocks,
         "motions": report.motions,
-        "seconds": round(report.seconds, 9),
+        "seconds": report.seconds,
         "cycles": [
             {
                 "code": cycle.plan.code + (".1" if cycle.plan.pre_dress else ""),
@@ -98,6 +100,7 @@ def report_record(report: Report, file: str) -> dict[str, Any]:
         ],
         "strokes_between": report.between,
         "messages": report.messages,
+        "warnings": report.warnings,
         "errors": [error_record(error, file) for error in report.errors],
     }
 
@@ -115,7 +118,8 @@ def summary(report: Report) -> str:
     ]
     if report.between:
         lines.append(f"{_count(report.between, 'stroke')} between cycles, for the table goes on")
-    return "\n".join(lines + report.messages)
+    told = [f"warning: {warning}" for warning in report.warnings] or report.messages  # the former hold the latter
+    return "\n".join(lines + told)
 
 
 def _count(number: int, singular: str, plural: str = "") -> str:

@@ -86,12 +86,14 @@ class Interpreter:
         """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
         yield from self.mover.turn_spindle()
+        yield from self.mover.switch(command, on=True)
         end = None
         if 98 in command.m:
             end = yield from self._subprogram(command)
         else:
             yield from self._act(command)
             yield from self.interruptions.after_motion()
+        yield from self.mover.switch(command, on=False)
         place = self.mover.place
         for number in command.m:
             if number in (0, 1):

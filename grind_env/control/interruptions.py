@@ -174,6 +174,7 @@ class Interruptions:
         yield InterruptStart(timeline.time, interrupt.program, interrupt.kind)
         moved = yield from self._run(program, Source.INTERRUPT, returning=interrupt.kind == 2)
         yield InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
+        yield from self.mover.turn_spindle()
         away = moved and interrupt.kind == 1
         if away:
             self.mover.detour = goal

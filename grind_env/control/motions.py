@@ -338,10 +338,23 @@ class ProgramEnd:
 
 @dataclass(frozen=True, slots=True)
 class Spindle:
-    """The wheel spindle changes its speed to `speed`, revolutions per minute."""
+    """The commanded speed of the wheel changes to `speed`, revolutions per minute.
+
+    `surface` is the surface speed that G96 holds, m/min, and 0 under G97.
+    """
 
     time: float
     speed: float
+    surface: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09."""
+
+    time: float
+    turning: bool
+    coolant: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,6 +387,7 @@ Event: TypeAlias = (
     | ProgramStop
     | ProgramEnd
     | Spindle
+    | Switch
     | Hold
     | Message
 )

@@ -15,7 +15,7 @@ from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modes import PLANES, Modes
-from grind_env.control.motions import Event, Hold, Position, Source, Spindle
+from grind_env.control.motions import Event, Hold, Position, Source, Spindle, Switch
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -31,6 +31,10 @@ from grind_env.control.tooling import Tooling
 
 Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
 """Looks ahead along the way of execution."""
+
+
+SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = (3, 4), (5,), (7, 8), (9,)
+"""M codes of the wheel and of the coolant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,10 @@ class Mover:
         source: what commands the motions: the program, a dress or an interrupt.
         recorder: remembers the way of an interrupt program; None outside of one.
         remembered: how many moves of the next one it will remember.
-        spindle: speed of the wheel, revolutions per minute; None before the first S.
+        spindle: speed of the wheel, revolutions per minute, and the surface speed that G96 holds, m/min, 0 under G97;
+            None before the first S.
+        turning: whether M03 or M04 has set the wheel turning.
+        coolant: whether M07 or M08 has turned the coolant on.
         detour: the programmed position after a type 1 interrupt, from which the next motion counts although the
             axes stand elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise.
         passed: the intermediate point of the last G28 or G30, for G29.
@@ -73,7 +80,8 @@ class Mover:
         self.source = Source.PROGRAM
         self.recorder: Recorder | None = None
         self.remembered = REMEMBERED
-        self.spindle: float | None = None
+        self.spindle: tuple[float, float] | None = None
+        self.turning = self.coolant = False
         self.detour: Position | None = None
         self.passed: Position | None = None
 
@@ -89,7 +97,8 @@ class Mover:
     def tables(self) -> tuple[object, ...]:
         """What a program can write for later ones."""
         work = self.work
-        return dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
+        written = dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
+        return *written, self.turning, self.coolant
 
     def begin_block(self, command: Command) -> None:
         """Put modes in force, and what a block switches besides: T, M800, M801, M900 to M904 (mill manual 29-7)."""
@@ -107,10 +116,25 @@ class Mover:
 
     def turn_spindle(self) -> Iterator[Event]:
         """Tell a new speed of the wheel."""
-        speed = self.tooling.spindle_speed(self.modes, self._no_wheel_radius)
-        if speed is not None and speed != self.spindle:
-            self.spindle = speed
-            yield Spindle(self.timeline.time, speed)
+        modes = self.modes
+        speed = self.tooling.spindle_speed(modes, self._no_wheel_radius)
+        if speed is None or modes.spindle is None:
+            return
+        spindle = speed, modes.spindle if modes.surface_speed else 0.0
+        if spindle != self.spindle:
+            self.spindle = spindle
+            yield Spindle(self.timeline.time, *spindle)
+
+    def switch(self, command: Command, on: bool) -> Iterator[Event]:
+        """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
+        before = self.turning, self.coolant
+        for number in command.m:
+            if number in (SPINDLE_ON if on else SPINDLE_OFF):
+                self.turning = on
+            elif number in (COOLANT_ON if on else COOLANT_OFF):
+                self.coolant = on
+        if (self.turning, self.coolant) != before:
+            yield Switch(self.timeline.time, self.turning, self.coolant)
 
     def follow_wheel(self, amount: float) -> None:
         """Let radius table, later infeeds and the program's origin follow a wheel made smaller by `amount` mm."""

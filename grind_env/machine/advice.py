@@ -2,9 +2,10 @@
 
 import math
 
-from grind_env.control import Control, Pick, Stroke
+from grind_env.control import Control, Motion, Pick, Position, Rapid, Source, Stroke
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import pick_window
+from grind_env.machine.axes import AXES
 from grind_env.process import state
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
@@ -110,12 +111,32 @@ def missed_surface(surface: float) -> str:
     return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
 
 
-def crash(depth: float, *, rapid: bool) -> str:
+def crash(depth: float, move: Motion) -> str:
     """What to say of a move outside a cycle that takes the wheel `depth` mm into the part."""
-    return (
-        f"a {'rapid' if rapid else 'feed move'} outside a cycle takes the wheel {depth:.3g} mm into the part; "
-        "come down beside it, and let the strokes of a cycle take the stock off"
+    dressing = move.source in (Source.DRESS, Source.RETRACE)
+    remedy = (
+        "let it go by way of a point above the part"
+        if dressing
+        else "come down beside it, and let the strokes of a cycle take the stock off"
     )
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into the part; {remedy}"
+
+
+def table_crash(depth: float, move: Motion) -> str:
+    """What to say of one that takes it `depth` mm into the table."""
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into the table; end it higher, or mend part.height"
+
+
+def diamond_crash(depth: float, move: Motion) -> str:
+    """What to say of one that takes it `depth` mm into the diamond."""
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into the diamond; lead it past the diamond, or above its tip"
+
+
+def _named(move: Motion) -> str:
+    kind = "rapid" if isinstance(move, Rapid) else "feed move"
+    if move.source is Source.RETRACE:
+        return f"a {kind} on the way back from the dress"
+    return f"a {kind} of the dress program" if move.source is Source.DRESS else f"a {kind} outside a cycle"
 
 
 def above_surface(axis: str, lowest: float, surface: float) -> str:
@@ -156,6 +177,50 @@ def unended_stages(stages: int, stops: int) -> str:
     )
 
 
+def taken_off(line: int, depth: float, stock: float) -> str:
+    """What to say of M00 after which a cycle in a line goes on at the depth, mm, to which the part was ground."""
+    return (
+        f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on "
+        "there; write M01 if the part is to be gauged and stay"
+    )
+
+
+def many_dresses(dresses: int, plunges: int) -> str:
+    """What to say of D above the number of the plunges of a cycle."""
+    return (
+        f"D{dresses} asks for more dresses than the cycle has plunges, {plunges}, so that some follow one another; "
+        f"give D{plunges} or less"
+    )
+
+
+def eaten_wheel(dressed: float, least: float) -> str:
+    """What to say of dresses that have taken so much off the diameter of the wheel, mm, that it is too small."""
+    return (
+        f"dressing alone takes {dressed:.4g} mm off the diameter of the wheel, which falls below its least diameter, "
+        f"{least:g} mm; dress less often or less deep"
+    )
+
+
+def worn_wheel(least: float) -> str:
+    """What to say of a wheel below its least diameter, mm."""
+    return (
+        f"the wheel is smaller than its least diameter, {least:g} mm; begin with a larger one, or give the time of a "
+        "wheel change in [times] of the job"
+    )
+
+
+def missed_diamond(program: int, tip: Position, begin: Position, end: Position) -> str:
+    """What to say of a dress program with a pass between two positions that leaves some of the wheel undressed."""
+
+    def said(place: Position) -> str:
+        return " ".join(f"{axis}{coordinate:g}" for axis, coordinate in zip(AXES, place, strict=True))
+
+    return (
+        f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
+        f"whole wheel over the diamond at {said(tip)}; lead it there, or mend [diamond] of the job"
+    )
+
+
 def called_dress(program: int) -> str:
     """What to say of M98 with the number of a dress program."""
     return (
@@ -165,7 +230,12 @@ def called_dress(program: int) -> str:
 
 
 def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
-    """What to say about a reversal point over the part."""
+    """What to say about a reversal point over the part, or at its very end."""
+    if not low < coordinate < high:
+        return (
+            f"a stroke turns at {axis}{coordinate:g}, at the end of the part, which lies from {axis}{low:g} to "
+            f"{axis}{high:g}; without overtravel the table turns in the cut: set the reversal point some 20 mm beyond"
+        )
     return (
         f"a stroke turns at {axis}{coordinate:g}, over the part, which lies from {axis}{low:g} to "
         f"{axis}{high:g}; set the reversal points beyond it"

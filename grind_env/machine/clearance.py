@@ -1,7 +1,10 @@
-"""Whether the moves of a program outside its cycles keep clear of the part: only strokes grind it.
+"""Whether the moves of a program outside its cycles keep clear of part, table and diamond: only strokes grind the part.
 
-They are judged with the cycle that comes after them, for its axis says how the part lies. Those of a program that cuts
-grooves alone are not: a job says how long an infeed grinds, and not where on the part.
+The wheel is a body of its radius and its width. The part lies in the way from the depth on to which strokes have ground
+it, the table below the height of the part, and the diamond below its tip; where the last two stand, a job may say.
+
+Moves of the program are judged with the cycle that comes after them, for its axis says how the part lies. Those of a
+program that cuts grooves alone are not: a job says how long an infeed grinds, and not where on the part.
 """
 
 from grind_env.control import Motion, Position
@@ -9,12 +12,13 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.coverage import CELL
 from grind_env.machine.part import PartRun
+from grind_env.machine.wheel_body import half_chord, position_at, rise
 
 CRASH = 0.005
 """mm; a move that goes no deeper rubs: wheel and machine yield by as much, and a finishing pick is no more."""
 
 
-def into_part(part: PartRun, motion: Motion, axis: int, *, found: bool = True) -> float:
+def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> float:
     """How far a move takes the wheel into the part, deeper than strokes have been there, mm; 0 if it keeps clear of it.
 
     An arc counts as its chord. A move that only lifts the wheel keeps clear, wherever it begins; of one that begins
@@ -24,20 +28,22 @@ def into_part(part: PartRun, motion: Motion, axis: int, *, found: bool = True) -
         part: the part, with what strokes have done to it before the move.
         motion: the move.
         axis: the reciprocating axis.
+        radius: of the wheel, mm.
         found: whether it begins where the control takes the wheel to be, and not where an operator has left it.
     """
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     start, end = motion.start if found else motion.end, motion.end
-    lifts = end[plunge] >= start[plunge] and (start[axis], start[cross]) == (end[axis], end[cross])
-    if lifts and found:
-        return 0.0
-    low, high = 0.0, 1.0
     lying, width = part.job.part, part.job.setup.wheel.width
+    lowest = min(start[plunge], end[plunge])
+    if lowest >= lying.surface or (found and lifts(motion, axis)):
+        return 0.0
+    reach = half_chord(radius, lying.surface - lowest)
     # a wheel at the very edge does not touch
     sides = (
-        (axis, lying.start, lying.start + lying.length),
+        (axis, lying.start - reach, lying.start + lying.length + reach),
         (cross, lying.across - width, lying.across + lying.width),
     )
+    low, high = 0.0, 1.0
     for along, near, far in sides:
         way = end[along] - start[along]
         if abs(way) < DEPTH_TOLERANCE:
@@ -48,30 +54,43 @@ def into_part(part: PartRun, motion: Motion, axis: int, *, found: bool = True) -
         low, high = max(low, first), min(high, last)
     if (high - low) * _length(start, end) < DEPTH_TOLERANCE and start != end:
         return 0.0
-    return _deepest(part, _at(start, end, low), _at(start, end, high), axis)
+    return _deepest(part, position_at(start, end, low), position_at(start, end, high), axis, radius)
 
 
-def _deepest(part: PartRun, start: Position, end: Position, axis: int) -> float:
+def into_table(part: PartRun, motion: Motion, axis: int) -> float:
+    """How far a move takes the wheel into the table, mm; 0 if it keeps clear of it, or nobody knows where that is."""
+    lying, plunge = part.job.part, plunge_axis(axis)
+    if lying.height is None or lifts(motion, axis):
+        return 0.0
+    return max(lying.surface - lying.height - min(motion.start[plunge], motion.end[plunge]), 0.0)
+
+
+def lifts(motion: Motion, axis: int) -> bool:
+    """Whether a move only takes the wheel off the part."""
+    cross, plunge, start, end = cross_axis(axis), plunge_axis(axis), motion.start, motion.end
+    return end[plunge] >= start[plunge] and (start[axis], start[cross]) == (end[axis], end[cross])
+
+
+def _deepest(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
     """How far a straight move over the part goes deeper than strokes have been, mm; of a harmless one a bound on it."""
-    bound = _deeper(part, start, end, axis)  # as if it were as deep as its deeper end all the way
+    bound = _deeper(part, start, end, axis, radius)  # as if it were as deep as its deeper end all the way
     if bound <= CRASH:
         return bound
     if max(abs(end[along] - start[along]) for along in (axis, cross_axis(axis))) <= CELL:
-        return max(_deeper(part, start, start, axis), _deeper(part, end, end, axis))
-    half = _at(start, end, 0.5)
-    return max(_deepest(part, start, half, axis), _deepest(part, half, end, axis))
+        return max(_deeper(part, start, start, axis, radius), _deeper(part, end, end, axis, radius))
+    half = position_at(start, end, 0.5)
+    return max(_deepest(part, start, half, axis, radius), _deepest(part, half, end, axis, radius))
 
 
-def _deeper(part: PartRun, start: Position, end: Position, axis: int) -> float:
+def _deeper(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
     """How much deeper the deeper end of a straight move is than strokes have been in what the move sweeps, mm."""
-    cross, plunge = cross_axis(axis), plunge_axis(axis)
-    reached = part.reached((start[cross], end[cross]), (start[axis], end[axis]))
-    return part.job.part.surface - min(start[plunge], end[plunge]) - reached
-
-
-def _at(start: Position, end: Position, share: float) -> Position:
-    x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
-    return x, y, z
+    cross, plunge, lying = cross_axis(axis), plunge_axis(axis), part.job.part
+    low, high = sorted((start[axis], end[axis]))
+    near, far = lying.start, lying.start + lying.length
+    ends = min(max(low, near), far), min(max(high, near), far)
+    reached = part.reached((start[cross], end[cross]), ends)
+    beside = max(near - high, low - far, 0.0)
+    return lying.surface - min(start[plunge], end[plunge]) - rise(radius, beside) - reached
 
 
 def _length(start: Position, end: Position) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from grind_env.control import (
+    Arc,
     Control,
     ControlError,
     Line,
@@ -25,6 +26,7 @@ from grind_env.control.words import read_block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.job import Job
+from grind_env.machine.wheel_body import over_diamond
 
 DEEPEST_INFEED = 0.1
 """mm; more than this in one pass is an approach and not an infeed (0.005 to 0.04 mm is usual)."""
@@ -85,8 +87,8 @@ def run_dress(programs: Programs, number: int, job: Job, control: Control, posit
         axis: the reciprocating axis, which settles the roles of the others.
 
     Raises:
-        DressProgramError: it does not exist or is faulty, has no traverse or no infeed, or its traverses differ
-            in feed.
+        DressProgramError: it does not exist or is faulty, has no traverse or no infeed, dresses a form, or its
+            traverses differ in feed.
     """
     try:
         motions = dress_program_moves(programs, number, control, position)
@@ -144,6 +146,14 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
         and math.dist(motion.start, motion.end) <= abs(_way(motion, cross)) + STEP
     ]
     traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
+    dressing = _at_the_wheel(out, passes, cross, plunge)
+    formed = next((motion for motion in dressing if _is_formed(motion, cross, plunge)), None)
+    if formed is not None:
+        raise _error(
+            number,
+            f"form dressing is not simulated, but line {formed.line} leads the diamond along a form; "
+            f"dress with feed moves along {AXES[cross]} and {AXES[plunge]}, one at a time",
+        )
     if not traverses:
         raise _error(
             number,
@@ -173,6 +183,22 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
     return DressRun(plan, axis, tuple(motions), tuple(passes))
 
 
+def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
+    """The first pass of a dress that does not take the whole wheel over the diamond; None if every one does.
+
+    Args:
+        run: the dress.
+        tip: of the diamond.
+        radius: of the wheel, mm.
+        width: of the wheel, mm.
+    """
+    for motion in (run.motions[k] for k in run.strokes):
+        depth, passed = over_diamond(tip, motion, run.axis, radius, width)
+        if depth <= 0.0 or passed < width - STEP:
+            return motion
+    return None
+
+
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     """Refuse a dress program that depends on the modes in force where the cycle interrupts for it.
 
@@ -191,6 +217,25 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
             f"it makes {found} when the cycle calls it, but {plan} by itself; "
             "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
         )
+
+
+def _at_the_wheel(out: Sequence[Motion], passes: Sequence[int], cross: int, plunge: int) -> Sequence[Motion]:
+    """The motions with which a dress might dress: from its first infeed or pass to its last pass, or all of them."""
+    first = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
+    return out[first : passes[-1]] if passes else out[first:]
+
+
+def _is_infeed(motion: Motion, cross: int, plunge: int) -> bool:
+    way = abs(_way(motion, plunge))
+    return isinstance(motion, Line) and STEP <= way <= DEEPEST_INFEED + STEP and abs(_way(motion, cross)) < STEP
+
+
+def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
+    """Whether a motion leads the diamond along a form, across the wheel and into it at once."""
+    if isinstance(motion, Arc):
+        return True
+    both = min(abs(_way(motion, cross)), abs(_way(motion, plunge)))
+    return isinstance(motion, Line) and both > STEP
 
 
 def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Iterator[float]:

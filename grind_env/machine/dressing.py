@@ -1,17 +1,35 @@
-"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it."""
+"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
+
+What the first execution shows of a program holds for all, for a control that knows a dress need not go its way again.
+"""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from grind_env.control import Control, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.machine.dress_program import (
     DressPlan,
+    DressRun,
     is_dress_program,
     measure_dress,
+    missed_pass,
     plain_calls,
-    plan_dress,
     require_same,
+    run_dress,
 )
 from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+
+
+class Executed(NamedTuple):
+    """A dress program that has been executed."""
+
+    plan: DressPlan
+    """What it does."""
+    began: float
+    """When it began, s."""
+    way: tuple[Motion, ...]
+    """Its motions, retrace included, if it is the first execution of the program."""
 
 
 class DressPrograms:
@@ -19,21 +37,30 @@ class DressPrograms:
 
     Attributes:
         plans: what those met so far do, by O number.
+        missed: of each the first pass that misses the diamond, by O number; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.plans: dict[int, DressPlan] = {}
+        self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
         self._motions: list[Motion] = []
         self._compared: set[int] = set()
 
     def plan(self, number: int, position: Position, axis: int) -> DressPlan:
-        """What a program does; errors as for `plan_dress`, whose arguments count the first time."""
+        """What a program does; errors as for `run_dress`, whose arguments count the first time."""
         if number not in self.plans:
-            self.plans[number] = plan_dress(self.programs, number, self.job, self.control, position, axis)
+            run = run_dress(self.programs, number, self.job, self.control, position, axis)
+            self.plans[number] = run.plan
+            self.missed[number] = self._missed(run)
         return self.plans[number]
+
+    def file(self, number: int) -> str:
+        """The file of a program."""
+        program = self.programs.find(number)
+        return self.programs.name if program is None else program.place.file
 
     def begin(self, event: DressStart) -> None:
         """An execution begins."""
@@ -44,8 +71,8 @@ class DressPrograms:
         if self.under_way is not None:
             self._motions.append(motion)
 
-    def end(self, event: DressEnd, axis: int) -> tuple[DressPlan, float]:
-        """An execution ends: its plan, and when it began, s; the first one of a program is compared with the plan.
+    def end(self, event: DressEnd, axis: int) -> Executed:
+        """An execution ends; the first one of a program is compared with what it does by itself.
 
         Raises:
             DressProgramError: the two differ.
@@ -53,10 +80,14 @@ class DressPrograms:
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
+        way: tuple[Motion, ...] = ()
         if number not in self._compared:
+            way = tuple(self._motions)
             self._compared.add(number)
-            require_same(measure_dress(self._motions, number, self.job, axis).plan, plan, number)
-        return plan, begun.time
+            run = measure_dress(way, number, self.job, axis)
+            require_same(run.plan, plan, number)
+            self.missed[number] = self._missed(run)
+        return Executed(plan, begun.time, way)
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
         """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number."""
@@ -64,3 +95,9 @@ class DressPrograms:
             known = number in self.plans
             if known or is_dress_program(self.programs, number, self.job, self.control, position, axis):
                 yield line, number
+
+    def _missed(self, run: DressRun) -> Motion | None:
+        diamond, wheel = self.job.diamond, self.job.setup.wheel
+        if diamond is None:
+            return None
+        return missed_pass(run, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)

@@ -8,7 +8,7 @@ edge on the minus side across the table.
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
 from grind_env.control.control import Control
 from grind_env.errors import quoted
@@ -18,6 +18,9 @@ from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantit
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
+
+ByHand: TypeAlias = Literal["by program", "always on"]
+"""Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
 
 
 class JobError(TableError):
@@ -65,6 +68,8 @@ class Part:
         scrap_cost: price of a spoilt part.
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
+        height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. None
+            if it is not known: the wheel is then not watched for coming down on the table.
         stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
             last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
             only what comes after the stages. Without stages those limits hold for all of its grinding.
@@ -81,6 +86,7 @@ class Part:
     tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = NO_LIMIT
     scrap_cost: Annotated[float, Quantity("", "$", 0, 1e6)]
     rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
+    height: Annotated[float | None, Quantity("", "mm", 0.1, 10_000)] = None
     stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
@@ -106,6 +112,10 @@ class Setup:
         machine: machine tool.
         wheel_speed: surface speed of the new wheel.
         constant_surface_speed: whether the control holds `wheel_speed` as the wheel shrinks (12-41).
+        spindle: "by program": S, G96 and M03 to M05 set the wheel turning, and the process runs with their speed;
+            "always on": the operator sets it to `wheel_speed`, and these words have no effect.
+        coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry;
+            "always on": it flows whatever they say.
         grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
             else a turning tool does, of which only the time counts.
     """
@@ -116,6 +126,8 @@ class Setup:
     machine: Machine
     wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
     constant_surface_speed: bool = False
+    spindle: ByHand = "by program"
+    coolant: ByHand = "by program"
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
@@ -165,6 +177,33 @@ class WheelStart:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Diamond:
+    """Where the tip of the dressing diamond stands on the table, as the axes are read when the wheel is at it.
+
+    Its height is that of the touched-off wheel: what dresses take off the wheel is compensated there as it is on the
+    part.
+
+    Attributes:
+        x: coordinate of the X axis.
+        y: of the Y axis.
+        z: of the Z axis.
+    """
+
+    x: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
+    y: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
+    z: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
+
+    def __post_init__(self) -> None:
+        """Check every number; a `JobError` names the one out of range."""
+        tables.check(self, "diamond", JobError)
+
+    @property
+    def tip(self) -> tuple[float, float, float]:
+        """X, Y and Z."""
+        return self.x, self.y, self.z
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Lots:
     """How the parts of a batch differ.
 
@@ -187,13 +226,17 @@ class Lots:
 
 @dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
 class Job:
-    """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ."""
+    """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ.
+
+    Without the place of the diamond every dress program is taken to meet it.
+    """
 
     part: Part
     setup: Setup
     times: Times = field(default_factory=Times)
     wheel: WheelStart = field(default_factory=WheelStart)
     lots: Lots = field(default_factory=Lots)
+    diamond: Diamond | None = None
 
     def __post_init__(self) -> None:
         """Check what depends on more than one table."""

@@ -18,6 +18,13 @@
     wheel = "a60j"
     machine_overrides = { stiffness = 50_000 }
     grooving_wheel = true   # the wheel makes the infeeds of G76 and G77; false if left out
+    spindle = "always on"   # set by hand: S and M03 to M05 have no effect; "by program" if left out
+    coolant = "always on"   # likewise, M07 to M09
+
+    [diamond]               # optional: where its tip stands; without it every dress program is taken to meet it
+    x = -120                # mm, like y and z; as the axes are read when the wheel is at it
+    y = 10
+    z = -10
 
     [catalogue]             # optional: the user's own catalogue, beside the job file
     files = ["shop.toml"]
@@ -38,13 +45,13 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 from pathlib import Path
 
 from grind_env.files import ReadError
-from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
+from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
 from grind_env.process.catalogue import USUAL
 from grind_env.process.tables import Table, keys, refuse_missing, refuse_unknown, sub_table
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
-VALUES = ("wheel_speed", "constant_surface_speed", "grooving_wheel")
+VALUES = ("wheel_speed", "constant_surface_speed", "spindle", "coolant", "grooving_wheel")
 
 
 def load_job(path: str | Path) -> Job:
@@ -67,15 +74,18 @@ def load_job(path: str | Path) -> Job:
 
 
 def _job(document: Table, folder: Path) -> Job:
-    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "catalogue"), JobError)
+    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "diamond", "catalogue"), JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
     times = sub_table(document, "times", keys(Times), JobError)
     wheel = sub_table(document, "wheel", keys(WheelStart), JobError)
     lots = sub_table(document, "lots", keys(Lots), JobError)
+    diamond = sub_table(document, "diamond", keys(Diamond), JobError)
     catalogue = catalogue_of(document, folder, JobError)
 
     refuse_missing(part, Part, "part", JobError)
+    if "diamond" in document:
+        refuse_missing(diamond, Diamond, "diamond", JobError)
     names = {"part.material": part["material"]}
     names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in USUAL.items()}
     material, *tools = (entry_of(catalogue, key, name, setup, JobError) for key, name in names.items())
@@ -85,6 +95,7 @@ def _job(document: Table, folder: Path) -> Job:
         times=Times(**times),
         wheel=WheelStart(**wheel),
         lots=Lots(**lots),
+        diamond=Diamond(**diamond) if "diamond" in document else None,
     )
 
 

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from grind_env.control import Infeed
+from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
 from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
-from grind_env.machine.job import Job, JobError, Part, Stage
+from grind_env.machine.job import Job, JobError, Part, Setup, Stage
 from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
@@ -102,6 +103,7 @@ class PartRun:
         self.number, self.job, self.began = number, job, began
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
+        self._new_wheel = new_wheel
         self.p = conditions.parameters(job.parameters, new_wheel=new_wheel)
         self.cutting = False
         self.deepest = 0.0
@@ -116,6 +118,7 @@ class PartRun:
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
         self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
+        self._wear = 0.0  # of the wheel, not yet gauged, in the last stroke or infeed at full depth, mm
 
     @property
     def strokes(self) -> int:
@@ -170,6 +173,9 @@ class PartRun:
             self.tally,
         )
         self.deepest = max(self.deepest, extremes.ground)
+        finishing = np.flatnonzero((rows["Lw"] > 0.0) & (rows["Z"] >= self.deepest - DEPTH_TOLERANCE))
+        if finishing.size:
+            self._wear = float(rows["W"][finishing[-1]] - rows["dw"][finishing[-1]])
         self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
         if not (first_way.whole and later_way.whole):
             columns = first, last, rows["Lw"], rows["Z"]
@@ -214,6 +220,7 @@ class PartRun:
         cut = self._grooves.grind(wheel, event, self.p) if grinds else None
         if cut is None:
             return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
+        self._wear = wheel.W
         wheel, stroke, b = cut
         return wheel, self._counted(Pass(stroke, b, self._grooves.length), event.seconds, plunged=True)
 
@@ -245,7 +252,14 @@ class PartRun:
 
     def change_wheel(self) -> None:
         """Go on with a new wheel."""
+        self._new_wheel = True
         self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
+
+    def take_up(self, setup: Setup) -> None:
+        """Go on with another set-up."""
+        if setup is not self.job.setup:
+            self.job = replace(self.job, setup=setup)
+            self.p = self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     def dress(self, seconds: float, removed: float) -> None:
         """Count a dress execution of some s that took `removed` mm3 off the wheel."""
@@ -277,6 +291,15 @@ class PartRun:
         if not grooves:
             return self._S, self._Rs
         return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
+
+    @property
+    def size_shares(self) -> tuple[float, float, float]:
+        """What of the mean size error is wear of the wheel, what deflection, and what the program leaves, um."""
+        grooves = () if self.strokes else tuple(self._grooves)
+        reached = np.concatenate([groove.reached for groove in grooves]) if grooves else self._reached
+        missed = 1000.0 * float(reached.mean() - self._ground()[0].mean())
+        wear = min(1000.0 * self._wear, max(missed, 0.0))
+        return wear, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
         """The surface as it is now, if `stock`, mm, is to be off it."""
@@ -310,6 +333,7 @@ class PartRun:
             found.size_error,
             found.taper,
             found.worst_error,
+            *self.size_shares,
             unground,
             found.Ra,
             max(self._earlier_power, tally.peak_power),

@@ -1,6 +1,7 @@
 """What a run leaves behind: one row per stroke or infeed, per dress and per part."""
 
 import csv
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,25 @@ STROKE_ROW = np.dtype(
     ]
 )
 
+UNITS = {
+    **dict.fromkeys(("time", "seconds"), "s"),
+    "E": "mm/min",
+    **dict.fromkeys(("Z", "b", "Lw", "ae", "lc", "dw", "ds", "W"), "mm"),
+    "Q": "mm2/s",
+    **dict.fromkeys(("heq", "Rg", "Ra", "alw"), "um"),
+    **dict.fromkeys(("Ft", "Fn"), "N/mm"),
+    "power": "W",
+    "u_s": "J/mm3",
+    "fg": "N",
+    "T": "K",
+    "worn": "mm3",
+    "V": "mm3/mm",
+}
+"""Units of the fields of `STROKE_ROW`; the others are numbers."""
+
+DIGITS = {"time": ".3f", "seconds": ".3f", "ds": ".5f"}
+"""How fields are rounded in a CSV file; the others have six digits."""
+
 DRESS_ROW = np.dtype(
     [
         ("part", np.int64),
@@ -57,6 +77,9 @@ PART_ROW = np.dtype(
         ("size_error", np.float64),  # stock left, um
         ("taper", np.float64),  # range of S, um
         ("worst_error", np.float64),  # stock left where the part is farthest from its size: it is judged by it, um
+        ("size_wear", np.float64),  # of size_error: wear of the wheel since it was gauged, um
+        ("size_deflection", np.float64),  # of size_error: how far wheel and machine have yielded, um
+        ("size_rest", np.float64),  # of size_error: stock below the depth that was programmed, um
         ("unground", np.float64),  # share of the surface that no stroke has reached; such a part is not good
         ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
@@ -125,6 +148,7 @@ class GrindingRecord:
         stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
             `process.cost.Limits`).
         warnings: sentences on what the program does not do as it should.
+        blocks: N word of the block in each line that has ground, or the line again.
     """
 
     strokes: Table
@@ -132,6 +156,7 @@ class GrindingRecord:
     parts: Table
     stages: tuple[tuple[tuple[str, ...], ...], ...]
     warnings: tuple[str, ...]
+    blocks: Mapping[int, int]
 
     @property
     def seconds(self) -> float:
@@ -159,6 +184,8 @@ class GrindingRecord:
     def write(self, path: str | Path) -> None:
         """Write the strokes to a `.csv` or `.parquet` file, which appears only when it is complete.
 
+        A CSV file is to be read: its numbers are rounded, and its header has the units, as in `time [s]`.
+
         Raises:
             RecordError: another suffix, or a parquet file without pyarrow installed.
             FileError: the folder does not exist or cannot be written to.
@@ -173,8 +200,11 @@ class GrindingRecord:
     def _write_csv(self, path: Path) -> None:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(STROKE_ROW.names or ())
-            writer.writerows(self.strokes.tolist())
+            names = STROKE_ROW.names or ()
+            writer.writerow([f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names])
+            forms = [DIGITS.get(name, ".6g" if STROKE_ROW[name] == np.float64 else "d") for name in names]
+            for row in self.strokes.tolist():
+                writer.writerow([format(value, form) for value, form in zip(row, forms, strict=True)])
 
     def _write_parquet(self, path: Path) -> None:
         try:

@@ -27,13 +27,15 @@ from grind_env.control import (
     Programs,
     ProgramStop,
     Rapid,
+    Spindle,
     Stroke,
+    Switch,
 )
 from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
-from grind_env.machine.advice import BEYOND_NUMBERS, called_dress
+from grind_env.machine.advice import BEYOND_NUMBERS, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import NO_DRESS, DressPlan
+from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError
@@ -49,6 +51,7 @@ from grind_env.machine.record import (
     Log,
     Table,
 )
+from grind_env.machine.running import Running
 from grind_env.machine.watch import Watch
 from grind_env.process.state import WheelState
 
@@ -63,12 +66,14 @@ class GrindingRun:
     Attributes:
         mount: the wheel on the spindle.
         dressing: the dress programs met so far.
+        running: how fast the wheel turns, and whether the coolant flows.
         part: on the machine.
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
         strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
         dresses: `record.DRESS_ROW`.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
         stages: as of the record, a row with each of `parts`.
+        blocks: as of the record.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
@@ -77,11 +82,15 @@ class GrindingRun:
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.mount = Mount(job)
         self.dressing = DressPrograms(programs, job, control)
+        self.running = Running(job)
         self.watch = Watch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.stages: list[tuple[tuple[str, ...], ...]] = []
+        self.blocks: dict[int, int] = {}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
+        self._line = 0  # of the cycle in force or before
+        self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
     def wheel(self) -> WheelState | None:
@@ -96,6 +105,7 @@ class GrindingRun:
             self.parts.table(),
             tuple(self.stages),
             tuple(self.watch.warnings),
+            self.blocks,
         )
 
     def take(self, event: Event) -> None:
@@ -137,12 +147,12 @@ class GrindingRun:
             self.part.cutting = True
             self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
 
-    def _unload(self, time: float) -> None:
-        """Take the part off the machine, unless that has been done."""
+    def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
+        """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel()
             self.unloaded_at = self.clock(time)
-            self.watch.unload()
+            self.watch.unload(stop)
             self.parts.add(self.part.row(self.unloaded_at - self.part.began))
             self.stages.append(tuple(self.part.passed))
 
@@ -159,7 +169,7 @@ class GrindingRun:
                 self._change_worn_wheel()
                 self.mount.gauge()
             elif self.part.cutting:
-                self._unload(event.time)
+                self._unload(event.time, event)
 
     def _end(self, event: ProgramEnd) -> None:
         if not self.strokes:
@@ -168,6 +178,7 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self._unload(event.time)
+        self.watch.end()
         for line, number in self.dressing.called(self.position, self.axis):
             self.watch.warn(line, "call", called_dress(number))
 
@@ -177,30 +188,61 @@ class GrindingRun:
         plan = event.plan
         dress = None if plan.program is None else self.dressing.plan(plan.program, self.position, plan.axis)
         self._begin_cutting(event.time)
+        self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
-        self.mount.take_up(dress, self.part.p)
+        self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
+        self._line = plan.line
+        self.blocks[plan.line] = plan.block
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis
 
-    def _end_dress(self, event: DressEnd) -> None:
-        plan, began = self.dressing.end(event, self.axis)
-        self._dress(plan, event.program, event.cause, began, event.time)
+    def _start_dress(self, event: DressStart) -> None:
+        self.dressing.begin(event)
+        self._dressing_speed = self.running.speed
 
-    def _dress(self, plan: DressPlan, program: int, cause: str, began: float, ended: float) -> None:
-        """Dress the wheel between two times of the control, s, which are the same if it has not run the motions."""
-        time, number = self.clock(began), self.part.number
-        removed = self.mount.dress(plan, self.part.p)
-        self.delay += plan.seconds - (ended - began)
+    def _end_dress(self, event: DressEnd) -> None:
+        """Dress the wheel, unless it has missed the diamond; either takes its time."""
+        number = event.program
+        place = f"{self.programs.name}:{self._line}: dress program O{number}"
+        if not self.running.turns:
+            raise DressProgramError(f"{place}: the wheel does not turn in it; program M03 before it, and no M05 in it")
+        if self.running.speed != self._dressing_speed:
+            raise DressProgramError(
+                f"{place}: dressing with another wheel speed than that of grinding is not simulated; leave S, G96 and "
+                "G97 out of it"
+            )
+        plan, began, way = self.dressing.end(event, self.axis)
+        self.watch.dress_moves(self.dressing.file(number), way, self.axis)
+        removed = 0.0
+        if not self._misses(number):
+            self.watch.dress(self._line, plan, 1)
+            removed = self.mount.dress(plan, self.part.p)
+        time = self.clock(began)
+        self.delay += plan.seconds - (event.time - began)
         self.part.dress(plan.seconds, removed)
-        ds = self.mount.diameter
-        self.dresses.add((number, len(self.strokes), time, cause, program, plan.seconds, ds, removed))
-        self.watch.diameter(ds)
+        self._add_dress(len(self.strokes), time, event.cause, number, plan, removed)
+        self.watch.diameter(self.mount.diameter)
+
+    def _misses(self, program: int) -> bool:
+        """Whether a dress program misses the diamond, which is told."""
+        missed, diamond = self.dressing.missed[program], self.job.diamond
+        if missed is None or diamond is None:
+            return False
+        text = missed_diamond(program, diamond.tip, missed.start, missed.end)
+        self.watch.missed(self.dressing.file(program), missed.line, text)
+        return True
+
+    def _add_dress(self, after: int, time: float, cause: str, program: int, plan: DressPlan, removed: float) -> None:
+        row = self.part.number, after, time, cause, program, plan.seconds, self.mount.diameter, removed
+        self.dresses.add(row)
 
     def _strokes(self, event: CycleStrokes) -> None:
         """A whole cycle: its strokes and the dresses between them."""
+        self._take_up_running(event.plan.line)
         part, plan, count = self.part, event.plan, len(event.begins)
         dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
+        misses = bool(event.dresses) and plan.program is not None and self._misses(plan.program)
         due, began, delays = [after for after, _ in event.dresses], [], np.full(count, self.delay)
         for after, time in event.dresses:
             began.append(self.clock(time))
@@ -211,16 +253,23 @@ class GrindingRun:
         ends = plan.secondary, plan.primary
         first_ends = event.start[plan.axis], plan.primary
         before, had_stalled = self.mount.present(part.p), part.stalled
-        wheel, extremes, dressed = part.grind(before, rows, first_ends, ends, np.array(event.cross), due, dress)
+        effective = [] if misses else due
+        wheel, extremes, dressed = part.grind(before, rows, first_ends, ends, np.array(event.cross), effective, dress)
+        if misses:
+            dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
+            for _ in due:
+                part.dress(dress.seconds, 0.0)
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, time, "auto", plan.program, dress.seconds, ds, removed))
         self._add(rows, wheel, extremes, had_stalled)
-        self.watch.strokes(event, rows, extremes, before, wheel, dressed)
+        self.watch.dress(plan.line, dress, len(effective))
+        self.watch.strokes(event, rows, extremes, before, wheel, dressed[: len(effective)])
         self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
         self._begin_cutting(event.begin)
+        self._take_up_running(event.cycle.line)
         part, axis, line = self.part, event.axis, event.cycle.line
         rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)
         rows["Z"] = part.job.part.surface - event.middle[plunge_axis(axis)]
@@ -230,6 +279,14 @@ class GrindingRun:
         wheel, extremes, _ = part.grind(before, rows, ends, ends, edges)
         self._add(rows, wheel, extremes, had_stalled)
         self.watch.stroke(event, extremes, before, wheel)
+
+    def _take_up_running(self, line: int) -> None:
+        """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now."""
+        fault = self.running.fault
+        if fault is not None:
+            raise GrindingError(f"{self.programs.name}:{line}: {fault}")
+        self.part.take_up(self.running.setup)
+        self.watch.runs(line, self.running, self.mount.diameter)
 
     def _rows(self, line: int, number: Any, time: Any, seconds: Any, feed: float) -> Table:
         """Rows of strokes that are to be made, at depths that are to be written; a value or a sequence for a column."""
@@ -248,6 +305,9 @@ class GrindingRun:
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
         self._begin_cutting(event.begin)
+        self.blocks[event.line] = event.block
+        if self.job.setup.grooving_wheel:
+            self._take_up_running(event.line)
         before = self.mount.present(self.part.p)
         wheel, done = self.part.infeed(before, event)
         Z = infeed_depth(event, self.part.job.part.surface)
@@ -267,7 +327,7 @@ class GrindingRun:
 
 HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     CycleStart: GrindingRun._start_cycle,
-    DressStart: lambda run, event: run.dressing.begin(event),
+    DressStart: GrindingRun._start_dress,
     DressEnd: GrindingRun._end_dress,
     Stroke: GrindingRun._stroke,
     CycleStrokes: GrindingRun._strokes,
@@ -276,6 +336,8 @@ HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     ProgramEnd: GrindingRun._end,
     Pick: lambda run, event: run.watch.pick(event),
     Message: lambda run, event: run.watch.message(event),
+    Spindle: lambda run, event: run.running.set_speed(event),
+    Switch: lambda run, event: run.running.switch(event),
     **dict.fromkeys((Rapid, Line, Arc), lambda run, event: run.watch.move(event)),
 }
 """What happens in a run with an event of the control; others change nothing but where the axes stand."""

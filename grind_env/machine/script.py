@@ -18,6 +18,7 @@ from grind_env.control import (
     CycleEnd,
     CyclePlan,
     CycleStart,
+    CycleStrokes,
     DressEnd,
     DressStart,
     Dwell,
@@ -33,13 +34,18 @@ from grind_env.control import (
     ProgramStop,
     Rapid,
     Source,
+    Spindle,
+    Stroke,
+    Switch,
     TableStop,
     execute,
 )
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
-from grind_env.machine.dress_program import DressRun, run_dress
+from grind_env.machine.dress_program import DressRun, missed_pass, run_dress
 from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+from grind_env.machine.running import Running
 from grind_env.machine.script_block import ScriptBlock, ScriptError, Way, edge_of, script_error
 from grind_env.machine.script_bounds import (
     refuse_judged_twice,
@@ -127,7 +133,8 @@ class _Writer:
         self.elsewhere, self.across = elsewhere, across
         self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
-        self.execution.set_wheel_radius(0.5 * (job.wheel.diameter or job.setup.wheel.diameter))
+        self.execution.set_wheel_radius(0.5 * first_diameter(job))
+        self.running = Running(job)
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
         self.plans: dict[int, DressRun] = {}
@@ -151,6 +158,14 @@ class _Writer:
                 self._begin(event.plan)
             case CycleEnd() if event.plan.plunges:
                 self._end(event.plan)
+            case Stroke():
+                self._require_own_setup(event.cycle.line)
+            case CycleStrokes():
+                self._require_own_setup(event.plan.line)
+            case Spindle():
+                self.running.set_speed(event)
+            case Switch():
+                self.running.switch(event)
             case TableStop():
                 self._stand(event.plan)
             case ProgramStop() if not self.in_dress:
@@ -173,6 +188,14 @@ class _Writer:
             case _:
                 pass
 
+    def _require_own_setup(self, line: int) -> None:
+        """Refuse strokes that are ground otherwise than the job says, for a replay knows its set-up alone."""
+        if self.running.fault is not None:
+            raise self._error(self.running.fault, line)
+        if self.running.setup is not self.job.setup:
+            words = "the coolant is off" if self.running.is_dry else "the wheel turns with another speed than the job's"
+            raise self._error(f"{words} in its strokes", line)
+
     def _begin(self, plan: CyclePlan) -> None:
         """A cycle begins."""
         execution, table = self.execution, self.execution.table
@@ -193,6 +216,10 @@ class _Writer:
                     self.programs, plan.program, self.job, self.control, execution.position, plan.axis
                 )
             dress = self.plans[plan.program]
+            wheel, diamond = self.job.setup.wheel, self.job.diamond
+            missed = diamond and missed_pass(dress, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)
+            if missed is not None:
+                raise self._error("its dress program misses the diamond", plan.line)
         inch = execution.modes.inch
         here = execution.position
         self.blocks.append(ScriptBlock(self.ahead, inch, plan, here, here, taken_over, dress))

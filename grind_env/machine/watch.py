@@ -1,26 +1,61 @@
 """When a run warns: of each subject once in each block. The texts are in `advice.py`."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from grind_env.control import Control, CyclePlan, CycleStrokes, Infeed, Message, Motion, Pick, Rapid, Source, Stroke
-from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
+from grind_env.control import (
+    Control,
+    CyclePlan,
+    CycleStrokes,
+    Infeed,
+    Line,
+    Message,
+    Motion,
+    Pick,
+    ProgramStop,
+    Source,
+    Stroke,
+)
+from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT, depth_after_pick, picks_to
 from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
-from grind_env.machine.clearance import CRASH, into_part
+from grind_env.machine.clearance import CRASH, into_part, into_table
+from grind_env.machine.dress_program import DEEPEST_INFEED, DressPlan
 from grind_env.machine.job import Job
+from grind_env.machine.limits import beyond_feeds, beyond_picks, beyond_table
+from grind_env.machine.mounting import first_diameter
 from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
+from grind_env.machine.running import Running, Told
+from grind_env.machine.wheel_body import over_diamond
 from grind_env.process import state
 from grind_env.process.state import WheelState
 
 SHARE = 0.1
 """Of the plunge of a cycle: one that takes less off, no deeper than was ground before, grinds what that has left."""
+
+OVERTRAVEL = 2.0
+"""mm; by which a table has to go beyond the part at least: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
+
+SIZED = 0.001
+"""mm; stock that nobody leaves on a part that is taken off, and by which depths are the same to one who gauges."""
+
+
+def plunges_of(plan: CyclePlan) -> int:
+    """The plunges that a cycle makes to its depth."""
+    picks, reversal, depth = 0, 0, 0.0
+    if not plan.primary_pick > 0.0:
+        return 0
+    while depth < plan.depth:
+        reversal += 1
+        deeper = depth_after_pick(reversal, depth, plan.depth, plan.primary_pick, plan.secondary_pick)
+        picks, depth = picks + (deeper > depth), deeper
+    return picks
 
 
 @dataclass(slots=True)
@@ -69,7 +104,7 @@ class Watch:
         self.program, self.job, self.control = program, job, control
         self.part: PartRun | None = None
         self.warnings: list[str] = []
-        self._warned: set[tuple[str, int]] = set()
+        self._warned: set[tuple[str, str, int]] = set()
         self._pick: Pick | None = None
         self._stroke: Stroke | None = None
         self._cycle: _Cycle | None = None
@@ -78,13 +113,21 @@ class Watch:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._moves: list[Motion] = []  # not yet judged
         self._found = False  # where the wheel stands before them
+        self._told = Told()
+        self._dressed = 0.0  # off the diameter of the wheel, mm
+        self._eaten = False  # by them, as has been told
+        self._pending: list[tuple[int, str, str]] = []  # of the part that M00 took off, unless M01 was meant
+        self._taken_off: tuple[int, float, float] | None = None  # line of that M00, depth and stock left, mm
+        self._muted = False  # until the part is off: what is wrong with it follows from what has been told
 
     def warn(self, line: int, subject: str, text: str) -> None:
         """Warn once of each subject in each block; line 0 is the program as a whole."""
-        if (subject, line) not in self._warned:
-            self._warned.add((subject, line))
-            place = f"{self.program}:{line}" if line else self.program
-            self.warnings.append(f"{place}: {text}")
+        self._warn(self.program, line, subject, text)
+
+    def _warn(self, file: str, line: int, subject: str, text: str) -> None:
+        if (subject, file, line) not in self._warned and not self._muted:
+            self._warned.add((subject, file, line))
+            self.warnings.append(f"{file}:{line}: {text}" if line else f"{file}: {text}")
 
     def message(self, event: Message) -> None:
         """Pass on what the control tells the operator."""
@@ -103,9 +146,61 @@ class Watch:
             deepest: depth of the strokes before it, mm.
         """
         self._end_cycle()
+        self._judge_stop(plan)
         self._judge_moves(plan.axis)
         self._pick = self._stroke = None
         self._cycle = _Cycle(plan, deepest)
+        self._judge_plan(plan)
+
+    def _judge_plan(self, plan: CyclePlan) -> None:
+        """Warn of what the words of a cycle ask for in vain."""
+        beyond = beyond_picks(plan, self.job.setup.machine)
+        if beyond is not None:
+            self.warn(plan.line, "feed", beyond)
+        most = max(plan.primary_pick, plan.secondary_pick)
+        if plan.dresses and most > 0.0 and plan.dresses > picks_to(plan.depth, most):
+            plunges = plunges_of(plan)
+            if plan.dresses > plunges:
+                self.warn(plan.line, "dresses", advice.many_dresses(plan.dresses, plunges))
+
+    def _judge_stop(self, plan: CyclePlan) -> None:
+        """Whether the M00 before a cycle was meant to gauge the part, on which the cycle goes on."""
+        if self._taken_off is not None and plan.plunge_axis is not None:
+            assert self.part is not None
+            line, depth, left = self._taken_off
+            if self.part.job.part.surface - plan.plunge_start > depth - SIZED:
+                self.warn(line, "stop", advice.taken_off(plan.line, depth, left))
+                self._pending.clear()
+                self._muted = True
+        self._tell_pending()
+
+    def _tell_pending(self) -> None:
+        for line, subject, text in self._pending:
+            self.warn(line, subject, text)
+        self._pending.clear()
+        self._taken_off = None
+
+    def runs(self, line: int, running: Running, diameter: float) -> None:
+        """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
+        for subject, text in self._told.of(running, diameter):
+            self.warn(line, subject, text)
+
+    def dress(self, line: int, plan: DressPlan, count: int) -> None:
+        """So many dresses are made in the block of a line: whether these alone make the wheel too small."""
+        self._dressed += 2.0 * plan.passes * plan.depth * count
+        least = self.job.setup.wheel.minimum_diameter
+        too_small = first_diameter(self.job) - self._dressed < least and self.job.times.wheel_change is None
+        if too_small and not self._eaten:
+            self._eaten = True
+            self.warn(line, "diameter", advice.eaten_wheel(self._dressed, least))
+
+    def dress_moves(self, file: str, moves: Sequence[Motion], axis: int) -> None:
+        """A dress program of a file has been executed, with its way back."""
+        self._judge_way(file, ((move, True) for move in moves), axis)
+
+    def missed(self, file: str, line: int, text: str) -> None:
+        """A dress program of a file has missed the diamond in a pass."""
+        self._warn(file, line, "diamond", text)
 
     def pick(self, event: Pick) -> None:
         """A pick has been made."""
@@ -127,8 +222,16 @@ class Watch:
             if pick.finish > advice.middle_time(event, self.control):
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
+        plan, length = event.cycle, abs(event.end[event.axis] - event.start[event.axis])
+        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)))
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
+
+    def _judge_speed(self, line: int, feed: float, length: float) -> None:
+        """Warn of a stroke of that length, mm, at a feed that the table does not make."""
+        beyond = beyond_table(feed, length, self.control.acceleration, self.job.setup.machine)
+        if beyond is not None:
+            self.warn(line, "speed", beyond)
 
     def _count(self, last: Stroke, made: Extremes) -> None:
         """Count strokes of the cycle, up to its last one so far."""
@@ -162,6 +265,7 @@ class Watch:
         shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
         alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
         inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
+        self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary))
         if inside or not (shallow and alive):
             made, A = 0, before.A
             for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=True):
@@ -198,10 +302,10 @@ class Watch:
             self.warn(line, "wheel", advice.destroying_stroke(ae, event.feed))
 
     def _turns_inside(self, turn: float) -> bool:
-        """Whether a reversal point, mm, lies over the part."""
+        """Whether a reversal point, mm, lies over the part, or too near its end."""
         assert self.part is not None
         part = self.part.job.part
-        return part.start < turn < part.start + part.length
+        return part.start - OVERTRAVEL < turn < part.start + part.length + OVERTRAVEL
 
     def infeed(self, event: Infeed, cut: state.StrokeResult, before: WheelState, after: WheelState) -> None:
         """A grooving wheel has made an infeed; the wheel before and after it."""
@@ -221,28 +325,39 @@ class Watch:
     def diameter(self, diameter: float) -> None:
         """Warn if the wheel is below its least diameter, mm, unless the job changes worn wheels."""
         least = self.job.setup.wheel.minimum_diameter
-        if diameter < least and self.job.times.wheel_change is None:
-            self.warn(0, "diameter", f"the wheel is smaller than its least diameter, {least:g} mm")
+        if diameter < least and self.job.times.wheel_change is None and not self._eaten:
+            self.warn(0, "diameter", advice.worn_wheel(least))
 
-    def unload(self) -> None:
-        """The part is taken off the machine."""
+    def unload(self, stop: ProgramStop | None = None) -> None:
+        """The part is taken off the machine, at a stop or at the end of the program."""
         assert self.part is not None
         cycle, part = self._cycle, self.part
         self._end_cycle()
         if cycle is not None:
             self._judge_moves(cycle.plan.axis)
             left = part.stock - max(part.deepest, 0.0)
-            if part.deepest > 0.0 and part.strokes and 0.0 < part.job.part.tolerance < 1000.0 * left:
-                self.warn(cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock))
+            if part.deepest > 0.0 and part.strokes:
+                if 0.0 < part.job.part.tolerance < 1000.0 * left:
+                    self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
+                if stop is not None and min(left, part.deepest) > SIZED and not self._muted:
+                    self._taken_off = stop.line, part.deepest, left
         if self._idle is not None and not self._judged:
             self.warn(self._idle[0], "air", self._idle[1])
         if len(part.passed) < len(part.job.part.stages):
-            self.warn(0, "stages", advice.unended_stages(len(part.job.part.stages), len(part.passed)))
+            text = advice.unended_stages(len(part.job.part.stages), len(part.passed))
+            self._pending.append((0, "stages", text))
         if part.missed:
             self.warn(0, "missed", advice.missed_surface(part.job.part.surface))
         self._moves.clear()
         self._found = self._in_air = self._judged = False
         self._idle = None
+        if self._muted:
+            self._pending.clear()
+        self._muted = False
+
+    def end(self) -> None:
+        """The program is over."""
+        self._tell_pending()
 
     def _end_cycle(self) -> None:
         """Judge the cycle as a whole."""
@@ -273,15 +388,50 @@ class Watch:
         return advice.beside_part(cross, (edge, edge + width), (part.across, part.across + part.width))
 
     def _judge_moves(self, axis: int) -> None:
-        """Warn of moves into the part, unless the table has reciprocated beside them."""
-        assert self.part is not None
-        inside = False
-        for move, found in self._outside():
-            depth = into_part(self.part, move, axis, found=found)
-            if depth > CRASH + DEPTH_TOLERANCE and not inside:  # not of the way out as well
-                self.warn(move.line, "crash", advice.crash(depth, rapid=isinstance(move, Rapid)))
-            inside = depth > CRASH + DEPTH_TOLERANCE
+        """Warn of moves into what stands in their way, unless the table has reciprocated beside them."""
+        self._judge_way(self.program, self._outside(), axis)
         self._moves.clear()
+
+    def _judge_way(self, file: str, moves: Iterable[tuple[Motion, bool]], axis: int) -> None:
+        """Warn of moves, each with whether it is known where it begins.
+
+        Of several in a row the first is told, and of those of a dress program, whose way back is its way out.
+        """
+        assert self.part is not None
+        inside, dressed, machine = False, 0.0, self.job.setup.machine
+        for move, found in moves:
+            depth, text = self._obstacle(move, axis, dressed, found)
+            if text and not inside:
+                self._warn(file, move.line, "crash", text)
+            inside = bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
+            if self.job.diamond is not None and isinstance(move, Line):
+                dressed = max(dressed, depth)
+            beyond = beyond_feeds(move, axis, machine) if isinstance(move, Line) else None
+            if beyond is not None:
+                self._warn(file, move.line, "feed", beyond)
+
+    def _obstacle(self, move: Motion, axis: int, dressed: float, found: bool) -> tuple[float, str]:
+        """How far a move takes the wheel below the tip of the diamond, mm, and what to say of what stands in its way.
+
+        Args:
+            move: the move.
+            axis: the reciprocating axis.
+            dressed: how far moves before have taken it there, mm.
+            found: whether it is known where it begins.
+        """
+        assert self.part is not None
+        radius, below = 0.5 * first_diameter(self.job), -math.inf
+        depth = into_part(self.part, move, axis, radius, found=found)
+        if depth > CRASH + DEPTH_TOLERANCE:
+            return below, advice.crash(depth, move)
+        if found and (depth := into_table(self.part, move, axis)) > CRASH + DEPTH_TOLERANCE:
+            return below, advice.table_crash(depth, move)
+        if self.job.diamond is not None and found:
+            below, _ = over_diamond(self.job.diamond.tip, move, axis, radius, self.job.setup.wheel.width)
+            infeed = DEEPEST_INFEED if isinstance(move, Line) else CRASH
+            if below > dressed + infeed + DEPTH_TOLERANCE:
+                return below, advice.diamond_crash(below - dressed, move)
+        return below, ""
 
     def _outside(self) -> Iterator[tuple[Motion, bool]]:
         """The moves that no stroke has run beside, and whether it is known where each of them begins."""

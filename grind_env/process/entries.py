@@ -137,6 +137,7 @@ class Wheel(Entry):
     abrasive: Annotated[str, Choice((ALUMINA, CBN))]  # which of the material's factors holds on the G-ratio
     diameter: Annotated[float, Quantity("ds0", "mm", 100, 600)]  # when new
     minimum_diameter: Annotated[float, Quantity("ds_min", "mm", 50, 600)]  # below it the wheel is changed
+    maximum_speed: Annotated[float, Quantity("vs_max", "m/s", 5, 300)] = 300.0  # that its maker allows
     width: Annotated[float, Quantity("bs", "mm", 5, 300)]
     price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
     grit_size: Annotated[float, Quantity("dg", "mm", 0.02, 1)]  # of alumina about 15.2 over the mesh number
@@ -219,6 +220,10 @@ class Machine(Entry):
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
+    maximum_table_speed: Annotated[float, Quantity("E_max", "mm/min", 100, 200_000)] = 200_000.0
+    maximum_plunge_feed: Annotated[float, Quantity("F_plunge", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_cross_feed: Annotated[float, Quantity("F_cross", "mm/min", 1, 200_000)] = 200_000.0
+    maximum_spindle_speed: Annotated[float, Quantity("n_max", "1/min", 100, 200_000)] = 200_000.0
 
 
 def quantities(kind: type[Entry]) -> Mapping[str, Quantity | Choice]:

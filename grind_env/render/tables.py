@@ -1,12 +1,15 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
 import itertools
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
+from grind_env.render.reasons import reason, shares
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,8 +57,28 @@ SCALES = {"peak_power": 0.001, "survival": 100.0}
 """What a field is multiplied by to have the unit of its heading."""
 
 
+MOST_ROWS = 60
+"""Of the table; of more the first and the last are printed."""
+
+
+class _Row(NamedTuple):
+    """Successive parts that a table shows in one row."""
+
+    first: int
+    last: int
+    texts: tuple[str, ...]
+    """Of all columns but that of the number."""
+    red: frozenset[str]
+    """Fields of the columns whose limit they are beyond."""
+
+    @property
+    def number(self) -> str:
+        """Of the part or the parts."""
+        return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
+
+
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part, the limits that it is beyond in red, then totals, limits and warnings."""
+    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
     from rich.text import Text
 
     columns = {
@@ -67,6 +90,8 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
         for name, (_, form) in columns.items()
     }
+    rows = _joined(record, job, cells)
+    cells["part"] = [row.number for row in rows]
     places = _places([heading for heading, _ in columns.values()], list(cells.values()))
     console.print(Text(title, "italic"), soft_wrap=True)
     height = max(heading.count("\n") for heading, _ in columns.values())
@@ -74,26 +99,62 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     for line in zip(*headings, strict=True):
         console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
     console.print("─" * places[-1], soft_wrap=True)
-    lines = list(zip(*cells.values(), strict=True))
-    rows = Text("\n".join(_aligned(line, places) for line in lines))
     bad: dict[str, list[int]] = {}
-    for k, part in enumerate(record.parts):
-        reasons, before = causes(part, job), k * (places[-1] + 1)
-        red = {CAUSES[reason][1] for reason in reasons}
-        red |= {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        for name, text, end in zip(columns, lines[k], places, strict=True):
-            if name in red:
-                rows.stylize("red", before + end - len(text), before + end)
-        for words in beyond(reasons, record.stages[k]):
+    for part, stages in zip(record.parts, record.stages, strict=True):
+        for words in beyond(causes(part, job), stages):
             bad.setdefault(words, []).append(int(part["part"]))
-    console.print(rows, soft_wrap=True)
+    _print_rows(rows, tuple(columns), places, console)
     console.print()
     console.print(totals(record), highlight=False)
+    console.print(Text(_size(record)), soft_wrap=True)
     for words, numbers in bad.items():
         limit = SENTENCES.get(words, f"beyond the limit of {words}")
         console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
+        cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
+        if why := reason(cause, numbers, record, job):
+            console.print(Text(f"  {why}", "red"), soft_wrap=True)
     for warning in record.warnings:
         console.print(Text(f"warning: {warning}", "yellow"), soft_wrap=True)
+
+
+def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[_Row]:
+    """The rows of a table, successive parts of which it shows the same in one."""
+    rows: list[_Row] = []
+    lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
+    for part, texts in zip(record.parts, lines, strict=True):
+        scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
+        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes(part, job)})
+        if rows and rows[-1].texts == texts and rows[-1].red == red:
+            rows[-1] = rows[-1]._replace(last=int(part["part"]))
+        else:
+            rows.append(_Row(int(part["part"]), int(part["part"]), texts, red))
+    return rows
+
+
+def _print_rows(rows: Sequence[_Row], columns: Sequence[str], places: Sequence[int], console: "Console") -> None:
+    """Print rows of a table, of very many the first and the last."""
+    from rich.text import Text
+
+    text, left_out = Text(), max(len(rows) - MOST_ROWS, 0)
+    for k, row in enumerate(rows):
+        if left_out and MOST_ROWS // 2 <= k < MOST_ROWS // 2 + left_out:
+            if k == MOST_ROWS // 2:
+                text.append(f"... {left_out} more rows, which --json has\n")
+            continue
+        line = Text(_aligned((row.number, *row.texts), places))
+        for name, cell, end in zip(columns, (row.number, *row.texts), places, strict=True):
+            if name in row.red:
+                line.stylize("red", end - len(cell), end)
+        text.append(line).append("\n")
+    text.right_crop()
+    console.print(text, soft_wrap=True)
+
+
+def _size(record: GrindingRecord) -> str:
+    """What the size error is made up of, of the part with the largest."""
+    part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
+    whose = f" of part {part['part']}" if len(record.parts) > 1 else ""
+    return f"mean size error{whose} {shares(part)}"
 
 
 def _places(headings: Sequence[str], columns: Sequence[Sequence[str]]) -> list[int]:
@@ -150,8 +211,13 @@ def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]]) -> list[str]
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
-    Each part has a list `beyond` besides, of what keeps it from being good.
+    Each part has a list `beyond` besides, of what keeps it from being good; `reasons` says by the word in it where the
+    parts have been most beyond a limit, and what to do.
     """
+    bad: dict[str, list[int]] = {}
+    for part in record.parts:
+        for cause in causes(part, job):
+            bad.setdefault(cause, []).append(int(part["part"]))
     names = record.parts.dtype.names or ()
     return {
         "program": title,
@@ -163,6 +229,9 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
             for part, stages in zip(record.parts, record.stages, strict=True)
         ],
         "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
+        "reasons": {
+            CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := reason(cause, numbers, record, job))
+        },
         "warnings": list(record.warnings),
     }
 

@@ -4,10 +4,8 @@ The programs are the examples of the package and those of `programs/`. Some are 
 too, among them what the operator does: `grind run` has no option for most of them.
 """
 
-import csv
 import io
 import json
-import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -139,19 +137,16 @@ def described(event: Event) -> dict[str, Any]:
 
 
 def commanded(path: Path) -> Tables:
-    """What `grind run` prints with `--json`, its exit status, and what it writes with `--record`."""
+    """What `grind run` prints with `--json`, its exit status, and the strokes of the same run."""
     out, status = io.StringIO(), 0
-    with tempfile.TemporaryDirectory() as folder, redirect_stdout(out):
-        record = Path(folder) / "strokes.csv"
+    with redirect_stdout(out):
         try:
-            main(["run", str(path), "--json", "--record", str(record)])
+            main(["run", str(path), "--json"])
         except SystemExit as exit_:
             status = int(exit_.code or 0)
-        assert status < BAD_INPUT, f"grind run refuses {path.name}"
-        with record.open(newline="", encoding="utf-8") as file:
-            strokes = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    assert status < BAD_INPUT, f"grind run refuses {path.name}"
     result = {"exit status": status, **dict(flat("", json.loads(out.getvalue())))}
-    return {"result": table([result]), "strokes": table(strokes)}
+    return {"result": table([result]), "strokes": ground_with(path, {})["strokes"]}
 
 
 def ground_with(path: Path, settings: Mapping[str, Any]) -> Tables:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from grind_env.control import Arc, Control, Line, Motion, Rapid, execute, read
+from grind_env.control import Arc, Control, Line, Motion, Rapid, Spindle, Switch, execute, read
 from grind_env.control.modes import Modes
 from tests.control.harness import ends, motions, refusal, run
 
@@ -103,11 +103,29 @@ def test_stored_values_survive_a_change_of_units() -> None:
 def test_m_words_act_before_or_after_the_motion() -> None:
     events = run("S500 M03 G00 X1. M00\nX2. M05\nX3. M30")
     kinds = [type(event).__name__ for event in events]
-    assert kinds == ["Spindle", "Rapid", "ProgramStop", "Rapid", "Rapid", "ProgramEnd"]
+    assert kinds == ["Spindle", "Switch", "Rapid", "ProgramStop", "Rapid", "Switch", "Rapid", "ProgramEnd"]
     # M902 acts before the pre-dress of its own block
     dress = "\nM30\nO9\nG00 X1.\nX2.\nX3.\nM99"
     back = [move for move in motions("M902 G81.1 Y9. E100. P9" + dress) if move.source.value == "retrace"]
     assert [move.end[0] for move in back] == [2.0, 1.0, 0.0]
+
+
+def test_wheel_and_coolant_are_switched_where_their_words_stand() -> None:
+    def switched(text: str) -> list[tuple[bool, bool]]:
+        return [(event.turning, event.coolant) for event in run(text) if isinstance(event, Switch)]
+
+    assert switched("S500 M03\nM08\nM09\nM05") == [(True, False), (True, True), (True, False), (False, False)]
+    assert switched("M04 M07\nM03 M08\nM30") == [(True, True)]  # on already
+    assert switched("M03 M05") == [(True, False), (False, False)]
+    # a dress program does not give back what it switches
+    dress = "\nM30\nO9\nM09 G00 X1.\nM99"
+    assert switched("M08\nG81.1 Y9. E100. P9" + dress) == [(False, True), (False, False)]
+
+
+def test_the_surface_speed_of_g96_is_told() -> None:
+    events = run("S500\nG96 S900\nG97 S500", radii={33: 150.0})
+    told = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
+    assert told == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
 
 
 def test_labels_may_repeat() -> None:

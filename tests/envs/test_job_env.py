@@ -42,7 +42,7 @@ G82 Y-.06 J-.005 L2 E9000.
 G80
 G00 Y20.
 """
-BATCH = f"G71 G94 G90 G19\nG00 Y20.\n{PLATE}M00\n{PLATE}M00\n{PLATE}M30\n{DRESS}"
+BATCH = f"G71 G94 G90 G19 S1910 M03 M08\nG00 Y20.\n{PLATE}M00\n{PLATE}M00\n{PLATE}M30\n{DRESS}"
 JOB = """[part]
 material = "aisi_52100"
 length = 200
@@ -52,11 +52,13 @@ roughness_limit = 0.5
 tolerance = 9
 scrap_cost = 40
 """
-NESTED = "G71 G94 G90 G19\nM98 P11\nM30\n" + "".join(f"O{n}\nM98 P{n + 1}\nM99\n" for n in (11, 12, 13))
+NESTED = "G71 G94 G90 G19 S1910 M03 M08\nM98 P11\nM30\n" + "".join(f"O{n}\nM98 P{n + 1}\nM99\n" for n in (11, 12, 13))
 NESTED += "O14\n" + PLATE.replace("D1", "") + f"M99\n{DRESS}"
-CALLED_3000_TIMES = "G71 G94 G90 G19\n" + 4 * "M98 P2 L750\n" + f"M30\nO2\nG00 Y20.\n{PLATE}M00\nM99\n{DRESS}"
+CALLED_3000_TIMES = (
+    "G71 G94 G90 G19 S1910 M03 M08\n" + 4 * "M98 P2 L750\n" + f"M30\nO2\nG00 Y20.\n{PLATE}M00\nM99\n{DRESS}"
+)
 GROOVED = (
-    "G71 G94 G90 G18\nG00 X1. Z0\n"
+    "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\n"
     f"G77 X-1. Z-50. I.7 K40. D0 F6.\nM00\nG19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"
 )
 FREE = (
@@ -137,7 +139,7 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
 
 
 def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp_path: Path) -> None:
-    groove = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
+    groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
     env = JobEnv(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"))
     infos = play(env, 0)
     record = env.record()
@@ -154,7 +156,7 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
         JobEnv(written(tmp_path, text, name=name), spread=0.0)
         for name, text in (
             ("grooved.nc", (tmp_path / "part.nc").read_text()),
-            ("plain.nc", f"G71 G94 G90 G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"),
+            ("plain.nc", f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"),
         )
     )
     views = []
@@ -190,7 +192,7 @@ def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
 
 def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
     cycle = "G82 X9. I-1.2 Y-.002 J-.0004 L1 F2.4 E472. P9100\nM30\n"
-    env = JobEnv(written(tmp_path, "G70 G94 G90 G19\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
+    env = JobEnv(written(tmp_path, "G70 G94 G90 G19 S1910 M03 M08\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
     env.reset(seed=0)
     info = env.step(env.codec.encode(12_700.0, 1)[0])[4]
     assert "E500.0000" in info["block"]
@@ -201,7 +203,7 @@ def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
 
 def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
     cycle = "G82 X230. I-30. Y-.05 J-.01 L1 F60. E9000."
-    env = JobEnv(written(tmp_path, f"G71 G94 G90 G19\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"))
+    env = JobEnv(written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"))
     for each in (env, JobEnv(example("keyway_g81"))):
         each.reset(seed=0)
         info = each.step(np.array([0.0, 1.0]))[4]
@@ -210,7 +212,7 @@ def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
 
 
 def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
-    text = f"G71 G94 G90 G19\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
+    text = f"G71 G94 G90 G19 S1910 M03 M08\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
     env = JobEnv(written(tmp_path, text))
     assert len(env.blocks) == 4
     env.reset(seed=0)
@@ -225,7 +227,7 @@ def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp
 
 def test_a_cycle_block_in_a_file_beside_the_program_cannot_be_written_into_it(tmp_path: Path) -> None:
     (tmp_path / "O50.nc").write_text(f"{PLATE}M99\n{DRESS}")
-    env = JobEnv(written(tmp_path, "G71 G94 G90 G19\nM98 P50\nM30\n"))
+    env = JobEnv(written(tmp_path, "G71 G94 G90 G19 S1910 M03 M08\nM98 P50\nM30\n"))
     play(env, 0)
     assert "O50.nc:2" in refusal(GrindError, env.part_program)
 
@@ -402,7 +404,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
 @pytest.mark.parametrize(
     ("program", "job", "part"),
     [
-        ("G71 G94 G90 G19\nG01 Y5. F100.\nM30\n", JOB, "no stroke"),
+        ("G71 G94 G90 G19 S1910 M03 M08\nG01 Y5. F100.\nM30\n", JOB, "no stroke"),
         ("G71\nG82 X1. Q\nM30\n", JOB, "part.nc:2"),
         (BATCH, JOB.replace("length = 200\n", ""), "part.length is missing"),
         (BATCH.replace("35. F191.", "3. F191.").replace("P9100 D1", "P9100"), JOB, "O9100"),
@@ -494,7 +496,7 @@ def test_a_program_is_run_for_a_batch_of_parts() -> None:
 
 
 def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) -> None:
-    once = f"G71 G94 G90 G19 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
+    once = f"G71 G94 G90 G19 S1910 M03 M08 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
     for ending in ("\nM30", "\nM2 (END)", ""):
         env = JobEnv(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
         assert (len(env.blocks), env.simulation.parts) == (6, 3)
@@ -503,7 +505,7 @@ def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) 
 
 
 def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Path) -> None:
-    path = written(tmp_path, f"G71 G94 G90 G19\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
+    path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
     assert len(JobEnv(path).blocks) == 2
     for make in (JobEnv, JobVectorEnv):
         message = refusal(GrindError, make, path, parts=3)
@@ -519,7 +521,7 @@ def test_a_batch_of_no_whole_number_of_parts_is_refused(parts: Any) -> None:
 
 def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
     lots = f"{JOB}[lots]\nprobability = 0\nstock = 0.1"
-    path = written(tmp_path, f"G71 G94 G90 G19\nG00 Y20.\n{PLATE}M30\n{DRESS}", lots)
+    path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 Y20.\n{PLATE}M30\n{DRESS}", lots)
     env = JobEnv(path, parts=100)
     stocks = []
     for seed in range(20):
@@ -558,7 +560,7 @@ STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
 def test_it_is_said_why_the_control_executes_a_program(
     tmp_path: Path, cycle: str, job: str, line: int, why: str
 ) -> None:
-    head = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
+    head = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n"
     path = written(tmp_path, f"{head}{cycle}G80\nG00 Y20.\nM30\n{DRESS}", job)
     env = JobEnv(path)
     reason = str(env.why_not_replayed)
@@ -569,7 +571,8 @@ def test_it_is_said_why_the_control_executes_a_program(
 
 
 def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:
-    plate = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100\nG80\nG00 Y20.\nM30\n"
+    cycle = "G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100"
+    plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"
     worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
     env = JobEnv(written(tmp_path, plate + DRESS, worn), spread=0.0)
     assert env.why_not_replayed is not None
@@ -579,7 +582,7 @@ def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_tim
 
 
 def test_a_batch_stops_the_table_and_cancels_a_preset_between_its_parts(tmp_path: Path) -> None:
-    plate = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG92 X-10. Y1.\n"
+    plate = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\nG92 X-10. Y1.\n"
     plate += "G82 X250. I-10. Y.97 J-.01 L1 F100. E12000. P9100\nM30\n"
     env = JobEnv(written(tmp_path, plate + DRESS), spread=0.0, parts=3)
     assert env.why_not_replayed is None

@@ -69,6 +69,8 @@ def job(
                 "dresser": CATALOGUE.dresser("single_point"),
                 "fluid": CATALOGUE.fluid("emulsion"),
                 "machine": CATALOGUE.machine("default"),
+                "spindle": "always on",
+                "coolant": "always on",
                 **(setup or {}),
             }
         ),

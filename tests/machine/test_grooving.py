@@ -303,7 +303,7 @@ def test_grind_run(wheel: str, tmp_path: Path, capsys: pytest.CaptureFixture[str
     program.write_text(START + "G77 X24. Z-50. I.7 K40. D0 F6.\nM30\n")
     program.with_suffix(".toml").write_text(
         '[part]\nmaterial = "aisi_52100"\nlength = 100\nwidth = 25\nstock = 1\nsurface = 25\nscrap_cost = 40\n'
-        f"[setup]\ngrooving_wheel = {wheel}\n"
+        f'[setup]\ngrooving_wheel = {wheel}\nspindle = "always on"\ncoolant = "always on"\n'
     )
     with pytest.raises(SystemExit) as caught:
         main(["run", str(program), "--json", "--record", str(rows)])

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job_file import load_job
 from tests.machine.harness import job
 
@@ -34,6 +34,8 @@ def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
     assert found.setup.wheel_speed == 30.0
     assert found.times == Times(load=20.0, dress_setup=8.0)
     assert found.wheel == WheelStart()
+    assert (found.part.height, found.diamond) == (None, None)
+    assert (found.setup.spindle, found.setup.coolant) == ("by program", "by program")
 
 
 def test_every_value_arrives(tmp_path: Path) -> None:
@@ -51,11 +53,18 @@ def test_every_value_arrives(tmp_path: Path) -> None:
     tolerance = 7
     scrap_cost = 80
     rise_allowance = 150
+    height = 40
     [setup]
     wheel = "b126"
     fluid = "oil"
     wheel_speed = 35
     constant_surface_speed = true
+    spindle = "always on"
+    coolant = "always on"
+    [diamond]
+    x = -120
+    y = 10
+    z = -12.5
     [setup.wheel_overrides]
     width = 65
     [setup.machine_overrides]
@@ -92,7 +101,10 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         tolerance=7.0,
         scrap_cost=80.0,
         rise_allowance=150.0,
+        height=40.0,
     )
+    assert (found.setup.spindle, found.setup.coolant) == ("always on", "always on")
+    assert found.diamond == Diamond(x=-120.0, y=10.0, z=-12.5)
     assert found.wheel == WheelStart(diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05)
     assert found.lots == Lots(probability=0.0, growth=0.6, pressure=0.2, stock=0.1)
     p = found.parameters
@@ -116,6 +128,14 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         ("aisi_52100", "aisi_52000", "part.material", ["did you mean aisi_52100?", "inconel_718"]),
         ("[part]", "[prat]", "prat", ["did you mean part?"]),
         ("scrap_cost = 40", "scrap_cost = 40\n[setup]\nwheel = 5", "setup.wheel", ["wheel 5", "a60j"]),
+        (
+            "scrap_cost = 40",
+            'scrap_cost = 40\n[setup]\nspindle = "on"',
+            "setup.spindle",
+            ["'on'", "one of by program, always on"],
+        ),
+        ("scrap_cost = 40", "scrap_cost = 40\n[diamond]\nx = 0\ny = 1", "diamond.z", ["missing"]),
+        ("scrap_cost = 40", "scrap_cost = 40\n[diamond]\nx = true\ny = 1\nz = 0", "diamond.x", ["True", "mm"]),
         (
             "scrap_cost = 40",
             "scrap_cost = 40\n[setup]\nwheel_speed = 300",

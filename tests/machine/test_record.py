@@ -9,14 +9,18 @@ from grind_env.machine.record import RecordError
 from tests.machine.harness import CYCLE, HEAD, job, run
 
 
-def test_csv_returns_every_number(tmp_path: Path) -> None:
+def test_csv_has_every_number_rounded_and_its_unit_in_the_header(tmp_path: Path) -> None:
     record = run(HEAD + CYCLE + "M30\n", job())
     record.write(tmp_path / "strokes.csv")
     with (tmp_path / "strokes.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == record.strokes.dtype.names
-    for name in record.strokes.dtype.names or ():
-        assert [float(row[name]) for row in rows] == list(record.strokes[name])
+    headers = list(rows[0])
+    assert [header.partition(" [")[0] for header in headers] == list(record.strokes.dtype.names or ())
+    assert {"time [s]", "E [mm/min]", "Fn [N/mm]", "Ra [um]", "A", "line"} <= set(headers)
+    for header in headers:
+        exact = record.strokes[header.partition(" [")[0]]
+        assert [float(row[header]) for row in rows] == pytest.approx(exact, rel=1e-5, abs=5e-4)
+        assert all(len(row[header].lstrip("-0.").replace(".", "").partition("e")[0]) <= 8 for row in rows)
     assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
 
 

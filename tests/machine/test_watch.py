@@ -84,7 +84,7 @@ def test_a_move_that_crosses_the_part_below_its_surface_warns() -> None:
     assert warnings_of("G00 X100. Y1.\nG00 X-30. Y-.03\n" + CYCLE) == ()
 
 
-@pytest.mark.parametrize("move", ["G00 X0", "G00 X200.", "G00 Z45. X100.", "G00 Z-50. X100.", "G00 Y.1\nG00 X100."])
+@pytest.mark.parametrize("move", ["G00 X-6.", "G00 X206.", "G00 Z45. X100.", "G00 Z-50. X100.", "G00 Y.1\nG00 X100."])
 def test_a_move_beside_or_above_the_part_is_none_into_it(move: str) -> None:
     lines = ["G00 Y20.", *move.split("\n")[:1], "G00 Y-.1" if "Y" not in move else move.split("\n")[1], "G00 Y20."]
     assert warnings_of("\n".join([*lines, "G00 X-30. Z0", "G00 Y0", CYCLE])) == ()

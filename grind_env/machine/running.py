@@ -1,0 +1,204 @@
+"""How fast the wheel turns and whether the coolant flows, as the words of a program say, or the job.
+
+The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that
+the run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S
+is written in whole revolutions: one that misses the speed of the job by no more than `SAME` stands for it.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+from grind_env.control import Spindle, Switch
+from grind_env.machine.job import Job, Setup
+from grind_env.process.catalogue import load_catalogue
+from grind_env.process.entries import Fluid
+
+SAME = 1e-3
+"""Share of a speed by which another one is the same."""
+
+SPEEDS = (5.0, 150.0)
+"""m/s; surface speeds that a set-up may have."""
+
+ALWAYS_ON, DRY = "always on", "dry"
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """The commanded speed of a wheel.
+
+    Attributes:
+        surface: of the new wheel, m/s.
+        constant: whether G96 holds it as the wheel shrinks.
+    """
+
+    surface: float
+    constant: bool
+
+    def at(self, diameter: float, new: float) -> float:
+        """Surface speed of the wheel with a diameter, mm, that had the diameter `new`, m/s."""
+        return self.surface if self.constant else self.surface * diameter / new
+
+    def word(self, new: float) -> str:
+        """The S that commands it for a wheel of the diameter `new`, mm."""
+        return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
+
+
+@cache
+def air() -> Fluid:
+    """What is left of a fluid that does not flow."""
+    return load_catalogue().fluid(DRY)
+
+
+def rotation(surface: float, diameter: float) -> float:
+    """Revolutions per minute at a surface speed, m/s, of a wheel of that diameter, mm."""
+    return 60_000.0 * surface / (math.pi * diameter)
+
+
+class Running:
+    """Wheel and coolant as the words of a program have left them.
+
+    Attributes:
+        setup: the set-up that is in force with them; the job's own while they say what it says.
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.setup = job.setup
+        self._known: dict[tuple[Speed, bool], Setup] = {}
+        self._commanded: Speed | None = None
+        self._turning = self._flowing = False
+        self._put_in_force()
+
+    @property
+    def own(self) -> Speed:
+        """The speed of the job."""
+        return Speed(self.job.setup.wheel_speed, self.job.setup.constant_surface_speed)
+
+    @property
+    def commanded(self) -> Speed | None:
+        """The speed that S commands; None before the first one."""
+        return self._commanded
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether the operator sees to the spindle."""
+        return self.job.setup.spindle == ALWAYS_ON
+
+    @property
+    def speed(self) -> Speed:
+        """With which the wheel turns, if it does."""
+        return self.own if self.by_hand or self._commanded is None else self._commanded
+
+    @property
+    def turns(self) -> bool:
+        """Whether the wheel turns."""
+        return self.by_hand or (self._turning and self.speed.surface > 0.0)
+
+    @property
+    def is_dry(self) -> bool:
+        """Whether the coolant of the job does not flow."""
+        flows = self._flowing or self.job.setup.coolant == ALWAYS_ON
+        return not flows and self.job.setup.fluid.name != DRY
+
+    def set_speed(self, event: Spindle) -> None:
+        """S has been programmed, or the control holds the surface speed of a smaller wheel."""
+        new = self.job.setup.wheel.diameter
+        if event.surface > 0.0:
+            found = Speed(event.surface / 60.0, constant=True)
+        else:
+            found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
+        own = self.own
+        same = found.constant == own.constant and abs(found.surface - own.surface) <= SAME * own.surface
+        self._commanded = own if same else found
+        self._put_in_force()
+
+    def switch(self, event: Switch) -> None:
+        """The wheel or the coolant has been switched on or off."""
+        self._turning, self._flowing = event.turning, event.coolant
+        self._put_in_force()
+
+    @property
+    def fault(self) -> str | None:
+        """Why nothing can be ground now, and what to do; None if it can."""
+        low, high = SPEEDS
+        speed, setup = self.speed, self.job.setup
+        if not self.turns:
+            return (
+                f"the wheel does not turn at this stroke; program {self.own.word(setup.wheel.diameter)} M03 before it, "
+                'or say spindle = "always on" in [setup] of the job'
+            )
+        if not low <= speed.surface <= high:
+            return (
+                f"S turns the wheel at {speed.surface:.3g} m/s, but the process model holds from {low:g} to {high:g} "
+                f"m/s; the job says {self.own.word(setup.wheel.diameter)}"
+            )
+        return None
+
+    def _put_in_force(self) -> None:
+        speed, dry = self.speed, self.is_dry
+        if not SPEEDS[0] <= speed.surface <= SPEEDS[1]:
+            return  # a stroke with it will be refused
+        if (speed, dry) not in self._known:
+            setup = self.job.setup
+            if speed != self.own:
+                setup = replace(setup, wheel_speed=speed.surface, constant_surface_speed=speed.constant)
+            self._known[speed, dry] = replace(setup, fluid=air()) if dry else setup
+        self.setup = self._known[speed, dry]
+
+
+class Told:
+    """What has been said of wheel and coolant, for each state of them is told of once."""
+
+    def __init__(self) -> None:
+        self._told: set[tuple[Speed | None, bool]] = set()
+
+    def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
+        """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
+        speed, dry = running.commanded, running.is_dry
+        if (speed, dry) in self._told:
+            return
+        speeds, dries = {each for each, _ in self._told}, {each for _, each in self._told}
+        self._told.add((speed, dry))
+        text = None if speed in speeds else _of_speed(running, diameter)
+        if text is not None:
+            yield "wheel speed", text
+        if dry and True not in dries:
+            yield (
+                "coolant",
+                "the coolant is off, and the part is ground dry; program M08 before this cycle, or say "
+                'coolant = "always on" in [setup] of the job',
+            )
+
+
+def _of_speed(running: Running, diameter: float) -> str | None:
+    """What to say of the speed, if anything: that it is beyond what wheel or spindle bear, or not that of the job."""
+    setup, own, commanded, speed = running.job.setup, running.own, running.commanded, running.speed
+    new = setup.wheel.diameter
+    surface, word = speed.at(diameter, new), own.word(new)
+    turns, most = rotation(surface, diameter), setup.machine.maximum_spindle_speed
+    if surface > (1.0 + SAME) * setup.wheel.maximum_speed:
+        allowed = setup.wheel.maximum_speed
+        lower = f"say wheel_speed = {allowed:g}" if speed == own else f"write {word}"
+        return (
+            f"the wheel turns at {surface:.3g} m/s, above the {allowed:g} m/s that {setup.wheel} bears; "
+            f"{lower}, or put on a wheel that bears it"
+        )
+    if turns > (1.0 + SAME) * most:
+        return f"the spindle turns at {turns:.0f} rpm, but {setup.machine} makes {most:g} at most; lower S"
+    if running.by_hand:
+        if commanded is None or abs(commanded.at(diameter, new) - own.at(diameter, new)) <= SAME * own.surface:
+            return None
+        return (
+            f"{commanded.word(new)} has no effect, for the job says that the spindle is always on, with {word}; write "
+            'that, or say spindle = "by program" in [setup] of the job'
+        )
+    if commanded is None:
+        return f"no S says how fast the wheel is to turn, so that it turns as the job says; write {word}"
+    if abs(surface - own.at(diameter, new)) > SAME * own.surface:
+        return (
+            f"the wheel turns at {surface:.3g} m/s and not at the {own.at(diameter, new):.3g} m/s of the job; write "
+            f"{word}, or say wheel_speed = {speed.surface:.3g} in [setup] of the job"
+        )
+    return None

@@ -1,0 +1,58 @@
+"""The wheel as a body of its radius and its width."""
+
+import math
+
+from grind_env.control import Motion, Position
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.axes import cross_axis, plunge_axis
+
+
+def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width: float) -> tuple[float, float]:
+    """How a straight move takes the wheel over the tip of the diamond; an arc counts as its chord.
+
+    Args:
+        tip: of the diamond.
+        motion: the move.
+        axis: the reciprocating axis.
+        radius: of the wheel, mm.
+        width: of the wheel, mm.
+
+    Returns:
+        By how much it takes the wheel deeper than the tip, mm, negative if it keeps above it; minus infinity where
+        none of the wheel comes over the tip. Then the width of the wheel that passes over it, mm.
+    """
+    cross, plunge = cross_axis(axis), plunge_axis(axis)
+    start, end = motion.start, motion.end
+    way = end[cross] - start[cross]
+    low, high = 0.0, 1.0
+    if abs(way) < DEPTH_TOLERANCE:
+        if not tip[cross] - width + DEPTH_TOLERANCE < start[cross] < tip[cross] - DEPTH_TOLERANCE:
+            return -math.inf, 0.0
+    else:
+        first, last = sorted(((tip[cross] - width - start[cross]) / way, (tip[cross] - start[cross]) / way))
+        low, high = max(low, first), min(high, last)
+        if high <= low:
+            return -math.inf, 0.0
+    nearest = [position_at(start, end, low), position_at(start, end, high)]
+    along = end[axis] - start[axis]
+    if abs(along) >= DEPTH_TOLERANCE and low < (share := (tip[axis] - start[axis]) / along) < high:
+        nearest.append(position_at(start, end, share))
+    depth = max(tip[plunge] - here[plunge] - rise(radius, abs(here[axis] - tip[axis])) for here in nearest)
+    return depth, (high - low) * abs(way)
+
+
+def half_chord(radius: float, depth: float) -> float:
+    """How far from its middle a wheel is as much higher as `depth`, mm."""
+    deep = min(depth, radius)
+    return math.sqrt(deep * (2.0 * radius - deep))
+
+
+def rise(radius: float, distance: float) -> float:
+    """How much higher a wheel is at a distance from its middle, mm; infinite beyond its radius."""
+    return radius - math.sqrt(radius * radius - distance * distance) if distance < radius else math.inf
+
+
+def position_at(start: Position, end: Position, share: float) -> Position:
+    """The position that a straight way has come to at a share of it."""
+    x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
+    return x, y, z

@@ -1,0 +1,70 @@
+"""What has put parts beyond a limit: the block and the stroke, how far, and which word to change."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+
+
+def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
+    """Where the parts of these numbers have been most beyond a limit, and what to do; empty if nothing more is known.
+
+    Args:
+        cause: a field of `process.cost.Limits`.
+        parts: their numbers.
+        record: of the run.
+        job: of the run.
+    """
+    rows = record.parts[np.isin(record.parts["part"], parts)]
+    limits = job.limits
+    if cause == "power":
+        return _of_stroke(record, parts, "power", rows["peak_power"].max(), limits.power, 0.001, "kW", "lower J or E")
+    if cause == "rise":
+        remedy = "lower J or E, or dress before"
+        return _of_stroke(record, parts, "T", rows["rise"].max(), limits.rise, 1.0, "K", remedy)
+    if cause == "roughness":
+        return f"{rows['Ra'].max():.2f} of {limits.roughness:.2f} µm; dress finer, lower E, or raise L"
+    if cause == "size":
+        worst = rows[np.argmax(np.abs(rows["worst_error"]))]
+        return f"{worst['worst_error']:.1f} of {limits.size:g} µm, in the mean {shares(worst)}; {_for_size(worst)}"
+    return ""
+
+
+def shares(part: Any) -> str:
+    """What the mean size error of a part, a row of `record.PART_ROW`, is made up of."""
+    names = {"wheel wear": "size_wear", "deflection": "size_deflection", "rest": "size_rest"}
+    split = ", ".join(f"{name} {round(float(part[field]), 1) + 0.0:.1f}" for name, field in names.items())
+    return f"{part['size_error']:.1f} µm: {split}"
+
+
+def _of_stroke(
+    record: GrindingRecord,
+    parts: Sequence[int],
+    field: str,
+    most: float,
+    limit: float,
+    scale: float,
+    unit: str,
+    remedy: str,
+) -> str:
+    """The stroke of some parts that has come to `most` in a field."""
+    strokes = record.strokes[np.isin(record.strokes["part"], parts)]
+    stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
+    line = int(stroke["line"])
+    made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke beside the program"
+    made = f"groove {stroke['groove']}" if stroke["groove"] else made
+    form = ".1f" if unit == "kW" else ".0f"
+    return f"N{record.blocks.get(line, line)} {made}: {scale * most:{form}} of {scale * limit:{form}} {unit}; {remedy}"
+
+
+def _for_size(part: Any) -> str:
+    """What to do about the largest share of the size error of a part."""
+    remedies = {
+        "size_wear": "gauge it with M01 before the last cycle",
+        "size_deflection": "raise L, or end with finer picks J",
+        "size_rest": "program the depth of its stock",
+    }
+    return remedies[max(remedies, key=lambda field: abs(part[field]))]

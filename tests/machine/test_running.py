@@ -1,0 +1,154 @@
+"""Wheel and coolant turn, flow and stop as the words of a program say."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grind_env.control import read
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.machine.dress_program import DressProgramError
+from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.job import Diamond, Job
+from grind_env.machine.record import GrindingRecord
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
+
+BY_PROGRAM = {"spindle": "by program", "coolant": "by program"}
+AGAIN = "G82 Y-.08 J-.01\n"
+LONG_AFTER = (1e9,)
+
+
+def programmed(**changes: Any) -> Job:
+    """A job in which the words of the program count."""
+    return job(stock=0.08, setup={**BY_PROGRAM, **changes})
+
+
+def by_hand(**changes: Any) -> Job:
+    """A job in which they do not."""
+    return job(stock=0.08, setup=changes)
+
+
+def program(words: str, between: str = "", dress: str = DRESS) -> str:
+    return f"{words}\n{HEAD}{CYCLE.replace('P9100', 'P9100 D1')}{between}\n{AGAIN}M30\n{dress}"
+
+
+def ground(text: str, job: Job, **settings: Any) -> GrindingRecord:
+    return grind(read(text, "test.nc"), job, control=replace(job.control, **settings))
+
+
+@pytest.mark.parametrize(
+    ("words", "setup"),
+    [
+        ("S1910 M03 M08", {}),
+        ("S1910 M04 M07", {}),
+        ("S1500 M03 M08", {"wheel_speed": math.pi * 300.0 * 1500.0 / 60_000.0}),
+        ("G96 S1500 M03 M08", {"wheel_speed": 25.0, "constant_surface_speed": True}),
+        ("S1910 M03", {"fluid": CATALOGUE.fluid("dry")}),
+        ("S1910 M03 M08 M09", {"fluid": CATALOGUE.fluid("dry")}),
+    ],
+)
+def test_the_process_runs_with_what_was_programmed(words: str, setup: dict[str, Any]) -> None:
+    found, asked = ground(program(words), programmed()), ground(program("(BY HAND)"), by_hand(**setup))
+    assert found.strokes.tobytes() == asked.strokes.tobytes()
+    assert found.dresses.tobytes() == asked.dresses.tobytes()
+    assert bool(found.warnings) == bool(setup)
+
+
+@pytest.mark.parametrize(
+    ("between", "setup"),
+    [("S1500", {"wheel_speed": math.pi * 7.5}), ("M09", {"fluid": CATALOGUE.fluid("dry")})],
+)
+def test_words_act_from_where_they_stand_on(between: str, setup: dict[str, Any]) -> None:
+    found = ground(program("S1910 M03 M08", between), programmed())
+    before = ground(program("S1910 M03 M08"), programmed())
+    first = found.strokes["line"] == found.strokes["line"][0]
+    assert 0 < first.sum() < first.size
+    assert found.strokes[first].tobytes() == before.strokes[first].tobytes()
+    assert not np.array_equal(found.strokes["T"][~first], before.strokes["T"][~first])
+    (warning,) = found.warnings
+    assert warning.startswith(f"test.nc:{found.strokes['line'][-1]}: ")
+
+
+@pytest.mark.parametrize("words", ["S1910 M03 M08", "S1500 M03", "G96 S1800 M03 M08"])
+@pytest.mark.parametrize("between", ["", "M09", "S1800 M08"])
+def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: str) -> None:
+    text = program(words, between)
+    found, stepped = ground(text, programmed()), ground(text, programmed(), operator_dress_at=LONG_AFTER)
+    assert found.warnings == stepped.warnings
+    for name in found.strokes.dtype.names or ():
+        np.testing.assert_allclose(found.strokes[name], stepped.strokes[name], 1e-9, 1e-12, err_msg=name)
+
+
+def test_a_wheel_that_does_not_turn_is_refused_at_its_first_stroke() -> None:
+    for words in ("", "S1910", "S1910 M03 M05", "S0 M03"):
+        with pytest.raises(
+            GrindingError, match=r"test\.nc:4: the wheel does not turn at this stroke; program S1910 M03"
+        ):
+            ground(program(words), programmed())
+
+
+def test_a_turning_tool_needs_no_wheel() -> None:
+    text = "G71 G94 G90 G18\nG00 X26. Z-10.\nG77 X24. Z-30. I.7 K20. D0 F60.\nM30\n"
+    assert grind(read(text), job(surface=25.0, setup=BY_PROGRAM)).warnings == ()
+
+
+def test_a_state_is_told_of_once_in_many_parts() -> None:
+    part = f"S1500 M03\n{HEAD}{CYCLE}G80\nG00 Y20.\nM05\nM00\n"
+    (speed, coolant) = ground(part * 3 + "M30\n" + DRESS, programmed()).warnings
+    assert "23.6 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
+
+
+def test_a_dress_may_switch_the_coolant_off_and_on_again() -> None:
+    dress = DRESS.replace("N2 G00 Y20.", "N2 G00 Y20. M09").replace("N9 G90 G00 Y20.", "N9 G90 G00 Y20. M08")
+    found, plain = ground(program("S1910 M03 M08", dress=dress), programmed()), ground(program(""), by_hand())
+    assert found.warnings == ()
+    assert found.strokes.tobytes() == plain.strokes.tobytes()
+
+
+@pytest.mark.parametrize("dress", ["S1000", "M05", "G96 S900"])
+def test_a_dress_with_another_speed_is_refused(dress: str) -> None:
+    with pytest.raises(DressProgramError, match="dress program O9100"):
+        ground(program("S1910 M03 M08", dress=DRESS.replace("N2 G00", f"N2 {dress} G00")), programmed())
+
+
+@pytest.mark.parametrize(
+    ("words", "between", "reason"),
+    [
+        ("S1500 M03 M08", "", "the wheel turns with another speed than the job's"),
+        ("S1910 M03 M08", "S1500", "the wheel turns with another speed than the job's"),
+        ("S1910 M03", "", "the coolant is off"),
+    ],
+)
+def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str, reason: str) -> None:
+    text = f"{words}\nG71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n{CYCLE}{between}\n{AGAIN}M30\n{DRESS}"
+    why = JobSimulation(read(text, "test.nc"), programmed(), 0.0).why
+    assert reason in str(why) and "test.nc:" in str(why)
+    assert JobSimulation(read(text.replace(words, "S1910 M03 M08").replace("S1500", "")), programmed(), 0.0).why is None
+
+
+# --- the diamond --------------------------------------------------------------------------------------------------
+
+
+def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() -> None:
+    text = CYCLE.replace("P9100", "P9100 D2") + "G80\nG00 X-30.\nG00 Y0\n" + CYCLE.replace("Y-.05", "Y-.08")
+    met, missed = (replace(job(stock=0.08), diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
+    found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, job(stock=0.08)))
+    assert as_if.warnings == () and as_if.strokes.tobytes() == plain.strokes.tobytes()
+    (warning,) = found.warnings
+    assert "dress program O9100 dresses nothing" in warning
+    assert found.dresses["removed"].tolist() == [0.0, 0.0] and (as_if.dresses["removed"] > 0.0).all()
+    assert found.seconds == as_if.seconds
+    undressed = run(HEAD + text.replace("D2", "D0") + "M30\n", missed)
+    np.testing.assert_array_equal(found.strokes["A"], undressed.strokes["A"])
+    assert (np.diff(found.strokes["ds"]) <= 0.0).all()
+    stepped = run(HEAD + text + "M30\n", missed, control=replace(missed.control, operator_dress_at=LONG_AFTER))
+    assert stepped.warnings == found.warnings
+    np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
+
+
+def test_a_program_that_misses_the_diamond_has_no_script() -> None:
+    text = f"G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n{CYCLE}M30\n{DRESS}"
+    simulation = JobSimulation(read(text), replace(job(stock=0.08), diamond=Diamond(x=0.0, y=10.0, z=-10.0)), 0.0)
+    assert "misses the diamond" in str(simulation.why)
