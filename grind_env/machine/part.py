@@ -25,6 +25,9 @@ from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
+SLOWED = 1.001
+"""Torque over that at the power limit from which on a spindle has slowed by what can be told."""
+
 Ends: TypeAlias = tuple[float, float]
 """Reversal points between which the table moves, mm."""
 
@@ -227,6 +230,11 @@ class PartRun:
     def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
         self.tally = count_stroke(self.tally, done.stroke, seconds, plunged, self.p.stall_time)
         return done
+
+    @property
+    def overloaded(self) -> bool:
+        """Whether the spindle has come to its power limit on it, and slowed."""
+        return self.tally.peak_torque > SLOWED * self.p.rs
 
     @property
     def stalled(self) -> bool:

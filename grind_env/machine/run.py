@@ -53,6 +53,7 @@ from grind_env.machine.record import (
 )
 from grind_env.machine.running import Running
 from grind_env.machine.watch import Watch
+from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
 
 
@@ -259,9 +260,12 @@ class GrindingRun:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
                 part.dress(dress.seconds, 0.0)
+        stalled = int(np.argmax(rows["torque"] >= STALL)) if part.stalled and not had_stalled else count
+        rows["time"][stalled + 1 :] += part.p.stall_time
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
+            begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
-            self.dresses.add((part.number, made, time, "auto", plan.program, dress.seconds, ds, removed))
+            self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
         self._add(rows, wheel, extremes, had_stalled)
         self.watch.dress(plan.line, dress, len(effective))
         self.watch.strokes(event, rows, extremes, before, wheel, dressed[: len(effective)])
@@ -296,8 +300,10 @@ class GrindingRun:
         return rows
 
     def _add(self, rows: Table, wheel: WheelState, extremes: Extremes, had_stalled: bool) -> None:
-        """Strokes have been made; the time that a stalled spindle costs is that after them."""
+        """Strokes have been made; what comes after them is later by the time that a stalled spindle costs."""
         self._require_numbers(sum(wheel) + extremes.total, int(rows["line"][0]))
+        if self.part.overloaded:
+            self.watch.spindle(rows)
         self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
         self.mount.wheel = wheel
         self.strokes.extend(rows)

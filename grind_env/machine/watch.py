@@ -28,12 +28,14 @@ from grind_env.machine.dress_program import DEEPEST_INFEED, DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_feeds, beyond_picks, beyond_table
 from grind_env.machine.mounting import first_diameter
-from grind_env.machine.part import PartRun
+from grind_env.machine.part import SLOWED, PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.machine.running import Running, Told
 from grind_env.machine.wheel_body import over_diamond
 from grind_env.process import state
+from grind_env.process.cost import STALL
+from grind_env.process.equations import wheel_speed
 from grind_env.process.state import WheelState
 
 SHARE = 0.1
@@ -226,6 +228,17 @@ class Watch:
         self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)))
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
+
+    def spindle(self, rows: Table) -> None:
+        """Strokes have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed or stalled."""
+        assert self.part is not None
+        worst = rows[int(rows["torque"].argmax())]
+        p, line, number = self.part.p, int(worst["line"]), int(worst["number"])
+        if worst["torque"] >= STALL:
+            self.warn(line, "stall", advice.stalled_spindle(number, 0.001 * p.power, p.stall_time))
+        elif worst["torque"] > SLOWED * p.rs:
+            speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
+            self.warn(line, "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, 0.001 * p.power))
 
     def _judge_speed(self, line: int, feed: float, length: float) -> None:
         """Warn of a stroke of that length, mm, at a feed that the table does not make."""

@@ -21,7 +21,8 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
     rows = record.parts[np.isin(record.parts["part"], parts)]
     limits = job.limits
     if cause == "power":
-        return _of_stroke(record, parts, "power", rows["peak_power"].max(), limits.power, 0.001, "kW", "lower J or E")
+        unit = "% of the torque at which the spindle stalls"
+        return _of_stroke(record, parts, "torque", rows["peak_torque"].max(), 1.0, 100.0, unit, "lower J or E")
     if cause == "rise":
         remedy = "lower J or E, or dress before"
         return _of_stroke(record, parts, "T", rows["rise"].max(), limits.rise, 1.0, "K", remedy)
@@ -56,8 +57,7 @@ def _of_stroke(
     line = int(stroke["line"])
     made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke beside the program"
     made = f"groove {stroke['groove']}" if stroke["groove"] else made
-    form = ".1f" if unit == "kW" else ".0f"
-    return f"N{record.blocks.get(line, line)} {made}: {scale * most:{form}} of {scale * limit:{form}} {unit}; {remedy}"
+    return f"N{record.blocks.get(line, line)} {made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
 
 
 def _for_size(part: Any) -> str:

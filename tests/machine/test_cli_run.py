@@ -134,11 +134,12 @@ def test_what_puts_parts_beyond_a_limit_has_its_block_and_stroke(
     assert grind("run", program) == 1
     out = capsys.readouterr().out
     record = run_grind(read_file(program), load_job(job))
-    stroke = record.strokes[record.strokes["power"].argmax()]
-    said = f"N50 stroke {stroke['number']}: {0.001 * stroke['power']:.1f} of 2.0 kW; lower J or E"
-    assert f"beyond the limit of power: part 1\n  {said}\n" in out
+    stroke = record.strokes[record.strokes["torque"].argmax()]
+    share = f"{100.0 * stroke['torque']:.0f} of 100 % of the torque at which the spindle stalls"
+    said = f"N50 stroke {stroke['number']}: {share}; lower J or E"
+    assert f"the spindle stalled: part 1\n  {said}\n" in out
     assert grind("run", program, "--json") == 1
-    assert json.loads(capsys.readouterr().out)["reasons"]["power"] == said
+    assert json.loads(capsys.readouterr().out)["reasons"]["stall"] == said
     assert re.search(r"^mean size error \d+\.\d µm: wheel wear [\d.]+, deflection [\d.]+, rest 0\.0$", out, re.M)
 
 

@@ -1,3 +1,4 @@
+import dataclasses
 import re
 from typing import Any
 
@@ -5,7 +6,7 @@ import pytest
 
 from grind_env.control import Control
 from grind_env.machine.job import WheelStart
-from tests.machine.harness import CYCLE, HEAD, job, run
+from tests.machine.harness import CATALOGUE, CYCLE, HEAD, job, run
 
 
 def test_a_slow_pick_warns_and_names_the_feed_that_would_do() -> None:
@@ -58,7 +59,9 @@ def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
     assert record.warnings == (
         "test.nc:3: a stroke cuts at E2000 mm/min; the process model holds from 3000 to 40000 mm/min",
     )
-    (warning,) = run(HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n", job()).warnings
+    strong = dataclasses.replace(CATALOGUE.machine("default"), power_limit=75_000.0)
+    deep = HEAD + CYCLE.replace("Y-.05 J-.01", "Y-.25 J-.25") + "M30\n"
+    (warning,) = run(deep, job(setup={"machine": strong})).warnings
     assert re.fullmatch(r"test\.nc:3: a stroke cuts 0\.\d\d mm deep; the process model holds up to 0\.1 mm", warning)
 
 

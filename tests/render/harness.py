@@ -16,6 +16,7 @@ GOOD = GroundBlock(
     speed=9000.0,
     executions=0,
     power=4000.0,
+    torque=0.3,
     rise=250.0,
     roughness=0.5,
     size_error=3.0,

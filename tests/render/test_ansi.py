@@ -45,7 +45,7 @@ def test_before_the_first_block_there_is_nothing_to_measure() -> None:
     ("change", "verdict"),
     [
         ({"rise": 501.0}, "beyond its limit: burn"),
-        ({"power": 8001.0, "size_error": -10.1}, "beyond its limit: power, size"),
+        ({"torque": 1.01, "size_error": -10.1}, "beyond its limit: stall, size"),
         ({"roughness": 1.01}, "beyond its limit: Ra"),
         ({"good": 0.4}, "scrap"),
         ({"good": 0.0, "finished": False}, "within its limits, to be ground on"),
