@@ -50,9 +50,9 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
     lines = [
         "# Gaps",
         "",
-        "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (dress executions)"
-        f" or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval of a paired"
-        " bootstrap over episodes.",
+        "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
+        f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
+        " of a paired bootstrap over episodes.",
     ]
     for title, headings, rows in tables(tasks):
         lines += ["", f"{title}:", "", *table(headings, rows)]
@@ -99,8 +99,8 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
     return [
         ("Cost, $ per block", ("task", *ROLES, "reference cost"), costs),
         (
-            "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting D,"
-            " on E alone",
+            "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting"
+            " D, on E alone",
             ("task", FIXED, *ROLES[1:], ADAPTING_E, ADAPTING_D),
             savings,
         ),

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
 from agents.budgets import GAP_EPISODES
@@ -29,8 +30,9 @@ FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "planner",
     "hindsight",
 )
-"""What is compared: the best plan without sensors; the adaptive rule for one decision, and for both; the scripted policy
-that costs least of those that see measurements; the planner that knows the state; and the one that knows the future."""
+"""What is compared: the best plan without sensors; the adaptive rule for one decision, and for both; the scripted
+policy that costs least of those that see measurements; the planner that knows the state; the one that knows the
+future."""
 ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
 AGAINST = {**dict.fromkeys(ROLES[1:], FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
 """What each saving is counted from."""
@@ -133,9 +135,9 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
 
 def mean(cost: Array) -> Array:
     """Mean along the last axis."""
-    return cost.mean(axis=-1)
+    return np.asarray(cost.mean(axis=-1))
 
 
 def saving(cost: Array, against: Array) -> Array:
     """By how much the mean cost is below another one, % of that, along the last axis."""
-    return 100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1))
+    return np.asarray(100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1)))

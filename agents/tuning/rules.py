@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -18,9 +19,9 @@ from agents.pool import work_on_all
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
 from agents.tuning.search import Found, evolve, grid_search, refine
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import quoted
-from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.choices import Decision, speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
@@ -43,7 +44,28 @@ INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 STROKES = (4, 6, 8, 12, 17, 24, 34, 48, 68, 96, 136)
 """Strokes from one dress to the next, where a step is one."""
 
-Advance = Callable[[], object]
+Advance = Callable[[int], object]
+
+
+class SideBySide:
+    """Policies of one kind that decide for equal shares of the episodes, one after the other."""
+
+    def __init__(self, policies: Sequence[Policy]) -> None:
+        self.policies, self.name, self.sees = policies, policies[0].name, policies[0].sees
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Let all of them begin."""
+        for policy in self.policies:
+            policy.begin(simulation, episodes // len(self.policies))
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """What each decides for its share."""
+        share = len(observation) // len(self.policies)
+        decided = []
+        for k, policy in enumerate(self.policies):
+            mine = slice(k * share, (k + 1) * share)
+            decided.append(policy.act(observation[mine], None if episodes is None else episodes.part(mine)))
+        return Decision(*map(np.concatenate, zip(*decided, strict=True)))
 
 
 class Tuner:
@@ -54,7 +76,7 @@ class Tuner:
         storage: URL of the database of the studies, one for each policy and start.
         episodes: number of episodes of each split.
         fresh: whether to throw away what the studies hold.
-        advance: called after every trial, whether evaluated now or kept.
+        advance: called with the number of points that have been evaluated, or were kept.
     """
 
     def __init__(
@@ -63,7 +85,7 @@ class Tuner:
         storage: str,
         episodes: int = TUNING_EPISODES,
         fresh: bool = False,
-        advance: Advance = lambda: None,
+        advance: Advance = lambda points: None,
     ) -> None:
         self.simulation, self.task = simulation, simulation.task
         self.seeds = {split: episode_seeds(split, episodes) for split in ("training", "validation")}
@@ -72,7 +94,14 @@ class Tuner:
 
     def cost(self, policy: Policy, split: str = "training") -> float:
         """Mean cost of an episode, $."""
-        return float(roll_out(policy, self.simulation, self._episodes[split]).cost.mean())
+        return self.costs([policy], split)[0]
+
+    def costs(self, policies: Sequence[Policy], split: str = "training") -> list[float]:
+        """Mean costs of an episode under policies that see the same, $; a step of all of them is one step."""
+        n = len(self.seeds[split])
+        episodes = self._episodes[split].pick(np.tile(np.arange(n), len(policies)))
+        run = roll_out(SideBySide(policies), self.simulation, episodes)
+        return [float(run.cost[first : first + n].mean()) for first in range(0, len(run.cost), n)]
 
     def constant(self) -> tuple[Fixed, int]:
         """The best constant E and D, and the evaluations spent."""
@@ -87,10 +116,10 @@ class Tuner:
         def plan(E: float, D: int, every: int) -> Fixed:
             return Fixed(rounded(E), D, every, name)
 
-        cost = self._kept(name, ("E", "D", "every"), lambda point: self.cost(plan(*point)))
-        found = grid_search(cost, product(self._speeds(speeds), D, every))
+        costs = self._kept(name, ("E", "D", "every"), lambda point: plan(*point))
+        found = grid_search(costs, product(self._speeds(speeds), D, every))
         E, *rest = found.point
-        found = self._refine(lambda E: cost((E, *rest)), found._replace(point=E))
+        found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
         return plan(found.point, *rest), found.evaluations
 
     def _speeds(self, count: int) -> list[float]:
@@ -113,8 +142,8 @@ class Tuner:
         entries = entry_names(RULES[name], self.task)
         # the first run starts where the table says, every other from a point of its own
         start = np.random.default_rng(seed).standard_normal(len(entries)) * (seed > 0)
-        cost = self._kept(f"{name}/{seed}", entries, lambda vector: self.cost(self._made(name, vector)))
-        return evolve(cost, start, evaluations, seed)
+        costs = self._kept(f"{name}/{seed}", entries, lambda vector: self._made(name, vector))
+        return evolve(costs, start, evaluations, seed)
 
     def _made(self, name: str, vector: Any) -> Policy:
         policy: Policy = TUNED[name](**arguments(self._parameters(name, vector)))
@@ -123,14 +152,18 @@ class Tuner:
     def _parameters(self, name: str, vector: Any) -> Parameters:
         return from_vector(RULES[name], self.task, vector)
 
-    def _kept(self, search: str, entries: Sequence[str], cost: Callable[[Any], float]) -> KeptCosts:
-        """The cost function of a search, with its study; another code, task or list of seeds has another study."""
+    def _kept(self, search: str, entries: Sequence[str], made: Callable[[Any], Policy]) -> KeptCosts:
+        """The costs of a search whose points are made into policies.
+
+        Another code, task or list of seeds has another study.
+        """
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
         facts = f"{sources(module)} {behaviour(self.simulation)} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
-        return KeptCosts(open_study(self._storage, name, fresh=self._fresh), entries, cost, self._advance)
+        study = open_study(self._storage, name, fresh=self._fresh)
+        return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
 
 
 class Run(NamedTuple):
@@ -159,10 +192,10 @@ class Budget:
         return self.evaluations
 
 
-def do_run(run: Run, budget: Budget, advance: Callable[[int], object]) -> None:
+def do_run(run: Run, budget: Budget, advance: Advance) -> None:
     """Do a run; what it finds stays in its study."""
     simulation = run.problem.simulation()
-    tuner = Tuner(simulation, budget.storage, budget.episodes, budget.fresh, partial(advance, 1))
+    tuner = Tuner(simulation, budget.storage, budget.episodes, budget.fresh, advance)
     tuner.run(run.policy, budget.evaluations, run.seed)
 
 
