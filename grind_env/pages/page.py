@@ -104,7 +104,7 @@ def _observation(about: Sheet) -> str:
     ]
     if hidden:
         lines += [
-            f'`observation="full"` has {len(about.full)} entries: these at their places, and what follows moves back.',
+            f'`observation="full"` has {len(about.full)} entries: these come after them.',
             observation_table(hidden),
         ]
     return "\n\n".join(lines)

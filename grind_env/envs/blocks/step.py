@@ -7,6 +7,7 @@ import numpy as np
 from grind_env.belief.hidden import FACTORS
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.blocks.settling import (
+    booked_diameter,
     counted_rise,
     good_so_far,
     handover_of,
@@ -234,8 +235,10 @@ def settle_block(
     powers = power_readings(row, result, change)
     E, D, pre_dress = speeds[i], executions[i], pre_dresses[i]
     # the executions stand evenly in the depth: an equal share of it is ground after the last one
-    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
-    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume)
+    volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
+    # the next block begins with touching off or gauging
+    diameter = booked_diameter(wheel, row, shop, old, 0.0, True, change)
+    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter)
     write_memory(memory, i, new)
     block[i] += 1
 

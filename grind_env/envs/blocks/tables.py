@@ -55,6 +55,10 @@ class Shop(NamedTuple):
     """Of lateness, $/h."""
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
+    minimum_diameter: float
+    """What is left of the wheel lies outside it, mm."""
+    wheel_width: float
+    """Of the whole wheel, mm."""
     new_diameter: float
     change_price: float
     change_seconds: float
@@ -76,7 +80,7 @@ class ShopMemory(NamedTuple):
     """Roughness gauged on the last gauged part, not yet known; negative if none."""
     since_gauged: float
     volume: float
-    """Programmed depth times length ground since the last dress, mm3/mm."""
+    """Depth by the pre-gauge times length ground since the last dress, mm3/mm."""
     blocks_since_dress: float
     dresses: float
     parts: float
@@ -87,6 +91,8 @@ class ShopMemory(NamedTuple):
     clock: float
     """Time since the start of the episode, s."""
     wheel_changes: float
+    diameter: float
+    """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
 
 
 class Outcome(NamedTuple):
@@ -111,10 +117,15 @@ class Outcome(NamedTuple):
     seconds: float
     """Time of the block, with loading and wheel change."""
     burn_ratio: float
+    """Of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
     rise: float
     peak_power: float
     roughness: float
     size_error: float
+    power_ratio: float
+    """Highest power over its limit."""
+    roughness_ratio: float
+    """Ra of the surface over its limit; 0 where there is none."""
 
 
 read_kind, read_shop = column_reader(KindRow), column_reader(Shop)
@@ -174,6 +185,8 @@ def shop_row(task: Task) -> Shop:
         reference_cost=task.reference_cost,
         late_price=task.due.late if task.due else 0.0,
         least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
+        minimum_diameter=task.wheel.minimum_diameter,
+        wheel_width=task.wheel.width,
         new_diameter=task.wheel.diameter,
         change_price=task.wheel_change.price if task.wheel_change else 0.0,
         change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.settling import counted_rise, outcome_of, power_readings, remembered
+from grind_env.envs.blocks.settling import booked_diameter, counted_rise, outcome_of, power_readings, remembered
 from grind_env.envs.blocks.step import NEW_PART, write_factored
 from grind_env.envs.blocks.tables import (
     Shop,
@@ -153,6 +153,7 @@ def settle_jobs(
     tape: Any,
     first: Any,
     block: Any,
+    wheels: Any,
     parts: Any,
     memory: Any,
     settings: Any,
@@ -169,6 +170,7 @@ def settle_jobs(
         tape: noise tape.
         first: number of the block that it begins with.
         block: number of the block; updated.
+        wheels: after it.
         parts: after it.
         memory: updated.
         settings: of the blocks.
@@ -189,8 +191,11 @@ def settle_jobs(
         write_outcome(outcomes, i, outcome)
         powers = power_readings(row, tally, seen.change)
         volume = tally.deepened * kind.length
+        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
+        # the wheel is touched off on the next part
+        diameter = booked_diameter(read_wheel(wheels, i), row, shop, old, off, kind.ends_part > 0.0, seen.change)
         new = remembered(
-            kind, row, tally, old, powers, outcome, seen.good, seen.change, chosen.E, chosen.D, 0.0, volume
+            kind, row, tally, old, powers, outcome, seen.good, seen.change, chosen.E, chosen.D, 0.0, volume, diameter
         )
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
@@ -300,7 +305,7 @@ def steps_of(
             write_found(
                 found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
             )
-        settle_jobs(kinds, shops, tape, first, block, parts, memory, settings, active, tallies, found, outcomes)
+        settle_jobs(kinds, shops, tape, first, block, wheels, parts, memory, settings, active, tallies, found, outcomes)
 
     return step_jobs
 

@@ -4,7 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.settling import PowerReadings, chance, counted_rise, handover_of, outcome_of, remembered
+from grind_env.envs.blocks.settling import (
+    PowerReadings,
+    booked_diameter,
+    chance,
+    counted_rise,
+    handover_of,
+    outcome_of,
+    remembered,
+)
 from grind_env.envs.blocks.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
 from grind_env.envs.blocks.tables import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.blocks.tape import read_row, write_row
@@ -140,7 +148,10 @@ def settle_stroke(
     peak = 0.0 if last else max(old.peak_power, reading)
     powers = PowerReadings(mean=mean_last_power(latest), first=reading, peak=peak)
     volume = pick_before(done.made, row.stock, kind.pick) * kind.length
-    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume)
+    off = 2.0 * result.dresses * shop.dress_passes * shop.dress_depth
+    # the wheel is touched off on the next part
+    diameter = booked_diameter(read_wheel(episodes.wheels, i), row, shop, old, off, last, 0.0)
+    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter)
     write_memory(episodes.memory, i, new_memory)
     made, power, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, power, counted)
     new = StrokeMemory(made=made, all_made=done.all_made + 1.0, power=power, rise=counted)
