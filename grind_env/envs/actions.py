@@ -303,7 +303,7 @@ def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
 @inlined
 def _executions_of(a: float, most: float) -> float:
     """D that a component of a `box` chooses."""
-    return min(max(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), 0.0), most)
+    return min(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), most) if a > NO_DRESS else 0.0
 
 
 def _middle_of(D: Table, most: int) -> Table:

@@ -16,6 +16,7 @@ from grind_env.kernel import inlined
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
 from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival
+from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import StrokeParameters, WheelState
 
 
@@ -60,8 +61,8 @@ def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters)
 
 @inlined
 def volume_left(diameter: float, shop: Shop) -> float:
-    """What is left of a wheel of that diameter, mm, before it is used up, mm3."""
-    ring = max(diameter * diameter - shop.minimum_diameter * shop.minimum_diameter, 0.0)
+    """What can be worn and dressed off a wheel of that diameter, mm, before nothing is left of it, mm3."""
+    ring = max(diameter * diameter - LEAST_DIAMETER * LEAST_DIAMETER, 0.0)
     return 0.25 * math.pi * ring * shop.wheel_width
 
 
@@ -113,12 +114,12 @@ def outcome_of(
         change: 1 if the wheel is changed after the block.
         handover: price of handing over the wheel, $.
 
-    No more of a wheel can be worn and dressed off than is left of it by the book.
+    No more of a wheel can be worn and dressed off than is left of it.
     """
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
-    removed, rates = min(result.worn + result.dressed_off, volume_left(old.diameter, shop)), rates_of(shop)
+    removed, rates = min(result.worn + result.dressed_off, volume_left(old.true_diameter, shop)), rates_of(shop)
     time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
@@ -174,11 +175,12 @@ def remembered(
     pre_dress: float,
     volume: float,
     diameter: float,
+    wheel: WheelState,
 ) -> ShopMemory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
     `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, and
-    `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and what came of it.
+    `diameter` that of `wheel`, the one after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and what came of it.
     """
     ends = kind.ends_part > 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
@@ -212,4 +214,5 @@ def remembered(
         clock=old.clock + outcome.seconds,
         wheel_changes=old.wheel_changes + change,
         diameter=diameter,
+        true_diameter=wheel.ds,
     )

@@ -238,7 +238,7 @@ def settle_block(
     volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
     # the next block begins with touching off or gauging
     diameter = booked_diameter(wheel, row, shop, old, 0.0, True, change)
-    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter)
+    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter, wheel)
     write_memory(memory, i, new)
     block[i] += 1
 

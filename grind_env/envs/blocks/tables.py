@@ -55,8 +55,6 @@ class Shop(NamedTuple):
     """Of lateness, $/h."""
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
-    minimum_diameter: float
-    """What is left of the wheel lies outside it, mm."""
     wheel_width: float
     """Of the whole wheel, mm."""
     new_diameter: float
@@ -93,6 +91,8 @@ class ShopMemory(NamedTuple):
     wheel_changes: float
     diameter: float
     """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
+    true_diameter: float
+    """Of the wheel, mm; nobody reads it, but no more can be lost than is left of it."""
 
 
 class Outcome(NamedTuple):
@@ -185,7 +185,6 @@ def shop_row(task: Task) -> Shop:
         reference_cost=task.reference_cost,
         late_price=task.due.late if task.due else 0.0,
         least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
-        minimum_diameter=task.wheel.minimum_diameter,
         wheel_width=task.wheel.width,
         new_diameter=task.wheel.diameter,
         change_price=task.wheel_change.price if task.wheel_change else 0.0,

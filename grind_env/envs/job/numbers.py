@@ -52,8 +52,6 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
         reference_cost=reference_cost,
         late_price=0.0,
         least_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
-        # a job that changes no wheel may grind it away
-        minimum_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
         wheel_width=job.setup.wheel.width,
         new_diameter=job.setup.wheel.diameter,
         change_price=0.0,

@@ -193,10 +193,10 @@ def settle_jobs(
         volume = tally.deepened * kind.length
         off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
         # the wheel is touched off on the next part
-        diameter = booked_diameter(read_wheel(wheels, i), row, shop, old, off, kind.ends_part > 0.0, seen.change)
-        new = remembered(
-            kind, row, tally, old, powers, outcome, seen.good, seen.change, chosen.E, chosen.D, 0.0, volume, diameter
-        )
+        wheel = read_wheel(wheels, i)
+        diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
+        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
+        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter, wheel)
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
         block[i] += 1

@@ -135,9 +135,9 @@ def settle_stroke(
     good = chance(kind, counted, power, part.Rs, size_error) if last else chance(kind, counted, power, 0.0, 0.0)
     # heat that later strokes grind off is shown, but does not count
     rise = counted if last else result.plunge_rise
-    handover = 0.0
+    handover, wheel = 0.0, read_wheel(episodes.wheels, i)
     if last and block[i] + 1 == tape.shape[1]:
-        wheel, p = read_wheel(episodes.wheels, i), read_parameters(episodes.parameters, i)
+        p = read_parameters(episodes.parameters, i)
         handover = handover_of(wheel, dress_lead(wheel, shop.dress_feed, p), shop, p)
     outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, 0.0, handover)
     write_outcome(outcomes, i, outcome)
@@ -150,8 +150,8 @@ def settle_stroke(
     volume = pick_before(done.made, row.stock, kind.pick) * kind.length
     off = 2.0 * result.dresses * shop.dress_passes * shop.dress_depth
     # the wheel is touched off on the next part
-    diameter = booked_diameter(read_wheel(episodes.wheels, i), row, shop, old, off, last, 0.0)
-    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter)
+    diameter = booked_diameter(wheel, row, shop, old, off, last, 0.0)
+    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter, wheel)
     write_memory(episodes.memory, i, new_memory)
     made, power, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, power, counted)
     new = StrokeMemory(made=made, all_made=done.all_made + 1.0, power=power, rise=counted)
