@@ -52,7 +52,8 @@ def gauged_diameter(diameter: float, z: float) -> float:
 
     Twice the error of the size gauge, because that says where the wheel's edge stands.
     """
-    return np.floor(1000.0 * diameter + 2.0 * SIZE_NOISE * z + 0.5) / 1000.0
+    micrometres: float = np.floor(1000.0 * diameter + 2.0 * SIZE_NOISE * z + 0.5)
+    return micrometres / 1000.0
 
 
 class Readings(NamedTuple):
@@ -158,11 +159,23 @@ def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float
         constant["last_pick"] = kinds[0].pick
     if task.action.executions == 0:
         constant |= {"last_executions": 0.0} if pre_dress else {"last_executions": 0.0, "dresses": 0.0}
-    if not any(kind.ends_part and kind.roughness_limit > 0.0 for kind in kinds):
-        constant |= {"roughness": 0.0, "parts_since_gauged": 0.0}
+    limited = any(kind.ends_part and kind.roughness_limit > 0.0 for kind in kinds)
+    constant |= of_few_parts(task.parts, gauged=limited)
     if task.orders is None and task.spread.lot_probability == 0.0:
         constant["new_lot"] = 0.0
     return constant
+
+
+def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
+    """Readings of finished parts, with their values, that come too late to be seen, or never.
+
+    Args:
+        parts: of an episode; the readings of the last one come after the last decision.
+        gauged: whether roughness has a limit, over which it is shown.
+    """
+    size = {"size_error": 0.0} if parts < 2 else {}
+    # the first one that is gauged is known one part late
+    return size | ({} if gauged and parts > 2 else {"roughness": 0.0, "parts_since_gauged": 0.0})
 
 
 def _same(kinds: tuple[Kind, ...], name: str) -> bool:

@@ -94,8 +94,9 @@ def _box(space: Any) -> str:
 def _discount(about: Sheet) -> str:
     if about.codec is None:
         return "none: an episode is one step"
-    about.env.reset(seed=0, options={"context": "nominal"})
-    interval = dress_interval(about.env.simulation, about.env.given)
+    env: Any = about.env
+    env.reset(seed=0, options={"context": "nominal"})
+    interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
     return (
         f"{discount_of(interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and what a"

@@ -180,7 +180,8 @@ def remembered(
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
     `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, and
-    `diameter` that of `wheel`, the one after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and what came of it.
+    `diameter` that of the `wheel` after it, mm, both by book-keeping. The other arguments are those of `outcome_of`,
+    and what came of it.
     """
     ends = kind.ends_part > 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error

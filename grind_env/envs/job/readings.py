@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grind_env.control.cycles import RULES
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.tape import WHEEL_SPREAD
-from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, readings
+from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job
 
@@ -171,9 +171,9 @@ def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *
         constant["dresses"] = 0.0
     if not any(block.takes_dresses for block in blocks):
         constant["last_executions"] = 0.0
-    if job.limits.roughness == 0.0:
-        constant |= {"roughness": 0.0, "parts_since_gauged": 0.0}
-    if blocks[-1].part == 0 or spread == 0.0 or job.lots.probability == 0.0:
+    parts = blocks[-1].part + 1
+    constant |= of_few_parts(parts, gauged=job.limits.roughness > 0.0)
+    if parts == 1 or spread == 0.0 or job.lots.probability == 0.0:
         constant["new_lot"] = 0.0
     return constant
 

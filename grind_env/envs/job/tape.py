@@ -28,7 +28,9 @@ WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SP
 LOT_FACTORS = ("kA", "pm")
 """Factors that every lot of material draws, by stroke parameter."""
 
-NOISES = tuple(TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness", "wheel"))
+NOISES = tuple(
+    TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness", "wheel")
+)
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 

@@ -67,8 +67,8 @@ class StrokeSimulation(Simulation):
         mine = _stroke_episodes(episodes)
         observations = np.empty((len(mine.block), len(self.entries)), np.float32)
         state = mine.block, mine.wheels, mine.memory, mine.rows, mine.strokes
-        _, *scaled = self._scaling
-        observe_strokes(self.kinds, self._materials, self.task.blocks, *state, self._columns, *scaled, observations)
+        shown = self._columns, *self._scaling[1:], observations
+        observe_strokes(self.kinds, self._materials, self.task.blocks, *state, *shown)
         return observations
 
     @property
