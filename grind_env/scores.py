@@ -83,7 +83,7 @@ def reference(environment_id: str) -> Reference:
     """
     known = _references()
     if environment_id not in known:
-        measured = f"choose from {', '.join(known)}" if known else "run `python -m agents scores` in a checkout"
+        measured = f"choose from {', '.join(known)}" if known else f"none are of task version {TASK_VERSION} yet"
         raise ScoreError(f"{quoted(environment_id)} has no reference scores: {measured}")
     return known[environment_id]
 

@@ -61,9 +61,9 @@ def compare(tasks: Iterable[str], results: Path, published: Path = PUBLISHED) ->
             continue
         try:
             ours = {row["policy"]: row for row in csv.DictReader(io.StringIO(read_text(path), newline=""))}
-            if any(row.get("task_version") != str(TASK_VERSION) for row in ours.values()):
-                continue
-            found += [compared(task, policy, text, ours[policy]) for policy, text in costs[task].items()]
+            beside = [compared(task, policy, text, ours[policy]) for policy, text in costs[task].items()]
+            if all(row.get("task_version") == str(TASK_VERSION) for row in ours.values()):
+                found += beside
         except (KeyError, ValueError, csv.Error) as error:
             raise ConfigError(
                 f"{path} is damaged ({reason(error)}): run `python -m agents scores --task {task}`"

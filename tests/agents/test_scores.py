@@ -19,6 +19,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
+from grind_env.task_version import TASK_VERSION
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -184,6 +185,14 @@ def test_tasks_that_were_not_measured_are_left_out_of_a_comparison(tmp_path):
     (tmp_path / "slot.csv").write_text("policy\nrandom\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"slot\.csv is damaged .*: run `python -m agents scores --task slot`"):
         compare(["slot"], tmp_path, PUBLISHED)
+
+
+@pytest.mark.parametrize(("version", "count"), [(str(TASK_VERSION), 1), (str(TASK_VERSION - 1), 0), (None, 0)])
+def test_a_table_of_another_task_version_is_left_out_of_a_comparison(version, count, tmp_path):
+    (tmp_path / "published.toml").write_text('[slot]\nrandom = "31"\n', encoding="utf-8")
+    row = {"policy": "random", **ROW, **({} if version is None else {"task_version": version})}
+    (tmp_path / "slot.csv").write_text(f"{','.join(row)}\n{','.join(row.values())}\n", encoding="utf-8")
+    assert len(compare(["slot"], tmp_path, tmp_path / "published.toml")) == count
 
 
 def test_a_number_far_off_is_marked():

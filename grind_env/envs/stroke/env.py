@@ -38,8 +38,8 @@ class StrokeEnv(GrindEnv):
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is
-    above 1/3. The other forms are those of `GrindEnv`, with D the number of dresses before the stroke, 0 or 1. There is no
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is above
+    1/3. The other forms are those of `GrindEnv`, with D the number of dresses before the stroke, 0 or 1. There is no
     third component for a pre-dress, because D is one: before the first stroke of a part it is that of G81.1.
 
     ## Observation space
