@@ -36,8 +36,7 @@ EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 STOCK, TAPE_STOCK = KindRow._fields.index("stock"), TapeRow._fields.index("stock")
 KIND, MATERIAL = TapeRow._fields.index("kind"), TapeRow._fields.index("material")
-BOOKED = [ShopMemory._fields.index(name) for name in ("diameter", "true_diameter")]
-DIAMETER = WheelState._fields.index("ds")
+BOOKED, DIAMETER = ShopMemory._fields.index("diameter"), WheelState._fields.index("ds")
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 
 
@@ -152,7 +151,7 @@ class Simulation:
         episodes.block[index] = 0
         episodes.parts[index] = self._first_part
         episodes.memory[index] = self._first_memory
-        episodes.memory[index[:, None], BOOKED] = episodes.wheels[index, DIAMETER, None]
+        episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
         """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one."""

@@ -100,7 +100,7 @@ def _discount(about: Sheet) -> str:
     every = "step" if interval == 1 else f"{interval} steps"
     return (
         f"{discount_of(interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and what a"
-        f" dress saves at the end of them still counts {KEPT:g}"
+        f" dress saves just before the next one still counts {KEPT:g}"
     )
 
 

@@ -45,7 +45,7 @@ def _components(sheet: Sheet) -> list[tuple[str, str]]:
         speed = f"{levels} mm/min, {codec.levels.size} bins of equal width"
     most = codec.executions
     above = "1 above" if most == 1 else f"above it 1 to {most} in bins of equal width"
-    return [("E", speed), ("D", f"dress executions: 0 up to 1/3, {above}")]
+    return [("E", speed), ("D", f"0 to {most} dress executions: none up to 1/3, {above}")]
 
 
 def form_table(task: Task, *, predress: bool) -> str:

@@ -119,7 +119,7 @@ def outcome_of(
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
-    removed, rates = min(result.worn + result.dressed_off, volume_left(old.true_diameter, shop)), rates_of(shop)
+    removed, rates = min(result.worn + result.dressed_off, volume_left(old.found_diameter, shop)), rates_of(shop)
     time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
@@ -175,13 +175,12 @@ def remembered(
     pre_dress: float,
     volume: float,
     diameter: float,
-    wheel: WheelState,
 ) -> ShopMemory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
     `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, and
-    `diameter` that of the `wheel` after it, mm, both by book-keeping. The other arguments are those of `outcome_of`,
-    and what came of it.
+    `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and
+    what came of it.
     """
     ends = kind.ends_part > 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
@@ -215,5 +214,5 @@ def remembered(
         clock=old.clock + outcome.seconds,
         wheel_changes=old.wheel_changes + change,
         diameter=diameter,
-        true_diameter=wheel.ds,
+        found_diameter=old.found_diameter,
     )

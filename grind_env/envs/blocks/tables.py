@@ -91,8 +91,8 @@ class ShopMemory(NamedTuple):
     wheel_changes: float
     diameter: float
     """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
-    true_diameter: float
-    """Of the wheel, mm; nobody reads it, but no more can be lost than is left of it."""
+    found_diameter: float
+    """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
 
 
 class Outcome(NamedTuple):
@@ -131,6 +131,7 @@ class Outcome(NamedTuple):
 read_kind, read_shop = column_reader(KindRow), column_reader(Shop)
 read_memory, write_memory = column_reader(ShopMemory), column_writer(ShopMemory)
 write_outcome = column_writer(Outcome)
+FOUND = ShopMemory._fields.index("found_diameter")
 
 
 def kind_row(task: Task, kind: Kind) -> KindRow:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tables import FOUND, Outcome
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
@@ -31,7 +31,7 @@ from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jo
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
+from grind_env.envs.simulation import DIAMETER, KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
@@ -375,6 +375,7 @@ class JobSimulation(Simulation):
     ) -> None:
         """Let the control execute the next block of programs without a script."""
         programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        before = episodes.wheels[active, DIAMETER]
         words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
         for i, run in step_all(programs, words).items():
@@ -395,6 +396,7 @@ class JobSimulation(Simulation):
             )
             episodes.wheels[i] = machine.wheel
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
+        episodes.memory[active, FOUND] = before
         settle_jobs(
             self.kinds,
             self._shops,

@@ -8,6 +8,7 @@ import numpy as np
 from grind_env.envs.blocks.settling import booked_diameter, counted_rise, outcome_of, power_readings, remembered
 from grind_env.envs.blocks.step import NEW_PART, write_factored
 from grind_env.envs.blocks.tables import (
+    FOUND,
     Shop,
     ShopMemory,
     read_kind,
@@ -196,7 +197,7 @@ def settle_jobs(
         wheel = read_wheel(wheels, i)
         diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
         good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
-        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter, wheel)
+        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
         block[i] += 1
@@ -274,6 +275,7 @@ def steps_of(
                 lay(surfaces, i, zones)
             write_stage(stages, i, stage)
             write_wheel(wheels, i, wheel)
+            memory[i, FOUND] = wheel.ds
             write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
         script = ScriptTables(blocks, own, ways, motions, zones)
         grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)

@@ -13,8 +13,8 @@ from grind_env.envs.blocks.settling import (
     outcome_of,
     remembered,
 )
-from grind_env.envs.blocks.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
-from grind_env.envs.blocks.tables import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
+from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Tables, plunge_cycle, write_factored
+from grind_env.envs.blocks.tables import FOUND, KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
 from grind_env.envs.stroke import rules
@@ -110,6 +110,7 @@ def prepare_stroke(i: int, tables: Tables, episodes: StrokeArrays, E: float, D: 
         write_factored(episodes.parameters, i, base, int(row.material), episodes.tape, episodes.block[i], False)
         write_part(episodes.parts, i, NEW_PART)
         episodes.wheels[i, WEAR] = 0.0  # touched off on the new part
+    episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
     depth = depth_of(made, row.stock, kind.pick)
     write_cycle(cycles, i, plunge_cycle(kind, shop, E, seconds, depth, depth, row.stock, 1.0, 0.0, D))
 
@@ -151,7 +152,7 @@ def settle_stroke(
     off = 2.0 * result.dresses * shop.dress_passes * shop.dress_depth
     # the wheel is touched off on the next part
     diameter = booked_diameter(wheel, row, shop, old, off, last, 0.0)
-    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter, wheel)
+    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter)
     write_memory(episodes.memory, i, new_memory)
     made, power, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, power, counted)
     new = StrokeMemory(made=made, all_made=done.all_made + 1.0, power=power, rise=counted)
