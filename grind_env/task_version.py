@@ -4,6 +4,8 @@ Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters 
 those of another version are not read.
 """
 
+from grind_env.errors import quoted
+
 TASK_VERSION = 2
 
 HISTORY = {
@@ -17,4 +19,4 @@ HISTORY = {
 
 def of_version(found: object) -> str:
     """What a message says of a thing of another version, which may be written down nowhere: that was the first."""
-    return f"of task version {found or 1}, and the tasks are now of version {TASK_VERSION}"
+    return f"of task version {1 if found is None else quoted(found)}, and the tasks are now of version {TASK_VERSION}"

@@ -89,14 +89,18 @@ def test_the_measured_observation_begins_the_full_one(env_id: str, arguments: di
             break
 
 
-def simulation_of(task: Task, *, full: bool = False) -> Simulation:
-    kind = StrokeSimulation if task.name == "stroke" else form_of(task).simulation
-    return kind(task, full=full)
+def simulation_of(name: str) -> Simulation:
+    """Of a task, or of twelve parts of an example program."""
+    if name.endswith(".nc"):
+        return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
+    task: Task = read_task(name)
+    kind = StrokeSimulation if name == "stroke" else form_of(task).simulation
+    return kind(task)
 
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_what_is_left_out_is_known_where_it_is_read(name: str) -> None:
-    simulation = simulation_of(read_task(name))
+    simulation = simulation_of(name)
     seen = simulation.read(simulation.observe(start(simulation, 3)))
     kind = simulation.task.kinds[0]
     for reading in ("width", "length", "tolerance"):
@@ -128,10 +132,10 @@ def test_what_is_left_out_follows_from_the_task() -> None:
     assert "roughness" in constant_readings(replace(task, blocks=4))
 
 
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", [*shipped_names(), *(each.name for each in EXAMPLES)])
 def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
     """Episodes that differ in what is hidden look the same before their first step, and then in measurements only."""
-    simulation = simulation_of(read_task(name))
+    simulation = simulation_of(name)
     names = [entry.name for entry in simulation.entries]
     episodes, measured = start(simulation, 4), set[str]()
     for field in (*DRAWN, "A"):
@@ -165,7 +169,7 @@ def changed(simulation: Simulation, field: str) -> Any:
 
 @pytest.mark.parametrize("name", [name for name in shipped_names() if read_task(name).spread.gauge > 0.0])
 def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> None:
-    simulation = simulation_of(read_task(name))
+    simulation = simulation_of(name)
     episodes, other = start(simulation, 4), start(simulation, 4)
     column = TapeRow._fields.index("stock")
     # more than a pick, so that one stroke more is needed
@@ -188,7 +192,7 @@ def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> 
 
 
 def test_a_worn_wheel_is_booked_when_it_is_gauged_and_not_before() -> None:
-    simulation = simulation_of(read_task("stroke"))
+    simulation = simulation_of("stroke")
     soft, hard = start(simulation, 4), start(simulation, 4)
     column = TapeRow._fields.index("Gref")
     soft.tape[..., column] *= 0.2
