@@ -100,7 +100,7 @@ def rebuild(folder: Path, console: Console) -> None:
     table = read_results(folder)
     if not table:
         raise ConfigError(
-            f"there are no results of task version {TASK_VERSION} in {folder}:"
+            f"there are no results in {folder} of task version {TASK_VERSION}:"
             f" run the benchmark with --results {folder} first"
         )
     for path in write_figures(table, folder / "figures"):

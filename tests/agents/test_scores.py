@@ -213,9 +213,9 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     assert command("--task", "wen", *data) == 0
     assert command("--task", "oracle6", "--episodes", 2, *data) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
-    row = "slot,{},6.2,6.1,6.3\n"
+    row = f"slot,{{}},6.2,6.1,6.3,{TASK_VERSION}\n"
     policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
-    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high\n"
+    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high,task_version\n"
     (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
     capsys.readouterr()
     assert command("--compare", *data) == 0
