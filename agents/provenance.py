@@ -6,12 +6,15 @@ import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from grind_env.task_version import TASK_VERSION
+
 ROOT = Path(__file__).parents[1]
 
 
-def provenance(seeds: range) -> dict[str, str]:
+def provenance(seeds: range) -> dict[str, str | int]:
     """What the results were made with."""
     return {
+        "task_version": TASK_VERSION,
         "seeds": f"{seeds.start}..{seeds.stop - 1}",
         "commit": commit(),
         "python": platform.python_version(),

@@ -8,13 +8,18 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import ReadError
+from grind_env.task_version import TASK_VERSION
 from grind_env.toml import TomlError, read_toml
 
 FILE = Path(__file__).with_name("envs") / "scores.toml"
+
+
+VERSION = "task_version"
+"""Key of the version of the tasks that scores are of."""
 
 
 class ScoreError(GrindError):
@@ -78,7 +83,8 @@ def reference(environment_id: str) -> Reference:
     """
     known = _references()
     if environment_id not in known:
-        raise ScoreError(f"{quoted(environment_id)} has no reference scores: choose from {', '.join(known)}")
+        measured = f"choose from {', '.join(known)}" if known else f"none are of task version {TASK_VERSION} yet"
+        raise ScoreError(f"{quoted(environment_id)} has no reference scores: {measured}")
     return known[environment_id]
 
 
@@ -93,7 +99,7 @@ def _references() -> dict[str, Reference]:
 
 
 def read_references(path: Path) -> dict[str, Reference]:
-    """The reference scores in a file, by id; none if there is no such file.
+    """The reference scores in a file, by id, without those of another task version; none if there is no such file.
 
     Raises:
         ScoreError: if it is not what `write_text` writes.
@@ -102,12 +108,16 @@ def read_references(path: Path) -> dict[str, Reference]:
         return {}
     try:
         document = read_toml(path)
-        return {
-            name: Reference(**{**table, "returns": {policy: Mean(*pair) for policy, pair in table["returns"].items()}})
-            for name, table in document.items()
-        }
+        known = {name: _reference(table) for name, table in document.items()}
+        return {name: each for name, each in known.items() if document[name].get(VERSION) == TASK_VERSION}
     except (ReadError, TomlError, TypeError, KeyError, AttributeError) as error:
         raise ScoreError(f"{path} is damaged ({reason(error)}): delete it and run `python -m agents scores`") from error
+
+
+def _reference(table: Mapping[str, Any]) -> Reference:
+    plain = {key: value for key, value in table.items() if key != VERSION}
+    returns = {policy: Mean(*pair) for policy, pair in table["returns"].items()}
+    return Reference(**{**plain, "returns": returns})
 
 
 def write_text(references: Mapping[str, Reference]) -> str:
@@ -120,6 +130,7 @@ def write_text(references: Mapping[str, Reference]) -> str:
         lines += [
             "",
             f'["{name}"]',
+            f"{VERSION} = {TASK_VERSION}",
             f"zero = {each.zero}",
             f"hundred = {each.hundred}",
             f"ratio = {str(each.ratio).lower()}",

@@ -19,6 +19,7 @@ from grind_env.files import read_bytes, write_atomically
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.statistics import Array
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.task_version import TASK_VERSION
 
 Episodes = NDArray[np.float32]
 
@@ -76,6 +77,7 @@ class Result:
     train_seconds: float | None
     seconds_to_95: float | None
     """Seconds after which the validation score stays above 95 % of the final one."""
+    task_version: int
     seeds: str
     commit: str
     python: str
@@ -99,7 +101,7 @@ class Result:
 
 EPISODES = ("cost", "good", "test_cost", "test_good")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
-WHOLE, TEXT = ("seed", "episodes", "test_episodes", "steps"), ("task", "policy", "kind", "sees")
+WHOLE, TEXT = ("seed", "episodes", "test_episodes", "steps", "task_version"), ("task", "policy", "kind", "sees")
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -171,7 +173,7 @@ def episodes_of(result: Result) -> tuple[str, int]:
 
 
 def read_results(folder: Path) -> list[Result]:
-    """The results in a folder; none if it holds none.
+    """The results in a folder that are of the present task version; none if it holds none.
 
     Raises:
         ConfigError: if the file is damaged, or lacks a column.
@@ -181,9 +183,14 @@ def read_results(folder: Path) -> list[Result]:
         return []
     try:
         file = io.BytesIO(read_bytes(path))
-        if missing := set(SCHEMA.names) - set(parquet.read_schema(file).names):
+        missing = set(SCHEMA.names) - set(parquet.read_schema(file).names)
+        # the first version was written down nowhere
+        if missing == {"task_version"}:
+            return []
+        if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
-        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA).to_pylist()
+        present = [("task_version", "=", TASK_VERSION)]
+        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
         return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error

@@ -11,6 +11,7 @@ from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, ch
 from agents.cells import RESULTS, RUNS
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.policies.tuned import ConfigError
+from grind_env.task_version import TASK_VERSION
 
 INTERRUPTED = 130
 
@@ -99,7 +100,10 @@ def rebuild(folder: Path, console: Console) -> None:
 
     table = read_results(folder)
     if not table:
-        raise ConfigError(f"there are no results in {folder}: run the benchmark with --results {folder} first")
+        raise ConfigError(
+            f"there are no results in {folder} of task version {TASK_VERSION}:"
+            f" run the benchmark with --results {folder} first"
+        )
     for path in write_figures(table, folder / "figures"):
         console.print(f"written to {path}", highlight=False)
     if folder.resolve() == RESULTS:

@@ -14,6 +14,7 @@ from agents.dressing.study import Finding, about
 from grind_env.errors import reason
 from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.task_version import TASK_VERSION
 
 BEGIN, END = "<!-- dress study: written by `python -m agents dress-study` -->", "<!-- end of dress study -->"
 THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")
@@ -36,10 +37,11 @@ HEADINGS = (
 
 
 class Study(NamedTuple):
-    """What was found for one task, and on how many episodes."""
+    """What was found for one task, on how many episodes, and in which version of the tasks."""
 
     found: Sequence[Finding]
     episodes: int
+    task_version: int = TASK_VERSION
 
 
 def read_study(path: Path) -> Study:
@@ -52,6 +54,8 @@ def read_study(path: Path) -> Study:
         rows = list(DictReader(StringIO(read_text(path), newline="")))
         found = [Finding(**{each.name: _value(each.type, row[each.name]) for each in fields(Finding)}) for row in rows]
         first, last = map(int, rows[0]["seeds"].split(".."))
+        # the first version was written down nowhere
+        version = int(rows[0].get("task_version", 1))
         if missing := {"plan", "dresser", "decision"} - {each.question for each in found}:
             raise ValueError(f"it does not answer {min(missing)!r}")
     except (KeyError, IndexError, TypeError, ValueError, CsvError) as error:
@@ -59,7 +63,7 @@ def read_study(path: Path) -> Study:
         raise ConfigError(
             f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
         ) from None
-    return Study(found, last - first + 1)
+    return Study(found, last - first + 1, version)
 
 
 def _value(kind: Any, text: str) -> Any:
@@ -99,6 +103,7 @@ def replaced(text: str, studies: Iterable[Study]) -> str:
 
 
 def write_readme(folder: Path, path: Path = README) -> None:
-    """Put the table of all studies in a folder into a page."""
+    """Put the table of all studies in a folder that are of the present task version into a page."""
     studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
-    write_whole(path, replaced(read_text(path), studies))
+    present = [each for each in studies if each.task_version == TASK_VERSION]
+    write_whole(path, replaced(read_text(path), present))

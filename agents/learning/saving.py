@@ -13,8 +13,9 @@ from agents.provenance import commit, installed
 from grind_env.envs.simulation import Simulation
 from grind_env.files import write_atomically
 from grind_env.policies.learned.network import acting_part
-from grind_env.policies.learned.saved import ENTRY, FORMAT, check_finite, check_sums, spaces_digest
+from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, check_finite, check_sums, spaces_digest
 from grind_env.policies.learned.view import LearnerView
+from grind_env.task_version import TASK_VERSION
 
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
 
@@ -40,6 +41,7 @@ def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, setti
     check_sums(path, network, actor.tensors)
     document = {
         "format": FORMAT,
+        VERSION: TASK_VERSION,
         "task": simulation.task.name,
         "kind": kind,
         "memory": settings.memory,

@@ -117,7 +117,7 @@ def write(content: Content) -> None:
             env=spec,
             eval_env=spec,
             algorithm_name=content.policy,
-            code_permalink=made_with["commit"],
+            code_permalink=str(made_with["commit"]),
             description=f"{content.title}: {n} episodes of {content.policy}, which sees {content.sees}. Scores are"
             " those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that knows the whole episode.",
             requirements=[f"grind_env=={made_with['grind_env']}"],

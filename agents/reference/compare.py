@@ -14,6 +14,7 @@ from grind_env.errors import reason
 from grind_env.files import read_text
 from grind_env.policies.statistics import COVERAGE
 from grind_env.policies.tuned import ConfigError
+from grind_env.task_version import TASK_VERSION
 from grind_env.toml import tomllib
 
 PUBLISHED = Path(__file__).with_name("published.toml")
@@ -47,7 +48,7 @@ class Comparison(NamedTuple):
 
 
 def compare(tasks: Iterable[str], results: Path, published: Path = PUBLISHED) -> list[Comparison]:
-    """Every published cost of the tasks beside ours; tasks that have not been measured are left out.
+    """Every published cost of the tasks beside ours; tasks that have not been measured in their version are left out.
 
     Raises:
         ConfigError: if a table of results is damaged.
@@ -60,7 +61,9 @@ def compare(tasks: Iterable[str], results: Path, published: Path = PUBLISHED) ->
             continue
         try:
             ours = {row["policy"]: row for row in csv.DictReader(io.StringIO(read_text(path), newline=""))}
-            found += [compared(task, policy, text, ours[policy]) for policy, text in costs[task].items()]
+            beside = [compared(task, policy, text, ours[policy]) for policy, text in costs[task].items()]
+            if all(row.get("task_version") == str(TASK_VERSION) for row in ours.values()):
+                found += beside
         except (KeyError, ValueError, csv.Error) as error:
             raise ConfigError(
                 f"{path} is damaged ({reason(error)}): run `python -m agents scores --task {task}`"

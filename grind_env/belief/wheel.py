@@ -151,8 +151,8 @@ class WheelBelief:
         new = np.flatnonzero(chosen & self.fresh)
         self.updates[new] = 0
         self.ground[new] = 0.0
-        model.begin(self.members, self._of(new))
         self.wheels[new] = self.first
+        model.begin(self.members, self._of(new))
         self.hidden[new] = self.draws[0]
         signals = Signals(
             mean_power=seen["mean_power"],

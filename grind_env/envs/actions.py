@@ -3,8 +3,9 @@
 The same decision can be taken in four forms (`action=...` of the environments):
 
 * `box`: `Box(-1, 1)`. The first component chooses E, geometrically over the speed range (or in equal bins over the
-  speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D in
-  equal-width floor bins, so that a uniform action gives every D the same chance.
+  speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D: none up
+  to 1/3, above it 1 to the most in bins of equal width, so that a Gaussian policy that has learned nothing dresses in
+  the minority of its blocks.
 * `multidiscrete`: the number of a level of E, and D. The levels are those of the task, or `SPEED_LEVELS` that divide
   its range geometrically, both ends included.
 * `discrete`: the same numbers as one, the last running fastest.
@@ -23,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.kernel import entry, exp, log
+from grind_env.kernel import entry, exp, inlined, log
 
 ACTIONS = ("box", "multidiscrete", "discrete", "dict")
 """Forms of the action."""
@@ -31,6 +32,9 @@ SPEED_LEVELS = 24
 """Levels of E of a discrete action, about 10 % apart where the range spans a decade."""
 KEYS = ("E", "D", "predress")
 """Keys of an action of the form `dict`, and names of the columns of a decoded one."""
+
+NO_DRESS = float(np.float32(1.0 / 3.0))
+"""Highest component of a `box` that chooses D = 0; 1/3 as single precision has it."""
 
 LONGEST = 200
 """Characters of what a message repeats."""
@@ -219,7 +223,7 @@ class ActionCodec:
             u0 = 2.0 * (numbers[0] + 0.5) / len(self.levels) - 1.0
         else:
             u0 = 2.0 * np.log(E / self.low) / np.log(self.high / self.low) - 1.0
-        bins = [2.0 * (number + 0.5) / size - 1.0 for number, size in zip(numbers[1:], self.sizes[1:], strict=True)]
+        bins = [_middle_of(D, self.executions), dress - 0.5][: len(self.names) - 1]
         return np.clip(np.stack([u0, *bins], axis=1), -1.0, 1.0).astype(np.float32)
 
     def _level_of(self, speeds: Table) -> NDArray[np.int64]:
@@ -296,6 +300,18 @@ def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
     return -1
 
 
+@inlined
+def _executions_of(a: float, most: float) -> float:
+    """D that a component of a `box` chooses."""
+    return min(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), most) if a > NO_DRESS else 0.0
+
+
+def _middle_of(D: Table, most: int) -> Table:
+    """The component in the middle of those that choose each D, shape (N,)."""
+    above = NO_DRESS + (D - 0.5) / max(most, 1) * (1.0 - NO_DRESS)
+    return np.where(D > 0.0, above, 0.5 * (NO_DRESS - 1.0))
+
+
 @entry
 def _decode(actions: Any, levels: Any, low: float, high: float, most: float, choice: Any) -> None:
     for i in range(actions.shape[0]):
@@ -304,6 +320,6 @@ def _decode(actions: Any, levels: Any, low: float, high: float, most: float, cho
             choice[0, i] = levels[min(int(u * levels.size), levels.size - 1)]
         else:
             choice[0, i] = np.floor(low * exp(u * log(high / low)) + 0.5)
-        choice[1, i] = min(np.floor(0.5 * (actions[i, 1] + 1.0) * (most + 1.0)), most)
+        choice[1, i] = _executions_of(actions[i, 1], most)
         if choice.shape[0] > 2:
             choice[2, i] = 1.0 if actions[i, 2] > 0.0 else 0.0

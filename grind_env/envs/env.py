@@ -38,7 +38,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     ## Action space
 
     By default `Box(-1, 1, (2,), float32)`: E geometric over the speed range of the task (or equal bins over its speed
-    levels), D in equal-width bins from 0 to the most executions that the task allows. The same decision is taken with
+    levels), D = 0 up to 1/3 and in bins of equal width above it, from 1 to the most executions that the task allows: a
+    policy that has learned nothing dresses in the minority of its blocks. The same decision is taken with
     `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, with `action="discrete"`, the pair as one number, or
     with `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have 24 levels of E that divide its
     range geometrically, or those of the task. `predress=True` adds a third component (a dress if it is above 0), factor
@@ -47,7 +48,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     ## Observation space
 
     `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()`
-    lists every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+    lists every entry; what never changes in a task is none. `observation="full"` adds the hidden state of the wheel and
+    of the lot, behind all that is measured.
 
     ## Reward
 
@@ -55,7 +57,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
     and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
     more. `info["reward_terms"]` holds the terms, `info["cost"]` the probability that the part which this block
-    finished is scrap.
+    finished is scrap. `info["burn_ratio"]`, `info["power_ratio"]` and `info["roughness_ratio"]` say how near the block
+    came to burning and to its limits of power and Ra, which are at 1; the last one is 0 where Ra has no limit.
 
     ## Episode
 

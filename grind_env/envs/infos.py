@@ -11,7 +11,9 @@ from grind_env.kernel import entry
 
 Array = NDArray[Any]
 
-READ = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
+RATIOS = ("burn_ratio", "power_ratio", "roughness_ratio")
+"""Entries that say how near to its limit a block came, for agents that learn to keep limits: 1 is at the limit."""
+READ = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds", **{name: name for name in RATIOS}}
 """Entries that are fields of `Outcome`."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
-from grind_env.envs.tasks import Task
+from grind_env.envs.tasks import Kind, Task
 from grind_env.kernel import inlined
 
 SIZE_NOISE = 0.7
 """um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
 ROUGHNESS_NOISE = 0.06
 """Relative standard deviation of the roughness gauge."""
+BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
+"""What a wheel diameter is."""
 GAUGE_EVERY = 3
 """Parts from one roughness gauging to the next."""
 LEAST_SLACK = 0.05
@@ -42,6 +44,16 @@ def measured_roughness(roughness: float, limit: float, z: float) -> float:
     """A reading of the roughness gauge over the limit (both um); 0 if there is none."""
     ratio = roughness / limit if limit > 0.0 else 0.0
     return ratio * (1.0 + ROUGHNESS_NOISE * z)
+
+
+@inlined
+def gauged_diameter(diameter: float, z: float) -> float:
+    """The wheel diameter that the shop enters after touching off or gauging, mm, to the 0.001 mm of an offset.
+
+    Twice the error of the size gauge, because that says where the wheel's edge stands.
+    """
+    micrometres: float = np.floor(1000.0 * diameter + 2.0 * SIZE_NOISE * z + 0.5)
+    return micrometres / 1000.0
 
 
 class Readings(NamedTuple):
@@ -103,26 +115,71 @@ class Reading(NamedTuple):
     meaning: str
 
 
+OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
+"""Readings that say a number of the kind of the coming block."""
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 """Readings that no real machine gives."""
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
-    """The observation of a task, entry by entry; what means nothing in a task is left out.
+    """The observation of a task, entry by entry, the hidden ones last; what means or changes nothing is left out.
 
     Args:
         task: the task.
         full: with the hidden state, for oracles and tests.
         pre_dress: whether an action can ask for a pre-dress.
     """
-    absent: set[str] = set() if full else set(HIDDEN)
+    absent = {*constant_readings(task, pre_dress=pre_dress), *(() if full else HIDDEN)}
     if not pre_dress:
         absent.add("last_pre_dress")
     if task.wheel_change is None:
         absent.add("executions_left")
     if task.due is None:
         absent |= {"time_to_due", "slack"}
-    return (*(reading for reading in _table(task) if reading.name not in absent), *_one_hot(task))
+    shown = (reading for reading in _table(task) if reading.name not in absent)
+    return measured_first((*shown, *_one_hot(task)))
+
+
+def measured_first(entries: Iterable[Reading]) -> tuple[Reading, ...]:
+    """The entries in their order, the hidden ones behind all others: a measured observation begins every full one."""
+    return tuple(sorted(entries, key=lambda entry: entry.noise == "hidden"))
+
+
+def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
+    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a task.
+
+    What is said of the coming block or of the last one before the first and after the last block does not count.
+    """
+    kinds = task.kinds
+    constant = {name: float(getattr(kinds[0], name)) for name in OF_KIND if _same(kinds, name)}
+    if "width" in constant:
+        constant["last_width"] = kinds[0].width
+    # an infeed goes as deep in a stroke as its time allows
+    if "pick" in constant and task.infeed == 0.0:
+        constant["last_pick"] = kinds[0].pick
+    if task.action.executions == 0:
+        constant |= {"last_executions": 0.0} if pre_dress else {"last_executions": 0.0, "dresses": 0.0}
+    limited = any(kind.ends_part and kind.roughness_limit > 0.0 for kind in kinds)
+    constant |= of_few_parts(task.parts, gauged=limited)
+    if task.orders is None and task.spread.lot_probability == 0.0:
+        constant["new_lot"] = 0.0
+    return constant
+
+
+def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
+    """Readings of finished parts, with their values, that come too late to be seen, or never.
+
+    Args:
+        parts: of an episode; the readings of the last one come after the last decision.
+        gauged: whether roughness has a limit, over which it is shown.
+    """
+    size = {"size_error": 0.0} if parts < 2 else {}
+    # the first one that is gauged is known one part late
+    return size | ({} if gauged and parts > 2 else {"roughness": 0.0, "parts_since_gauged": 0.0})
+
+
+def _same(kinds: tuple[Kind, ...], name: str) -> bool:
+    return len({getattr(kind, name) for kind in kinds}) == 1
 
 
 def _table(task: Task) -> list[Reading]:
@@ -136,14 +193,15 @@ def _table(task: Task) -> list[Reading]:
         max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
     )
     factor = task.spread.measurement
-    power_noise, size_noise, ra_noise = (
+    power_noise, size_noise, wheel_noise, ra_noise = (
         (
             f"{100.0 * POWER_NOISE * factor:g} % + {POWER_NOISE_FLOOR * factor:g} W",
             f"{SIZE_NOISE * factor:g} um",
+            f"{2.0 * SIZE_NOISE * factor:g} um",
             f"{100.0 * ROUGHNESS_NOISE * factor:g} %, ",
         )
         if factor > 0.0
-        else ("exact", "exact", "")
+        else ("exact", "exact", "to 1 um", "")
     )
     table = [
         Reading("mean_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
@@ -161,10 +219,10 @@ def _table(task: Task) -> list[Reading]:
                 "Ra of the last gauged part over its limit"),
         Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
         Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
-                "programmed depth times length since the last dress, by book-keeping"),
+                "depth by the pre-gauge times length since the last dress, by book-keeping"),
         Reading("blocks_since_dress", "", 0.0, 10.0, 0.0, 20.0, "exact", "blocks since the last dress"),
         Reading("dresses", "", 0.0, 50.0, 0.0, 10.0, "exact", "dress executions so far"),
-        Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, "exact", "wheel diameter (offset 33)"),
+        Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, wheel_noise, f"wheel diameter (offset 33), {BOOK}"),
         Reading("pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the coming block"),
         Reading("width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the coming block"),
         Reading("length", "mm", 0.0, 300.0, 0.0, 5.0, "exact", "length of the coming block"),
@@ -226,9 +284,13 @@ class Layout(NamedTuple):
     """Where the entries of an observation come from."""
 
     columns: NDArray[np.int64]
-    """Index into `Readings` of the first entries; flags of the kinds follow, then those of the materials."""
+    """Index into `Readings` of every entry that is one."""
+    places: NDArray[np.int64]
+    """Where these entries stand."""
     kinds: int
     """Flags of the coming kind; as many of the following one come after them."""
+    first_kind: int
+    """Where they begin."""
     materials: NDArray[np.int64]
     """Entry of every material of the catalogue; -1 for none."""
 
@@ -251,14 +313,16 @@ def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
 
 
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """Where these entries come from: readings, then flags; any that follow them read 0, for the caller to write."""
+    """Where these entries come from; any that is neither a reading nor a flag reads 0, for the caller to write."""
     names = [entry.name for entry in entries]
-    columns = [Readings._fields.index(name) for name in names if name in Readings._fields]
-    flags = [f"material_{name}" for name in task.materials]
+    places = [place for place, name in enumerate(names) if name in Readings._fields]
+    first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(
-        np.array(columns),
-        len(task.kinds) if len(task.kinds) > 1 else 0,
-        np.array([names.index(flag) if flag in names else -1 for flag in flags]),
+        columns=np.array([Readings._fields.index(names[place]) for place in places]),
+        places=np.array(places),
+        kinds=len(task.kinds) if first in names else 0,
+        first_kind=names.index(first) if first in names else 0,
+        materials=np.array([names.index(flag) if flag in names else -1 for flag in flags]),
     )
 
 

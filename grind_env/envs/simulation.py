@@ -22,7 +22,7 @@ from grind_env.envs.blocks.step import CYCLE_FIELDS, NEW_PART, step_blocks
 from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory, kind_table, parameter_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
-from grind_env.envs.observations import Reading, physical, readings, scaling
+from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.tasks import Task
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
@@ -36,6 +36,7 @@ EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 STOCK, TAPE_STOCK = KindRow._fields.index("stock"), TapeRow._fields.index("stock")
 KIND, MATERIAL = TapeRow._fields.index("kind"), TapeRow._fields.index("material")
+BOOKED, DIAMETER = ShopMemory._fields.index("diameter"), WheelState._fields.index("ds")
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 
 
@@ -101,7 +102,7 @@ class Simulation:
         self.task = task
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.base, self.shop = kind_table(task), parameter_table(task), shop_row(task)
-        self.usual: Mapping[str, float] = {}
+        self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
         self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._begin_with(EpisodeGenerator(task))
@@ -154,6 +155,7 @@ class Simulation:
         episodes.block[index] = 0
         episodes.parts[index] = self._first_part
         episodes.memory[index] = self._first_memory
+        episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
         """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one."""

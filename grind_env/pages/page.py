@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from grind_env.pages.discount import KEPT, discount_of, dress_interval
 from grind_env.pages.example import example
 from grind_env.pages.markdown import arguments, prose, table
 from grind_env.pages.rewards import Span
@@ -18,6 +19,7 @@ from grind_env.pages.tables import (
     setup_table,
 )
 from grind_env.scores import find_reference, normalise
+from grind_env.task_version import HISTORY, TASK_VERSION
 
 SECTIONS = (
     "Description",
@@ -50,7 +52,7 @@ def page(env_id: str) -> str:
         "Arguments": _arguments(about),
         "Reference scores": _scores(about),
         "Example": f"```python\n{example(about)}\n```",
-        "Version history": table(("version", "what changed"), list(about.note.versions.items())),
+        "Version history": _versions(about),
     }
     lines = [f"# {about.id}", f"*{about.title}.*", _facts(about)]
     for name in SECTIONS:
@@ -66,14 +68,40 @@ def _facts(about: Sheet) -> str:
         ("observation space", f"`{_box(about.env.observation_space)}`"),
         ("steps", f"{about.steps}" if about.steps else "not fixed"),
         ("reward of a step", _span(about.reward)),
+        ("recommended discount", _discount(about)),
+        ("task version", str(TASK_VERSION)),
         ("easy or hard", about.note.hard),
     ]
     return table(("", ""), rows)
 
 
+def _versions(about: Sheet) -> str:
+    versions = table(("version", "what changed"), list(about.note.versions.items()))
+    rows = [(str(number), text) for number, text in HISTORY.items()]
+    lines = [
+        f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
+        " another one are not read.",
+        table(("task version", "what it is"), rows),
+    ]
+    return "\n\n".join([versions, *lines])
+
+
 def _box(space: Any) -> str:
     """A Box in short: every entry has bounds of its own, which its table lists."""
     return f"Box({space.shape}, {space.dtype})"
+
+
+def _discount(about: Sheet) -> str:
+    if about.codec is None:
+        return "none: an episode is one step"
+    env: Any = about.env
+    env.reset(seed=0, options={"context": "nominal"})
+    interval = dress_interval(env.simulation, env.given)
+    every = "step" if interval == 1 else f"{interval} steps"
+    return (
+        f"{discount_of(interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and what a"
+        f" dress saves just before the next one still counts {KEPT:g}"
+    )
 
 
 def _span(reward: Span) -> str:
@@ -104,7 +132,7 @@ def _observation(about: Sheet) -> str:
     ]
     if hidden:
         lines += [
-            f'`observation="full"` has {len(about.full)} entries: these at their places, and what follows moves back.',
+            f'`observation="full"` has {len(about.full)} entries: these come after them.',
             observation_table(hidden),
         ]
     return "\n\n".join(lines)

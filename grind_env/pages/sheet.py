@@ -26,7 +26,7 @@ class Sheet:
     Attributes:
         id: the id.
         note: the notes on it.
-        env: an environment of that id, never reset.
+        env: an environment of that id, before its first step.
         readings: entries of the observation.
         full: entries of the observation with the hidden state; as `readings` where it cannot be asked for.
         task: its task, if a step is a block of one.

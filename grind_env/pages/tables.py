@@ -44,7 +44,8 @@ def _components(sheet: Sheet) -> list[tuple[str, str]]:
         levels = ", ".join(f"{level:g}" for level in codec.levels)
         speed = f"{levels} mm/min, {codec.levels.size} bins of equal width"
     most = codec.executions
-    return [("E", speed), ("D", f"0 to {most} dress executions, {most + 1} bins of equal width")]
+    above = "1 above" if most == 1 else f"above it 1 to {most} in bins of equal width"
+    return [("E", speed), ("D", f"0 to {most} dress executions: none up to 1/3, {above}")]
 
 
 def form_table(task: Task, *, predress: bool) -> str:

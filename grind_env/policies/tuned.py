@@ -14,12 +14,16 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.reading import is_file
 from grind_env.errors import GrindError, reason
 from grind_env.files import ReadError, write_atomically
+from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml
 
 CONFIGS = Path(__file__).with_name("parameters")
 """Of what comes with the package."""
 OWN = Path("runs", "parameters")
 """Of a user's files."""
+
+VERSION = "task_version"
+"""Key of the version of the tasks that a file is tuned for."""
 
 Value = float | int | list[float] | list[int]
 Parameters = Mapping[str, Value]
@@ -58,16 +62,24 @@ def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
 
 
 def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
-    """The tuned policies of a task by name; empty if it has no file yet.
+    """The policies tuned for a task of the present version by name; empty if it has no file of that version yet.
 
     Raises:
         ConfigError: if the file is not what `write_tuned` writes.
     """
+    version, tuned = _read(task, folder)
+    return tuned if version == TASK_VERSION else {}
+
+
+def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
+    """The task version of a file of parameters, None if it names none, and its policies."""
     path = folder / f"{task}.toml"
     if not path.exists():
-        return {}
+        return TASK_VERSION, {}
     try:
-        return {name: Tuned(**table) for name, table in read_toml(path).items()}
+        document = dict(read_toml(path))
+        version = document.pop(VERSION, None)
+        return version, {name: Tuned(**table) for name, table in document.items()}
     except (ReadError, TomlError, TypeError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): tune again with --fresh") from error
 
@@ -76,14 +88,15 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
     """Keyword arguments of a policy, as tuned for the task; the folder is that of `tuned_folder` if None.
 
     Raises:
-        ConfigError: if the policy has not been tuned for the task yet.
+        ConfigError: if the policy has not been tuned for the task yet, or for another version of it.
     """
     place = tuned_folder(task, folder)
-    tuned = read_tuned(task.name, place)
+    version, tuned = _read(task.name, place)
+    path, remedy = f"{place / task.name}.toml", f"run {tune_command(name, task, folder)}"
+    if version != TASK_VERSION:
+        raise ConfigError(f"the parameters in {path} are {of_version(version)}: {remedy}")
     if name not in tuned:
-        raise ConfigError(
-            f"{name} has no parameters in {place / task.name}.toml: run {tune_command(name, task, folder)}"
-        )
+        raise ConfigError(f"{name} has no parameters in {path}: {remedy}")
     return arguments(tuned[name].parameters)
 
 
@@ -92,6 +105,7 @@ def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -
     lines = [
         f"# Parameters of the scripted policies for {task}, written by `python -m agents tune`.",
         "# E is in m/min; costs are $ per episode; seeds are [first, count].",
+        f"{VERSION} = {TASK_VERSION}",
     ]
     for name, entry in tuned.items():
         lines += ["", f"[{name}]"]

@@ -8,6 +8,7 @@ from agents.commands.dress_study import FOLDER
 from agents.dressing.study import Finding, csv_text
 from agents.dressing.table import BEGIN, END, HEADINGS, Study, line, read_study, replaced, write_readme
 from grind_env.policies.tuned import ConfigError
+from grind_env.task_version import TASK_VERSION
 
 PLAN = Finding(
     task="rush",
@@ -41,6 +42,26 @@ FOUND = [
     decider("burn_line", 4.6),
     decider("hindsight", 4.0),
 ]
+
+
+def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
+    text, number = csv_text(FOUND, range(2_000_000, 2_000_064)), TASK_VERSION
+    for name, version in (("new", number), ("old", number - 1)):
+        lines = text.replace(f",{number},2000000..", f",{version},2000000..").replace("rush", name)
+        (tmp_path / f"{name}.csv").write_text(lines, encoding="utf-8")
+    unnumbered = [line.replace(f",{number},2000000..", ",2000000..") for line in text.splitlines()]
+    unnumbered[0] = unnumbered[0].replace("task_version,", "")
+    (tmp_path / "older.csv").write_text("\n".join(unnumbered), encoding="utf-8")
+    assert [read_study(tmp_path / f"{name}.csv").task_version for name in ("new", "old", "older")] == [
+        number,
+        number - 1,
+        1,
+    ]
+    page = tmp_path / "page.md"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    write_readme(tmp_path, page)
+    tables = page.read_text(encoding="utf-8")
+    assert "| new |" in tables and "| old |" not in tables and "| rush |" not in tables
 
 
 def test_a_line_by_hand():

@@ -19,6 +19,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
+from grind_env.task_version import TASK_VERSION
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -186,6 +187,14 @@ def test_tasks_that_were_not_measured_are_left_out_of_a_comparison(tmp_path):
         compare(["slot"], tmp_path, PUBLISHED)
 
 
+@pytest.mark.parametrize(("version", "count"), [(str(TASK_VERSION), 1), (str(TASK_VERSION - 1), 0), (None, 0)])
+def test_a_table_of_another_task_version_is_left_out_of_a_comparison(version, count, tmp_path):
+    (tmp_path / "published.toml").write_text('[slot]\nrandom = "31"\n', encoding="utf-8")
+    row = {"policy": "random", **ROW, **({} if version is None else {"task_version": version})}
+    (tmp_path / "slot.csv").write_text(f"{','.join(row)}\n{','.join(row.values())}\n", encoding="utf-8")
+    assert len(compare(["slot"], tmp_path, tmp_path / "published.toml")) == count
+
+
 def test_a_number_far_off_is_marked():
     near = Comparison("slot", "constant", 6.17, 0.003, 6.2, 0.05)
     assert abs(near.errors) < 1.0
@@ -204,9 +213,9 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     assert command("--task", "wen", *data) == 0
     assert command("--task", "oracle6", "--episodes", 2, *data) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
-    row = "slot,{},6.2,6.1,6.3\n"
+    row = f"slot,{{}},6.2,6.1,6.3,{TASK_VERSION}\n"
     policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
-    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high\n"
+    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high,task_version\n"
     (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
     capsys.readouterr()
     assert command("--compare", *data) == 0

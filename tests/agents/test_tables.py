@@ -22,6 +22,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
 from grind_env.policies.tuned import ConfigError
+from grind_env.task_version import TASK_VERSION
 
 RNG = np.random.default_rng(1)
 N = 40
@@ -157,6 +158,17 @@ def test_the_page_names_the_command_that_makes_such_results():
     tail = "--episodes 40 --test-episodes 0 --results agents/results"
     assert f"python -m agents benchmark --tasks blades,rush --kinds ppo --seeds 2 {tail}\n" in text
     assert f"python -m agents benchmark --tasks slot --kinds '' --seeds 0 {tail}\n" in text
+
+
+def test_rows_of_another_task_version_are_not_read(tmp_path):
+    rows = table_of("rush", [3.0])
+    assert {each.task_version for each in rows} == {TASK_VERSION}
+    write_results([*rows[1:], replace(rows[0], task_version=TASK_VERSION - 1)], tmp_path)
+    assert [each.key for each in read_results(tmp_path)] == [each.key for each in rows[1:]]
+    # the first version was written down nowhere
+    path = tmp_path / "benchmark.parquet"
+    parquet.write_table(parquet.read_table(path).drop_columns("task_version"), path)
+    assert read_results(tmp_path) == []
 
 
 def test_the_readme_says_what_the_checked_in_results_say():

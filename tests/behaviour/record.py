@@ -4,7 +4,7 @@
 
 A name is that of a registered id or of a part program, such as `PowerLimited-v0` or `plate_g82`; without names all are
 recorded. What has moved, and by how much at most, is printed for the line that such a change gets in CHANGELOG.md. An
-environment of another version is another id: agents have been trained on every entry and every bit of a `-v0`.
+environment that moves is a task of another `TASK_VERSION`: agents have been trained on every entry and every bit of it.
 """
 
 import sys

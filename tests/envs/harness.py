@@ -10,13 +10,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
+from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Episodes, Simulation
-from grind_env.envs.tasks import load_task
+from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots
 from grind_env.process.state import WheelState
 
@@ -48,6 +49,14 @@ def quiet(env_id: str) -> dict[str, Any]:
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
     """Uniform actions, shape (steps, num_envs, 2), float32."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)
+
+
+def alike(task: Task, steps: int, num_envs: int) -> tuple[Array, Array]:
+    """E in mm/min geometrically over its range and every D alike, each shape (steps, num_envs)."""
+    u = actions(steps, num_envs)
+    speeds = ActionCodec(task).decode(u.reshape(-1, 2))[0].reshape(steps, num_envs)
+    most = task.action.executions
+    return speeds, np.minimum(np.floor(0.5 * (u[..., 1] + 1.0) * (most + 1.0)), most)
 
 
 def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:

@@ -96,7 +96,7 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
     env.reset(seed=0)
     assert env.episodes is not None
     stock = f"{env.episodes.tape[0, 0, 1]:.3f}".lstrip("0").rstrip("0")
-    text = env.step(np.array([0.0, -0.2, 0.5], np.float32))[4]["block"]
+    text = env.step(env.codec.encode(9487.0, 1.0, 1.0)[0])[4]["block"]
     assert text == f"G83.1 X330. I-30. Y-{stock} J-.02 Z35. K12. L0 F1500. E9487. P9100 D1"
     plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"]
     assert plain.startswith("G83 ") and plain.endswith(" E9487. P9100 D0")
@@ -114,7 +114,7 @@ def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
     assert env.record().parts["strokes"].tolist() == [strokes]
     assert info["seconds"] == pytest.approx(30.0 + strokes * (360.0 / v + v / 1000.0 + 0.15), rel=1e-9)
     assert set(env.record().strokes["b"].round(6)) <= {0.0, 11.0, 12.0, 13.0, 25.0}
-    dressed = env.step(np.array([0.0, -0.3], np.float32))[4]
+    dressed = env.step(env.codec.encode(info["E"], 1.0)[0])[4]
     assert dressed["seconds"] - info["seconds"] == pytest.approx(env.task.dress_seconds, rel=1e-9)
 
 

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
@@ -36,10 +37,11 @@ def test_decoding_follows_the_published_map(u0: float, u1: float) -> None:
     (speed,), (executions,) = RANGE.decode([[u0, u1]])
     assert speed == math.floor(speed)
     assert speed == pytest.approx(3000.0 * 10.0 ** ((u0 + 1.0) / 2.0), abs=0.5 + 1e-6)
-    assert executions == min(3, math.floor((u1 + 1.0) / 2.0 * 4))
+    # thirds of [-1, 1]: the first two dress nothing, the last one has a ninth for each D
+    assert executions == sum(np.float32(u1) > edge for edge in np.float32([1.0 / 3.0, 5.0 / 9.0, 7.0 / 9.0]))
     (speed,), (executions,) = LEVELS.decode([[u0, u1]])
     assert speed == (6000.0, 9000.0, 14000.0, 21000.0)[min(3, math.floor((u0 + 1.0) / 2.0 * 4))]
-    assert executions == min(1, math.floor((u1 + 1.0) / 2.0 * 2))
+    assert executions == (np.float32(u1) > np.float32(1.0 / 3.0))
 
 
 @given(unit, unit)
@@ -64,13 +66,31 @@ def test_the_ends_are_exact() -> None:
     assert [values.tolist() for values in LEVELS.decode(ends)] == [[6000.0, 21000.0], [0.0, 1.0]]
 
 
-def test_uniform_actions_choose_every_D_and_every_level_alike() -> None:
+def test_uniform_actions_dress_in_a_third_of_the_blocks_with_every_D_alike_and_choose_every_level_alike() -> None:
     u = np.linspace(-1.0, 1.0, 12001)[:-1] + 1.0 / 12000.0
     actions = np.stack([u, u], axis=1)
-    for codec, count in ((RANGE, 4), (LEVELS, 2)):
+    for codec, most in ((RANGE, 3), (LEVELS, 1), (ActionCodec(load_task("slot")), 4)):
         executions = codec.decode(actions)[1]
-        assert np.bincount(executions.astype(int)).tolist() == [12000 // count] * count
+        assert np.bincount(executions.astype(int)).tolist() == pytest.approx([8000] + [4000 / most] * most, abs=1)
     assert np.unique(LEVELS.decode(actions)[0], return_counts=True)[1].tolist() == [3000] * 4
+
+
+def test_a_third_is_the_last_action_without_a_dress() -> None:
+    third = np.float32(1.0) / np.float32(3.0)
+    edges = np.array([[0.0, third], [0.0, np.nextafter(third, np.float32(1.0))]], np.float32)
+    for codec in (RANGE, LEVELS):
+        D = codec.decode(edges)[1]
+        assert D.tolist() == [0.0, 1.0] and not np.signbit(D).any()
+    # what a Gaussian policy does that has learned nothing
+    drawn = np.clip(np.random.default_rng(0).standard_normal((100_000, 2)), -1.0, 1.0)
+    assert 0.35 < (RANGE.decode(drawn)[1] > 0.0).mean() < 0.39
+
+
+def test_a_task_without_dresses_has_one_D() -> None:
+    task = load_task("power_limited")
+    codec = ActionCodec(replace(task, action=replace(task.action, executions=0)))
+    assert codec.decode([[0.0, -1.0], [0.0, 1.0]])[1].tolist() == [0.0, 0.0]
+    assert codec.decode(codec.encode([9000.0], [0.0]))[1].tolist() == [0.0]
 
 
 @pytest.mark.parametrize(

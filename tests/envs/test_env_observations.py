@@ -55,7 +55,9 @@ class Run:
         self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
         self.wheels = WheelState(*np.moveaxis(np.array(wheels), 2, 0))
         self.observations = np.array(observations)
-        self.read = physical(self.observations, self.simulation.entries)
+        shown = physical(self.observations, self.simulation.entries)
+        constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}
+        self.read = constant | shown
 
     def of_kind(self, field: str) -> Array:
         """That number of the kind of every block, shape (blocks, N)."""
@@ -135,17 +137,31 @@ def test_book_keeping_is_exact(name: str) -> None:
     np.testing.assert_allclose(r.read["last_speed"][1:], r.speeds / 1000.0, **exact)
     np.testing.assert_allclose(r.read["last_executions"][1:], r.executions, **exact)
     np.testing.assert_allclose(r.read["dresses"][1:], np.cumsum(r.executions, axis=0), **exact)
-    np.testing.assert_allclose(r.read["diameter"], r.wheels.ds, **exact)
     lengths, changed = r.of_kind("length"), r.outcome.change_cost > 0.0
     since, volume = np.zeros(N), np.full(N, r.task.start.volume)
     for k, executions in enumerate(r.executions):
-        volume = np.where(executions > 0.0, 0.0, volume) + r.tape.stock[:, k] * lengths[k] / (executions + 1.0)
+        volume = np.where(executions > 0.0, 0.0, volume) + r.tape.gauged[:, k] * lengths[k] / (executions + 1.0)
         volume[changed[k]] = 0.0
         np.testing.assert_allclose(r.read["volume"][k + 1], np.minimum(volume, 6000.0), **exact)
         since = np.where((executions > 0.0) | changed[k], 0.0, since + 1.0)
         np.testing.assert_allclose(r.read["blocks_since_dress"][k + 1], since, **exact)
     left = (r.task.blocks - np.arange(r.task.blocks + 1)) / r.task.blocks
     np.testing.assert_allclose(r.read["remaining"], np.repeat(left[:, None], N, axis=1), **exact)
+
+
+@pytest.mark.parametrize("name", task_names())
+def test_the_diameter_is_gauged_to_a_micrometre_and_that_of_a_new_wheel_known(name: str) -> None:
+    r = run(name)
+    read, changed = r.read["diameter"], r.outcome.change_cost > 0.0
+    np.testing.assert_allclose(read[0], r.wheels.ds[0], rtol=1e-6)
+    np.testing.assert_allclose(read[1:] * 1000.0, np.round(read[1:] * 1000.0), atol=0.02)
+    np.testing.assert_allclose(read[1:][changed], r.task.wheel.diameter, rtol=1e-6)
+    error = 1000.0 * (read[1:] - r.wheels.ds[1:])[~changed]
+    if r.task.spread.measurement:
+        # twice the noise of the size gauge, and what rounding to 1 um adds
+        assert_standard_normal(error / np.hypot(1.4, 12.0**-0.5))
+    else:
+        assert np.abs(error).max() < 0.52
 
 
 @pytest.mark.parametrize("name", task_names())
@@ -157,11 +173,13 @@ def test_the_coming_block_is_announced(name: str) -> None:
         },
         "scrap": r.of_kind("scrap"),
         "stock": r.tape.gauged.T / r.of_kind("stock"),
-        "new_lot": r.tape.new_lot.T,
     }
+    if "new_lot" not in r.simulation.usual:
+        announced["new_lot"] = r.tape.new_lot.T
     for reading, values in announced.items():
         np.testing.assert_allclose(r.read[reading][:-1], values, rtol=1e-6, err_msg=reading)
-        assert (r.read[reading][-1] == 0.0).all(), reading
+        if reading not in r.simulation.usual:
+            assert (r.read[reading][-1] == 0.0).all(), reading
     kinds = r.task.kinds
     shown = {entry for entry in r.read if entry.startswith(("coming_", "following_", "material_"))}
     for number, kind in enumerate(kinds if len(kinds) > 1 else ()):
@@ -179,27 +197,35 @@ def test_the_coming_block_is_announced(name: str) -> None:
     assert not shown
 
 
-def test_readings_that_mean_nothing_in_a_task_are_left_out() -> None:
+def test_readings_that_mean_or_change_nothing_in_a_task_are_left_out() -> None:
     plain = "mean_power first_power peak_power last_speed last_executions last_pick last_width size_error roughness"
     plain += " parts_since_gauged volume blocks_since_dress dresses diameter pick width length sparkout stock"
     plain += " roughness_limit tolerance scrap new_lot remaining"
+    one_kind = "last_pick last_width pick width length sparkout roughness_limit tolerance scrap"
+    rough_and_finish = "coming_rough coming_finish following_rough following_finish"
+    # beside the plain ones, and without these of them
     further = {
-        "slot": "",
-        "power_limited": "",
-        "oracle6": "coming_plate coming_gauge following_plate following_gauge",
-        "wide_rails": "coming_rough coming_finish following_rough following_finish",
-        "blades": "coming_rough coming_finish following_rough following_finish",
-        "CBN": "executions_left coming_rough coming_finish following_rough following_finish",
-        "job_shop": "coming_gauge coming_plate coming_wear_plate following_gauge following_plate following_wear_plate"
-        " material_aisi_1020 material_aisi_52100",
+        "slot": ("", f"{one_kind} new_lot"),
+        "power_limited": ("", one_kind),
+        "oracle6": ("coming_plate coming_gauge following_plate following_gauge", "last_width width length new_lot"),
+        "wide_rails": (rough_and_finish, "last_width width length scrap"),
+        "blades": (rough_and_finish, "last_width width length scrap"),
+        "CBN": (f"executions_left {rough_and_finish}", "last_width width length scrap"),
+        "job_shop": (
+            "coming_gauge coming_plate coming_wear_plate following_gauge following_plate following_wear_plate"
+            " material_aisi_1020 material_aisi_52100",
+            "length",
+        ),
     }
-    further["rush"] = "time_to_due slack " + further["job_shop"]
+    further["rush"] = (f"time_to_due slack {further['job_shop'][0]}", "length")
     assert sorted(further) == sorted(task_names())
-    for name, more in further.items():
+    for name, (more, less) in further.items():
         task = load_task(name)
-        assert [entry.name for entry in Simulation(task).entries] == f"{plain} {more}".split()
+        wanted = [each for each in f"{plain} {more}".split() if each not in less.split()]
+        assert [entry.name for entry in Simulation(task).entries] == wanted
         dressed = [entry.name for entry in Simulation(task, pre_dress=True).entries]
-        assert dressed[24] == "last_pre_dress" and [*dressed[:24], *dressed[25:]] == f"{plain} {more}".split()
+        at = wanted.index("remaining") + 1
+        assert dressed == [*wanted[:at], "last_pre_dress", *wanted[at:]]
 
 
 def test_a_pre_dress_is_remembered_for_one_block() -> None:
@@ -207,7 +233,7 @@ def test_a_pre_dress_is_remembered_for_one_block() -> None:
     env.reset(seed=0)
     for wanted, D in ((1.0, 1), (0.0, 0), (1.0, 0)):
         action = env.codec.encode([9000.0], [D], [wanted])[0]
-        stock = env.episodes.tape[0, env.episodes.block[0], TapeRow._fields.index("stock")]
+        stock = env.episodes.tape[0, env.episodes.block[0], TapeRow._fields.index("gauged")]
         before = physical(env.simulation.observe(env.episodes)[0], env.simulation.entries)
         observation, *_, info = env.step(action)
         seen = physical(observation, env.simulation.entries)
@@ -282,7 +308,7 @@ def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
     hidden = set(HIDDEN)
     names = [entry.name for entry in measured.entries]
     assert hidden.isdisjoint(names)
-    assert [entry.name for entry in full.entries if entry.name not in hidden] == names
+    assert [entry.name for entry in full.entries] == [*names, *HIDDEN]
     assert all((entry.noise == "hidden") == (entry.name in hidden) for entry in full.entries)
 
     episodes = start(measured, 5)
@@ -304,7 +330,7 @@ def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
 def test_physical_gives_back_what_observe_scaled(name: str) -> None:
     r = run(name)
     entries = r.simulation.entries
-    assert list(r.read) == [entry.name for entry in entries]
+    assert list(physical(r.observations, entries)) == [entry.name for entry in entries]
     episodes = start(r.simulation, 2)
     remembered = {
         "mean_power": 1234.5,
@@ -320,20 +346,22 @@ def test_physical_gives_back_what_observe_scaled(name: str) -> None:
         "volume": 456.7,
         "blocks_since_dress": 3.0,
         "dresses": 17.0,
+        "diameter": 287.125,
     }
-    worn = {"ds": 287.125, "A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
+    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
     for fields, table, values in ((ShopMemory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
         for field, value in values.items():
             table[1, fields._fields.index(field)] = value
     shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}
-    shown_as |= {"since_gauged": "parts_since_gauged", "ds": "diameter", "A": "wear_flat", "lam": "loading"}
+    shown_as |= {"since_gauged": "parts_since_gauged", "A": "wear_flat", "lam": "loading"}
     shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density", "alw": "waviness"}
     shown_as |= {"wd": "diamond_flat"}
     observations = r.simulation.observe(episodes)
     both, single = physical(observations, entries), physical(observations[1], entries)
     for field, value in (remembered | worn).items():
         reading = shown_as.get(field, field)
-        assert single[reading] == both[reading][1] == pytest.approx(value, rel=1e-5), reading
+        if reading not in r.simulation.usual:
+            assert single[reading] == both[reading][1] == pytest.approx(value, rel=1e-5), reading
 
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:

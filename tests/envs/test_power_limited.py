@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.actions import ActionCodec
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
-from tests.envs.harness import Array, actions, rollout, start
+from tests.envs.harness import Array, alike, rollout, start
 
 EPISODES = 256
 SIMULATION = Simulation(load_task("power_limited"))
@@ -57,9 +56,8 @@ def test_the_best_interval() -> None:
     assert_published(measured, 4.21, 0.02 * 4.21)
 
 
-def test_random_actions() -> None:
-    speeds, executions = ActionCodec(SIMULATION.task).decode(actions(60, EPISODES).reshape(-1, 2))
-    measured = cost_per_good_part(speeds.reshape(60, -1), executions.reshape(60, -1))
+def test_random_plans() -> None:
+    measured = cost_per_good_part(*alike(SIMULATION.task, 60, EPISODES))
     assert measured[1] < 0.03 * measured[0]
     assert_published(measured, 39.0, 0.02 * 39.0)
 

@@ -19,6 +19,7 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job_from_surface
+from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
 from grind_env.envs.reciprocation.env import ReciprocationEnv
@@ -73,7 +74,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
     env.reset(seed=0)
     assert env.episodes is not None
     stock = env.episodes.tape[0, 0, 1]
-    info = env.step(np.array([0.0, -0.2, 0.5], np.float32))[4]
+    info = env.step(env.codec.encode(9487.0, 1.0, 1.0)[0])[4]
     lines = info["block"].split("\n")
     assert lines[0] == "G81.1 X330. I-30. E9487. P9100"
     assert [line.split()[0] for line in lines[1:]] == ["G01", "G04", "G01", "G04", "G80"]
@@ -103,7 +104,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
     env = ReciprocationEnv(predress=True)
     env.reset(seed=6)
     assert env.episodes is not None
-    stocks = env.episodes.tape[0, :, 1]
+    stocks = env.episodes.tape[0, :, TapeRow._fields.index("gauged")]
     volume, blocks = 0.0, 0.0
     for stock, D in zip(stocks, (0.0, 2.0, 0.0, 0.0, 1.0, 3.0), strict=False):
         dressed = D + pre_dress > 0.0

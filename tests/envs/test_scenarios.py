@@ -5,11 +5,10 @@ import functools
 import numpy as np
 import pytest
 
-from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
-from tests.envs.harness import Array, actions, start
+from tests.envs.harness import Array, alike, start
 
 EPISODES = 160
 NAMES = ("slot", "job_shop", "rush", "wide_rails", "blades", "CBN")
@@ -69,11 +68,10 @@ def test_the_handbook_constant(name: str, speed: float, value: float) -> None:
     ("name", "value"),
     [("slot", 31.0), ("job_shop", 5.44), ("rush", 74.0), ("wide_rails", 56.0), ("blades", 18.7), ("CBN", 27.0)],
 )
-def test_random_actions(name: str, value: float) -> None:
+def test_random_plans(name: str, value: float) -> None:
     task = simulation(name).task
-    speeds, dresses = ActionCodec(task).decode(actions(task.blocks, EPISODES).reshape(-1, 2))
-    shape = (task.blocks, EPISODES)
-    measured = per_good_part(*episode_costs(name, speeds.reshape(shape), dresses.reshape(shape), 9000, EPISODES))
+    plan = alike(task, task.blocks, EPISODES)
+    measured = per_good_part(*episode_costs(name, *plan, 9000, EPISODES))
     assert measured[1] < 0.06 * measured[0]
     assert_published(measured, value)
 

@@ -8,6 +8,7 @@ import pytest
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.tasks import load_task
 from grind_env.scores import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text
+from grind_env.task_version import TASK_VERSION
 
 SCORED = sorted(read_references(FILE))
 TASKS = [name for name in task_names() if environment_id(name) in SCORED]
@@ -92,6 +93,15 @@ def test_the_file_is_read_as_it_was_written(tmp_path: Path) -> None:
     path.write_text(write_text({"grind/B-v0": SMALL, "grind/A-v0": SMALL}), encoding="utf-8")
     assert read_references(path) == {"grind/A-v0": SMALL, "grind/B-v0": SMALL}
     assert write_text(read_references(path)) == path.read_text(encoding="utf-8")
+
+
+def test_scores_of_another_task_version_are_not_read(tmp_path: Path) -> None:
+    path, line = tmp_path / "scores.toml", f"task_version = {TASK_VERSION}\n"
+    text = write_text({"grind/A-v0": SMALL, "grind/B-v0": SMALL, "grind/C-v0": SMALL})
+    assert text.count(line) == 3
+    old = text.replace(line, "", 1).replace(line, f"task_version = {TASK_VERSION - 1}\n", 1)
+    path.write_text(old, encoding="utf-8")
+    assert list(read_references(path)) == ["grind/C-v0"]
 
 
 @pytest.mark.parametrize("text", ["[a", "a = 1", "[a]\nzero = 1.0", "[a]\nreturns = {random = 3}"])

@@ -22,9 +22,11 @@ from grind_env.envs.wen.judging import judged
 from grind_env.envs.wen.model import CASES, WenVerdict
 from grind_env.pages import PageError, notes, page, page_ids
 from grind_env.pages.__main__ import write
+from grind_env.pages.discount import dress_interval
 from grind_env.pages.markdown import arguments, prose, table
 from grind_env.pages.notes import load_notes, note_of
 from grind_env.pages.sheet import Sheet, sheet
+from grind_env.task_version import TASK_VERSION
 from tests.envs.harness import IDS, Array
 
 GOLDEN = Path(__file__).with_name("page_oracle6.md")
@@ -86,7 +88,7 @@ def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
     (low, high), (least, most) = env.codec.decode([[-1.0, -1.0], [1.0, 1.0]])
     named = [float(number) for number in re.findall(r"\d+", speed[4].partition(" mm/min")[0])]
     assert [named[0], named[-1]] == [low, high]
-    assert dresses[4].startswith(f"{least:.0f} to {most:.0f} dress executions")
+    assert dresses[4].startswith(f"{least:.0f} to {most:.0f} dress executions: none up to 1/3")
     spaces = {}
     for argument, space in forms:
         name, value = argument.strip("`").split("=")
@@ -365,7 +367,7 @@ def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     found = json.loads(listed(capsys, "--json")[1], parse_constant=pytest.fail)
     assert [one["id"] for one in found] == EVERY
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
-    assert (rush["steps"], rush["observation"], rush["full"]) == (96, 34, 47)
+    assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 46)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
     assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
     assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
@@ -389,3 +391,52 @@ def test_grind_tasks_imports_no_plotting_or_learning_library() -> None:
     )
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert result.stdout.splitlines()[-1] == "[]"
+
+
+def facts(env_id: str) -> dict[str, str]:
+    """The rows of the first table of a page."""
+    return {row[0]: row[1] for row in tables(page(env_id).partition("\n## ")[0])[0]}
+
+
+@every_id
+def test_every_page_says_its_task_version_and_what_the_others_were(env_id: str) -> None:
+    assert facts(env_id)["task version"] == str(TASK_VERSION)
+    _, versions = tables(section(page(env_id), "Version history"))
+    assert [row[0] for row in versions] == [str(number) for number in range(1, TASK_VERSION + 1)]
+    assert all(row[1] for row in versions)
+
+
+@every_form
+def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -> None:
+    said = facts(env_id)["recommended discount"]
+    (discount,) = re.findall(r"^0\.\d{4}", said)
+    every = re.search(r"dresses every (?:(\d+) )?step", said)
+    assert every
+    steps = int(every[1] or 1)
+    assert float(discount) ** steps == pytest.approx(0.9, abs=0.002 * steps**0.5)
+    about = sheet(env_id)
+    assert 1 <= steps <= (about.steps or 10_000)
+
+
+def test_a_problem_of_one_step_has_no_discount() -> None:
+    assert facts("grind/Wen-v0")["recommended discount"] == "none: an episode is one step"
+
+
+@pytest.mark.parametrize("name", ["PowerLimited", "WideRails"])
+def test_dresses_farther_apart_or_nearer_together_cost_more_on_the_nominal_episode(name: str) -> None:
+    env: Any = gym.make(f"grind/{name}-v0", show_block=False).unwrapped
+    low, high = env.task.action.speed_ends
+
+    def least(interval: int) -> float:
+        """$ of the nominal episode at the best of eight speeds."""
+        costs = []
+        for speed in np.round(1000.0 * np.geomspace(low, high, 8)):
+            env.reset(seed=0, options={"context": "nominal"})
+            plan = env.codec.encode([speed, speed], [0.0, 1.0])
+            dressed = [int(k > 0 and k % interval == 0) for k in range(env.task.blocks)]
+            costs.append(sum(env.step(plan[dress])[4]["block_cost"] for dress in dressed))
+        return min(costs)
+
+    env.reset(seed=0, options={"context": "nominal"})
+    best = dress_interval(env.simulation, env.given)
+    assert least(best) < min(least(best - 1), least(best + 1), least(2 * best))

@@ -14,10 +14,9 @@ from agents.learning.settings import Settings, settings_for
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
-from grind_env.policies.learned.network import LearnedPolicy
+from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.learned.view import LearnerView
-from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 
 pytestmark = pytest.mark.bits
@@ -86,11 +85,23 @@ def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path
         assert np.array_equal(policy.actor.outputs(features[i : i + 1], state)[0][0], again[i])
 
 
-def test_a_shipped_agent_says_the_same_on_every_machine():
-    actor = load_policy(SHIPPED / "power_limited.safetensors").actor
-    features = np.random.default_rng(0).uniform(-3.0, 3.0, (16, actor.network.entries)).astype(np.float32)
-    said, _ = actor.outputs(features, actor.begin(16))
-    assert hashlib.sha256(said.tobytes()).hexdigest()[:16] == "bcfc60dc91ee42c4"
+@pytest.mark.parametrize(
+    ("family", "lstm", "activation", "digest"),
+    [
+        ("actor_critic", 0, "tanh", "98dfa9d8279ad5d4"),
+        ("recurrent_actor_critic", 24, "tanh", "ddf1fd6e055c0b7d"),
+        ("q_network", 0, "relu", "779a533be13507b7"),
+    ],
+)
+def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, activation: str, digest: str):
+    network = Network(family=family, entries=37, lstm=lstm, hidden=(64, 48), outputs=28, activation=activation)
+    rng = np.random.default_rng(0)
+    tensors = {name: rng.uniform(-0.5, 0.5, shape).astype(np.float32) for name, shape in network.shapes().items()}
+    actor = Actor(network, tensors)
+    features = rng.uniform(-3.0, 3.0, (16, network.entries)).astype(np.float32)
+    first, state = actor.outputs(features, actor.begin(16))
+    second, _ = actor.outputs(features, state)
+    assert hashlib.sha256(first.tobytes() + second.tobytes()).hexdigest()[:16] == digest
 
 
 def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):

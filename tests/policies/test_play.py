@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.plan import CORE
 from agents.learning.algorithms import build
 from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
@@ -103,7 +102,6 @@ def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
         shutil.copy(agent, agent.with_stem(name))
     agent.with_stem("rush").write_bytes(bytes(1_000_000))
     assert misfits(agent.parent) == ["no_task.safetensors", "rush.safetensors", "slot.safetensors"]
-    assert {path.stem for path in SHIPPED.iterdir()} == set(CORE)
     assert misfits(SHIPPED) == []
 
 

@@ -29,6 +29,7 @@ from grind_env.policies.learned.view import FEATURE_BOUND
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
+from grind_env.task_version import TASK_VERSION
 
 PROBLEM = find_problem("oracle6")
 SIMULATION = PROBLEM.simulation()
@@ -98,6 +99,26 @@ def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
     refused(tmp_path, save(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
     refused(tmp_path, save(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
     refused(tmp_path, good, "was trained for oracle6, not for slot", simulation=find_problem("slot").simulation())
+
+
+@pytest.mark.parametrize(
+    ("version", "said"),
+    [
+        (None, "1"),
+        (1, "1"),
+        (TASK_VERSION + 1, str(TASK_VERSION + 1)),
+        ("\x1b[2J", r"'\\x1b\[2J'"),
+        ([2] * 999, r"\[2, "),
+    ],
+)
+def test_an_agent_of_another_task_version_is_refused(version: Any, said: str, good: bytes, tmp_path: Path):
+    assert document_of(good)["task_version"] == TASK_VERSION
+    old = with_document(good, lambda document: document.update(task_version=version))
+    now = f"and the tasks are now of version {TASK_VERSION}"
+    remedy = "train it anew with `python -m agents train --task oracle6 --kind ppo`"
+    refused(tmp_path, old, f"agent.safetensors is of task version {said}.*{now}: {remedy}")
+    unnumbered = with_document(good, lambda document: document.pop("task_version"))
+    refused(tmp_path, unnumbered, f"is of task version 1, {now}: {remedy}", simulation=SIMULATION)
 
 
 def test_a_large_file_is_not_even_read(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -301,7 +322,7 @@ def test_what_is_accepted_does_not_overflow(
     assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("path", sorted(SHIPPED.iterdir()), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.safetensors")), ids=lambda path: path.stem)
 def test_the_policies_that_are_shipped_are_accepted(path: Path):
     assert load_policy(path).task_name == path.stem
 

@@ -27,8 +27,9 @@ def test_speed_grid_is_geometric():
 def test_random_is_uniform_in_the_action_space():
     policy = Random(seed=1)
     policy.begin(PLATES, 20000)
-    speeds, executions = policy.act(np.zeros((20000, 24), np.float32), None)
-    assert np.bincount(executions.astype(int)) == pytest.approx(np.full(4, 5000), rel=0.05)
+    speeds, executions = policy.act(np.zeros((20000, len(PLATES.entries)), np.float32), None)
+    # two thirds of the box dress nothing
+    assert np.bincount(executions.astype(int)) == pytest.approx(20000.0 * np.array([6, 1, 1, 1]) / 9.0, rel=0.05)
     assert np.median(speeds) == pytest.approx(np.sqrt(3000.0 * 30000.0), rel=0.03)
 
 

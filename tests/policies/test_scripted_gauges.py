@@ -93,7 +93,7 @@ def test_the_measured_ratio_is_about_the_burn_ratio_of_the_simulation():
         margins = np.linspace(0.2, 2.0, 181)
         seen = simulation.observe(episodes)
         if episodes.block[0]:
-            dressed = [decide(BurnLine((9.0,), (margin,), 9.0, 1.0), PLATES, seen)[0][1] for margin in margins]
+            dressed = [decide(BurnLine((9.0,), (margin,), 9.0, 1.0), simulation, seen)[0][1] for margin in margins]
             ratios.append(margins[int(sum(dressed))])
         outcomes, _ = simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
         true.append(outcomes[0, Outcome._fields.index("burn_ratio")])

@@ -13,10 +13,12 @@ from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
+from grind_env.task_version import TASK_VERSION
 from tests.policies.harness import simulated
 
 EXAMPLES = Path(grind_env.__file__).with_name("examples")
 PLATES, ORACLE = simulated("power_limited"), simulated("oracle6")
+ORACLE_PROBLEM = find_problem("oracle6")
 TUNED = Tuned(
     parameters={"E": [10.5, 7.0], "D": [1, 0], "gA": -0.5},
     training_cost=1.25,
@@ -37,6 +39,38 @@ def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
     assert read_tuned("job", tmp_path) == {}
     with pytest.raises(ConfigError, match="python -m agents tune --task power_limited"):
         make_policy("adaptive_rule", PLATES, tmp_path)
+
+
+def test_the_file_says_its_task_version(tmp_path):
+    write_tuned("job", {"a": TUNED}, tmp_path)
+    text = (tmp_path / "job.toml").read_text(encoding="utf-8")
+    assert f"\ntask_version = {TASK_VERSION}\n" in text
+
+
+@pytest.mark.parametrize("line", ["", "task_version = 1\n", f"task_version = {TASK_VERSION + 1}\n"])
+def test_parameters_of_another_task_version_are_none_and_say_what_tunes_them_anew(tmp_path, line):
+    write_tuned("power_limited", {"adaptive_rule": TUNED, "constant": TUNED}, tmp_path)
+    path = tmp_path / "power_limited.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace(f"task_version = {TASK_VERSION}\n", line), "utf-8")
+    assert read_tuned("power_limited", tmp_path) == {}
+    number = line.split()[-1] if line else "1"
+    command = f"python -m agents tune --task power_limited --policies adaptive_rule --configs {tmp_path}"
+    with pytest.raises(ConfigError) as caught:
+        make_policy("adaptive_rule", PLATES, tmp_path)
+    assert str(caught.value) == (
+        f"the parameters in {path} are of task version {number}, and the tasks are now of version {TASK_VERSION}:"
+        f" run `{command}`"
+    )
+
+
+def test_tuning_does_again_what_was_tuned_for_another_task_version(tmp_path):
+    configs, first = tmp_path / "configs", {"episodes": 2, "runs": tmp_path / "runs"}
+    tune(ORACLE_PROBLEM, ["constant"], folder=configs, **first)
+    path = configs / "oracle6.toml"
+    fresh = path.read_text(encoding="utf-8")
+    path.write_text(fresh.replace(f"task_version = {TASK_VERSION}\n", "").replace("E = ", "E = 1"), "utf-8")
+    tune(ORACLE_PROBLEM, ["constant"], folder=configs, **first)
+    assert path.read_text(encoding="utf-8") == fresh
 
 
 @pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1"])

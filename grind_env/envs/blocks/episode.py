@@ -41,8 +41,10 @@ class Numbers(NamedTuple):
 
     normals: Any
     """Shape (M, blocks + 1, NORMALS); the last row holds those of the episode."""
+    wheel_normals: Any
+    """Of the gauged wheel diameter, shape (M, blocks)."""
     uniforms: Any
-    """Shape (M, blocks + 1), likewise."""
+    """Shape (M, blocks + 1); the last column holds those of the episode."""
     orders: Any
     """Of the kind and the size of each order, shape (M, blocks, 2)."""
     kinds: Any
@@ -134,6 +136,7 @@ def begin_episodes(
             starts,
             materials,
             numbers.normals[j],
+            numbers.wheel_normals[j],
             numbers.uniforms[j],
             numbers.ageing[j],
             numbers.spare[j],
@@ -246,6 +249,7 @@ class EpisodeGenerator:
             numbers.left[j] = rng.random()
         if task.wheel_change:
             rng.standard_normal(out=numbers.spare[j])
+        rng.standard_normal(out=numbers.wheel_normals[j])
         if given.ranges:
             for drawn in (numbers.normals[j, :blocks, LOT], numbers.normals[j, blocks, EPISODE], numbers.spare[j]):
                 drawn[:] = from_ranges(drawn, given.ranges)
@@ -263,6 +267,7 @@ def _room(blocks: int, dates: int) -> Numbers:
     """Room for the numbers of as many episodes as are begun in one go; those that a task does not draw stay as here."""
     return Numbers(
         normals=np.empty((TOGETHER, blocks + 1, NORMALS)),
+        wheel_normals=np.empty((TOGETHER, blocks)),
         uniforms=np.empty((TOGETHER, blocks + 1)),
         orders=np.empty((TOGETHER, blocks, 2)),
         kinds=np.empty((TOGETHER, blocks), np.int64),

@@ -42,7 +42,7 @@ def observe_block(
 ) -> None:
     """Write the observation of episode i; `values`, shape (1, fields of `Readings`), is overwritten."""
     total = tape.shape[1]
-    plain, materials = layout.columns.size, layout.materials.size
+    materials = layout.materials.size
     execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     ahead = block[i] < total
@@ -69,7 +69,7 @@ def observe_block(
         volume=seen.volume,
         blocks_since_dress=seen.blocks_since_dress,
         dresses=seen.dresses,
-        diameter=wheel.ds,
+        diameter=seen.diameter,
         pick=here * kind.pick,
         width=here * kind.width,
         length=here * kind.length,
@@ -81,7 +81,7 @@ def observe_block(
         new_lot=here * row.new_lot,
         remaining=(total - block[i]) / total,
         last_pre_dress=seen.pre_dress,
-        executions_left=(wheel.ds - shop.least_diameter) / execution_depth,
+        executions_left=(seen.diameter - shop.least_diameter) / execution_depth,
         time_to_due=time_to_due,
         slack=slack,
         wear_flat=wheel.A,
@@ -99,13 +99,14 @@ def observe_block(
         wheel_volume=wheel.V,
     )
     write_readings(values, 0, reading)
-    for k in range(plain):
-        observations[i, k] = scaled(values[0, layout.columns[k]], offset[k], scale[k], low[k], high[k])
+    for k in range(layout.columns.size):
+        at = layout.places[k]
+        observations[i, at] = scaled(values[0, layout.columns[k]], offset[at], scale[at], low[at], high[at])
     if ahead and layout.kinds > 0:
-        observations[i, plain + number] = 1.0
+        observations[i, layout.first_kind + number] = 1.0
         if block[i] + 1 < total:
             after = int(tape[i, block[i] + 1, KIND])
-            observations[i, plain + layout.kinds + after] = 1.0
+            observations[i, layout.first_kind + layout.kinds + after] = 1.0
     if ahead and layout.materials[material] >= 0:
         observations[i, layout.materials[material]] = 1.0
 

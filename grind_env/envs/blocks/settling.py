@@ -1,14 +1,22 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
+import math
 from typing import NamedTuple
 
 from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.observations import GAUGE_EVERY, measured_power, measured_roughness, measured_size
+from grind_env.envs.observations import (
+    GAUGE_EVERY,
+    gauged_diameter,
+    measured_power,
+    measured_roughness,
+    measured_size,
+)
 from grind_env.kernel import inlined
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
-from grind_env.process.cost import Limits, Rates, expenses, handover_cost, survival
+from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival
+from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import StrokeParameters, WheelState
 
 
@@ -52,6 +60,32 @@ def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters)
 
 
 @inlined
+def volume_left(diameter: float, shop: Shop) -> float:
+    """What can be worn and dressed off a wheel of that diameter, mm, before nothing is left of it, mm3."""
+    ring = max(diameter * diameter - LEAST_DIAMETER * LEAST_DIAMETER, 0.0)
+    return 0.25 * math.pi * ring * shop.wheel_width
+
+
+@inlined
+def booked_diameter(
+    wheel: WheelState, row: TapeRow, shop: Shop, old: ShopMemory, off: float, gauged: bool, change: float
+) -> float:
+    """The diameter in the shop's book after a block, mm.
+
+    Args:
+        wheel: after it.
+        row: of the tape.
+        shop: numbers of the task.
+        old: what was remembered before it.
+        off: what its dresses have taken off the diameter, mm.
+        gauged: whether the wear is known before the next block.
+        change: 1 if the wheel is changed after the block.
+    """
+    known = gauged_diameter(wheel.ds, row.wheel_noise) if gauged else old.diameter - off
+    return shop.new_diameter if change > 0.0 else known
+
+
+@inlined
 def outcome_of(
     kind: KindRow,
     row: TapeRow,
@@ -79,15 +113,18 @@ def outcome_of(
         good: probability that the part is still good.
         change: 1 if the wheel is changed after the block.
         handover: price of handing over the wheel, $.
+
+    No more of a wheel can be worn and dressed off than is left of it.
     """
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
-    removed, rates = result.worn + result.dressed_off, rates_of(shop)
+    removed, rates = min(result.worn + result.dressed_off, volume_left(old.found_diameter, shop)), rates_of(shop)
     time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
     change_cost = change * shop.change_price
+    roughness_ratio = part.Rs / kind.roughness if kind.roughness > NO_LIMIT else 0.0
     cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
     return Outcome(
         time_cost=time_cost,
@@ -108,6 +145,8 @@ def outcome_of(
         peak_torque=result.peak_torque,
         roughness=part.Rs,
         size_error=size_error,
+        power_ratio=result.peak_power / kind.power,
+        roughness_ratio=roughness_ratio,
     )
 
 
@@ -136,11 +175,13 @@ def remembered(
     D: float,
     pre_dress: float,
     volume: float,
+    diameter: float,
 ) -> ShopMemory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
-    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, by
-    book-keeping. The other arguments are those of `outcome_of`, and what came of it.
+    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, and
+    `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and
+    what came of it.
     """
     ends = kind.ends_part > 0.0
     size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
@@ -173,4 +214,6 @@ def remembered(
         pre_dress=pre_dress,
         clock=old.clock + outcome.seconds,
         wheel_changes=old.wheel_changes + change,
+        diameter=diameter,
+        found_diameter=old.found_diameter,
     )

@@ -7,6 +7,7 @@ import numpy as np
 from grind_env.belief.hidden import FACTORS
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.blocks.settling import (
+    booked_diameter,
     counted_rise,
     good_so_far,
     handover_of,
@@ -15,6 +16,7 @@ from grind_env.envs.blocks.settling import (
     remembered,
 )
 from grind_env.envs.blocks.tables import (
+    FOUND,
     KindRow,
     Shop,
     ShopMemory,
@@ -42,7 +44,7 @@ from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
-WEAR = WheelState._fields.index("W")
+DIAMETER, WEAR = WheelState._fields.index("ds"), WheelState._fields.index("W")
 TARGET = Cycle._fields.index("target")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
@@ -175,6 +177,7 @@ def prepare_block(
     cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
     write_cycle(cycles, i, cycle)
     write_factored(parameters, i, base, number, tape, block[i], memory[i, CHANGES] > 0.0)
+    memory[i, FOUND] = wheels[i, DIAMETER]
     # the part is touched off or gauged before every block: wear of the wheel up to now is known
     wheels[i, WEAR] = 0.0
     if kind.starts_part > 0.0:
@@ -234,8 +237,10 @@ def settle_block(
     powers = power_readings(row, result, change)
     E, D, pre_dress = speeds[i], executions[i], pre_dresses[i]
     # the executions stand evenly in the depth: an equal share of it is ground after the last one
-    volume = row.stock * kind.length / (result.dresses - pre_dress + 1.0)
-    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume)
+    volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
+    # the next block begins with touching off or gauging
+    diameter = booked_diameter(wheel, row, shop, old, 0.0, True, change)
+    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter)
     write_memory(memory, i, new)
     block[i] += 1
 

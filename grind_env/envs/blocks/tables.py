@@ -55,6 +55,8 @@ class Shop(NamedTuple):
     """Of lateness, $/h."""
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
+    wheel_width: float
+    """Of the whole wheel, mm."""
     new_diameter: float
     change_price: float
     change_seconds: float
@@ -76,7 +78,7 @@ class ShopMemory(NamedTuple):
     """Roughness gauged on the last gauged part, not yet known; negative if none."""
     since_gauged: float
     volume: float
-    """Programmed depth times length ground since the last dress, mm3/mm."""
+    """Depth by the pre-gauge times length ground since the last dress, mm3/mm."""
     blocks_since_dress: float
     dresses: float
     parts: float
@@ -87,6 +89,10 @@ class ShopMemory(NamedTuple):
     clock: float
     """Time since the start of the episode, s."""
     wheel_changes: float
+    diameter: float
+    """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
+    found_diameter: float
+    """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
 
 
 class Outcome(NamedTuple):
@@ -111,17 +117,23 @@ class Outcome(NamedTuple):
     seconds: float
     """Time of the block, with loading and wheel change."""
     burn_ratio: float
+    """Of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
     rise: float
     peak_power: float
     peak_torque: float
     """Over that at which the spindle stalls."""
     roughness: float
     size_error: float
+    power_ratio: float
+    """Highest power over its limit."""
+    roughness_ratio: float
+    """Ra of the surface over its limit; 0 where there is none."""
 
 
 read_kind, read_shop = column_reader(KindRow), column_reader(Shop)
 read_memory, write_memory = column_reader(ShopMemory), column_writer(ShopMemory)
 write_outcome = column_writer(Outcome)
+FOUND = ShopMemory._fields.index("found_diameter")
 
 
 def kind_row(task: Task, kind: Kind) -> KindRow:
@@ -176,6 +188,7 @@ def shop_row(task: Task) -> Shop:
         reference_cost=task.reference_cost,
         late_price=task.due.late if task.due else 0.0,
         least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
+        wheel_width=task.wheel.width,
         new_diameter=task.wheel.diameter,
         change_price=task.wheel_change.price if task.wheel_change else 0.0,
         change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,

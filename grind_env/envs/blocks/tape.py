@@ -41,6 +41,8 @@ class TapeRow(NamedTuple):
     """Noise of the size gauge, likewise."""
     roughness_noise: float
     """Noise of the roughness gauge, likewise."""
+    wheel_noise: float
+    """Noise of the gauged wheel diameter, likewise."""
     material: float
     """Index of the material among `catalogue.materials`."""
     spare_kA: float
@@ -117,6 +119,7 @@ def fill(
     starts: Any,
     materials: Any,
     normals: Any,
+    wheel_normals: Any,
     uniforms: Any,
     ageing: float,
     spare: Any,
@@ -134,6 +137,7 @@ def fill(
         starts: whether it starts a part.
         materials: index of its material.
         normals: standard normal numbers, shape (blocks + 1, NORMALS of `episode`).
+        wheel_normals: of the gauged diameter, shape (blocks,).
         uniforms: shape (blocks + 1,).
         ageing: uniform number of the ageing rate of the coolant.
         spare: normal numbers of the spare wheel, shape (2,).
@@ -185,6 +189,7 @@ def fill(
             peak_noise=measurement * z[6],
             size_noise=measurement * z[7],
             roughness_noise=measurement * z[8],
+            wheel_noise=measurement * wheel_normals[k],
             material=unless(fixed.material, materials[kinds[k]]),
             spare_kA=lot_kA * spare_kA,
             spare_ra_scale=spare_ra,

@@ -63,24 +63,28 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D in equal-width bins from 0 to 3. The other
-    forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which has no D word, and in
-    a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). There is no third component
-    for a pre-dress: it is not a word of the block but another code, and whether a G82 is a G82.1 the program says.
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D = 0 up to 1/3 and 1 to 3 in equal bins
+    above. The other forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which has
+    no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). There is
+    no third component for a pre-dress: it is not a word of the block but another code, and whether a G82 is a G82.1 the
+    program says.
 
     ## Observation space
 
     `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled to about -1..1.
-    `observation_info()` lists every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+    `observation_info()` lists every entry; what is the same in all blocks of the program is none, so that two programs
+    may have observations of different length. `observation="full"` adds the hidden state of the wheel and of the lot,
+    behind all that is measured.
 
     ## Reward
 
     Minus the cost of the step in units of `reference_cost`, which is what a cycle block costs when the program runs
     with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]` holds
     the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
-    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped. No cost is
-    negative, so no step earns more than 0. No lower bound is known: what the program does between two of its cycle
-    blocks, and how often it strokes while a G81 reciprocates, is up to the program.
+    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped, and the
+    ratios of burning, power and Ra to their limits are those of `GrindEnv`. No cost is negative, so no step earns more
+    than 0. No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes
+    while a G81 reciprocates, is up to the program.
 
     ## Episode
 

@@ -52,6 +52,7 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
         reference_cost=reference_cost,
         late_price=0.0,
         least_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
+        wheel_width=job.setup.wheel.width,
         new_diameter=job.setup.wheel.diameter,
         change_price=0.0,
         change_seconds=change or 0.0,

@@ -3,7 +3,7 @@
 Names, scales and noise are those of `observations` wherever they mean the same.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grind_env.control.cycles import RULES
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.tape import WHEEL_SPREAD
-from grind_env.envs.observations import ROUGHNESS_NOISE, Reading, readings
+from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job
 
@@ -59,14 +59,16 @@ HIDDEN = (
 )
 
 
-def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
-    """The observation of a job, entry by entry.
+def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[Reading, ...]:
+    """The observation of a job, entry by entry, the hidden ones last.
 
     Args:
         task: of the job, see `job_task`.
+        constant: names of readings that are left out, see `constant_readings`.
         full: with the hidden state, for oracles and tests.
     """
     spread = task.spread.measurement
+    wheel_noise = f"{2.0 * SIZE_NOISE * spread:g} um" if spread > 0.0 else "to 1 um"
     ra_noise = f"{100.0 * ROUGHNESS_NOISE * spread:g} %, " if spread > 0.0 else ""
     own = [
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "greatest depth per stroke of the last block"),
@@ -74,7 +76,7 @@ def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
                 "Ra of the last gauged part over its limit; 0 without a limit"),
         Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
                 "volume programmed since the last dress per width of the wheel in use, by book-keeping"),
-        Reading("diameter", "mm", 220.0, 80.0, -2.5, 5.0, "exact", "wheel diameter (offset 33)"),
+        Reading("diameter", "mm", 220.0, 80.0, -2.5, 5.0, wheel_noise, f"wheel diameter (offset 33), {BOOK}"),
         Reading("pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "J of the coming block, 0 in a G81"),
         Reading("depth", "mm", 0.0, 0.3, 0.0, 5.0, "exact", "by which the part gets deeper until the following block"),
         Reading("sparkout", "", 0.0, 5.0, 0.0, 5.0, "exact", "L of the coming block"),
@@ -85,7 +87,7 @@ def job_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
           for code in RULES),
     ]  # fmt: skip
     known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
-    return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN))
+    return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN) if name not in constant)
 
 
 def job_task(name: str, job: Job, spread: float, file: str) -> Task:
@@ -149,6 +151,43 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline]) -> tuple[NDArray[np.int
     return np.array(numbers), tuple(kinds)
 
 
+def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *, picks: bool) -> dict[str, float]:
+    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a job.
+
+    What is said of the coming block or of the last one before the first and after the last block does not count.
+
+    Args:
+        blocks: of the program.
+        job: the job.
+        spread: factor on all that is random.
+        picks: whether J may be chosen.
+    """
+    said = [{"pick": block.plan.primary_pick, "sparkout": float(block.plan.spark_out), **_said_of(block)}
+            for block in blocks]  # fmt: skip
+    constant = {name: said[0][name] for name in said[0] if len({each[name] for each in said}) == 1}
+    if not picks and constant.get("pick", 0.0) > 0.0:
+        constant["last_pick"] = constant["pick"]
+    if all(block.dress is None for block in blocks):
+        constant["dresses"] = 0.0
+    if not any(block.takes_dresses for block in blocks):
+        constant["last_executions"] = 0.0
+    parts = blocks[-1].part + 1
+    constant |= of_few_parts(parts, gauged=job.limits.roughness > 0.0)
+    if parts == 1 or spread == 0.0 or job.lots.probability == 0.0:
+        constant["new_lot"] = 0.0
+    return constant
+
+
+def _said_of(block: BlockOutline) -> dict[str, float]:
+    """What the program alone says of a block, by name."""
+    return {
+        "depth": block.depth,
+        "takes_dresses": float(block.takes_dresses),
+        "starts_part": float(block.starts_part),
+        **{f"coming_{code}": float(block.plan.code == code) for code in RULES},
+    }
+
+
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
     """What the program says of each coming block, shape (blocks + 1, entries); 0 after the last, NaN where it does not.
 
@@ -158,12 +197,7 @@ def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArra
     """
     table = np.full((len(blocks) + 1, len(entries)), np.nan)
     for number, block in enumerate(blocks):
-        said = {
-            "depth": block.depth,
-            "takes_dresses": float(block.takes_dresses),
-            "starts_part": float(block.starts_part),
-            **{f"coming_{code}": float(block.plan.code == code) for code in RULES},
-        }
+        said = _said_of(block)
         for k, entry in enumerate(entries):
             if entry.name in said:
                 table[number, k] = np.clip((said[entry.name] - entry.offset) / entry.scale, entry.low, entry.high)

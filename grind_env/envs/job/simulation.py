@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.blocks.tables import FOUND, Outcome
 from grind_env.envs.contexts import Given
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
@@ -26,12 +26,12 @@ from grind_env.envs.job.outline import (
     outline_of_script,
     refuse_many,
 )
-from grind_env.envs.job.readings import ACTION, coming, job_readings, job_task, kinds_of
+from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
-from grind_env.envs.observations import Layout, Readings, scaling
+from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
+from grind_env.envs.simulation import DIAMETER, KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
@@ -132,9 +132,10 @@ class JobSimulation(Simulation):
         self._kind_of_block, kinds = kinds_of(task, self.blocks)
         sequence = tuple(kinds[number].name for number in self._kind_of_block.tolist())
         self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
-        self.entries = job_readings(task, full=full)
+        constant = constant_readings(self.blocks, job, spread, picks=bool(picks))
+        self.entries = job_readings(task, constant, full=full)
         engaged = min(job.part.width, job.setup.wheel.width)
-        self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance}
+        self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job) for block in self.blocks])
         self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
@@ -143,8 +144,8 @@ class JobSimulation(Simulation):
         self._said, self._read = np.flatnonzero(said), np.flatnonzero(~said)
         read = tuple(self.entries[k] for k in self._read.tolist())
         # one kind a block, and the material is that of the job
-        one_material = Layout(np.array([Readings._fields.index(entry.name) for entry in read]), 0, np.array([-1]))
-        self._scaling = scaling(task, read)._replace(layout=one_material)
+        scaled = scaling(task, read)
+        self._scaling = scaled._replace(layout=scaled.layout._replace(materials=np.array([-1])))
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
         self._inch = np.array([block.inch for block in self.blocks])
         self._begin_with(self._generator_of(0.0))
@@ -374,6 +375,7 @@ class JobSimulation(Simulation):
     ) -> None:
         """Let the control execute the next block of programs without a script."""
         programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        before = episodes.wheels[active, DIAMETER]
         words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
         for i, run in step_all(programs, words).items():
@@ -394,12 +396,14 @@ class JobSimulation(Simulation):
             )
             episodes.wheels[i] = machine.wheel
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
+        episodes.memory[active, FOUND] = before
         settle_jobs(
             self.kinds,
             self._shops,
             episodes.tape,
             episodes.first,
             episodes.block,
+            episodes.wheels,
             episodes.parts,
             episodes.memory,
             chosen,

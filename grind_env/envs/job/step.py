@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.settling import counted_rise, outcome_of, power_readings, remembered
+from grind_env.envs.blocks.settling import booked_diameter, counted_rise, outcome_of, power_readings, remembered
 from grind_env.envs.blocks.step import NEW_PART, write_factored
 from grind_env.envs.blocks.tables import (
+    FOUND,
     Shop,
     ShopMemory,
     read_kind,
@@ -153,6 +154,7 @@ def settle_jobs(
     tape: Any,
     first: Any,
     block: Any,
+    wheels: Any,
     parts: Any,
     memory: Any,
     settings: Any,
@@ -169,6 +171,7 @@ def settle_jobs(
         tape: noise tape.
         first: number of the block that it begins with.
         block: number of the block; updated.
+        wheels: after it.
         parts: after it.
         memory: updated.
         settings: of the blocks.
@@ -189,9 +192,12 @@ def settle_jobs(
         write_outcome(outcomes, i, outcome)
         powers = power_readings(row, tally, seen.change)
         volume = tally.deepened * kind.length
-        new = remembered(
-            kind, row, tally, old, powers, outcome, seen.good, seen.change, chosen.E, chosen.D, 0.0, volume
-        )
+        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
+        # the wheel is touched off on the next part
+        wheel = read_wheel(wheels, i)
+        diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
+        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
+        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
         write_memory(memory, i, new)
         memory[i, PICK] = seen.pick
         block[i] += 1
@@ -269,6 +275,7 @@ def steps_of(
                 lay(surfaces, i, zones)
             write_stage(stages, i, stage)
             write_wheel(wheels, i, wheel)
+            memory[i, FOUND] = wheel.ds
             write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
         script = ScriptTables(blocks, own, ways, motions, zones)
         grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)
@@ -300,7 +307,7 @@ def steps_of(
             write_found(
                 found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
             )
-        settle_jobs(kinds, shops, tape, first, block, parts, memory, settings, active, tallies, found, outcomes)
+        settle_jobs(kinds, shops, tape, first, block, wheels, parts, memory, settings, active, tallies, found, outcomes)
 
     return step_jobs
 

@@ -28,7 +28,9 @@ WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SP
 LOT_FACTORS = ("kA", "pm")
 """Factors that every lot of material draws, by stroke parameter."""
 
-NOISES = tuple(TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness"))
+NOISES = tuple(
+    TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness", "wheel")
+)
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 
@@ -45,8 +47,8 @@ class JobTape:
     Attributes:
         conditions: of each part.
         new_lot: whether each part begins a new lot.
-        noise: of the readings of mean, first and highest power, size and roughness after each block, standard normal
-            times the spread, shape (blocks, 5).
+        noise: of the readings of mean, first and highest power, size, roughness and wheel diameter after each block,
+            standard normal times the spread, shape (blocks, 6).
     """
 
     conditions: tuple[PartConditions, ...]
@@ -167,7 +169,7 @@ def fill_jobs(
         episode: standard normal numbers of the wheel, shape (M, 5).
         lots: of each part, should it begin a lot, shape (M, parts, 2).
         uniforms: of each part, shape (M, parts).
-        noise: of the gauges after each block, shape (M, blocks, 5).
+        noise: of the gauges after each block, shape (M, blocks, 6).
         stocks: of each part, shape (M, parts).
         fixed: what a context fixes, shape (M, fields of `Fixed`).
     """
@@ -224,7 +226,7 @@ def fill_job(
         episode: standard normal numbers of the wheel, shape (5,).
         lots: of each part, should it begin a lot, shape (parts, 2).
         uniforms: of each part, shape (parts,).
-        noise: of the gauges after each block, shape (blocks, 5).
+        noise: of the gauges after each block, shape (blocks, 6).
         stocks: of each part, shape (parts,).
         fixed: what a context fixes.
     """
@@ -260,6 +262,7 @@ def fill_job(
             peak_noise=measurement * noise[k, 2],
             size_noise=measurement * noise[k, 3],
             roughness_noise=measurement * noise[k, 4],
+            wheel_noise=measurement * noise[k, 5],
             material=0.0,
             spare_kA=wheel_kA * kA,
             spare_ra_scale=ra_scale,

@@ -38,21 +38,23 @@ class StrokeEnv(GrindEnv):
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is 0 or
-    more. The other forms are those of `GrindEnv`, with D the number of dresses before the stroke, 0 or 1. There is no
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min; a dress if the second component is above
+    1/3. The other forms are those of `GrindEnv`, with D the number of dresses before the stroke, 0 or 1. There is no
     third component for a pre-dress, because D is one: before the first stroke of a part it is that of G81.1.
 
     ## Observation space
 
     `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()` lists
-    every entry. `observation="full"` adds the hidden state of the wheel and of the lot.
+    every entry. `observation="full"` adds the hidden state of the wheel and of the lot, behind all that is measured.
+    Before the first stroke of a part its stock is known by the pre-gauge only, which `strokes_left` then follows.
 
     ## Reward
 
     Minus the cost of the stroke in units of `task.reference_cost`: machine time (the first stroke of a part with its
     loading), wheel, dresser, with the last stroke of a part the expected cost of scrap, and with the last of all the
     price of handing over a dull wheel. The best fixed plan earns about -1 a stroke. `info["reward_terms"]` holds the
-    terms, `info["cost"]` the probability that a part finished by the stroke is scrap.
+    terms, `info["cost"]` the probability that a part finished by the stroke is scrap; the ratios of burning, power and
+    Ra to their limits are those of `GrindEnv`, of the stroke and of the surface that it leaves.
 
     ## Episode
 

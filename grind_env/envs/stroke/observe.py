@@ -29,6 +29,7 @@ def observe_stroke(
     memory: Any,
     rows: Any,
     strokes: Any,
+    columns: Any,
     offset: Any,
     scale: Any,
     low: Any,
@@ -42,8 +43,10 @@ def observe_stroke(
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     kind = kind_of(kinds, materials, row.material, PART)
     here = 1.0 if ahead else 0.0
-    left = strokes_of(row.stock, kind.pick, kind.sparkout) - done.made
     starts = 1.0 if done.made == 0.0 else 0.0
+    # the first stroke touches off: until then only the pre-gauge says how much there is to grind
+    known = row.stock if done.made > 0.0 else row.gauged
+    left = strokes_of(known, kind.pick, kind.sparkout) - done.made
     # without a coming part the entry itself is 0: a stock of nominal size
     stock = row.gauged / kind.stock if ahead else 1.0
     reading = StrokeReadings(
@@ -57,8 +60,8 @@ def observe_stroke(
         parts_since_gauged=seen.since_gauged,
         volume=seen.volume,
         dresses=seen.dresses,
-        diameter=wheel.ds,
-        pick=here * pick_before(done.made, row.stock, kind.pick),
+        diameter=seen.diameter,
+        pick=here * pick_before(done.made, known, kind.pick),
         strokes_left=here * left,
         stock=stock,
         starts_part=here * starts,
@@ -73,8 +76,8 @@ def observe_stroke(
         pressure=row.pm,
     )
     write_readings(values, 0, reading)
-    for k in range(observations.shape[1]):
-        observations[i, k] = scaled(values[0, k], offset[k], scale[k], low[k], high[k])
+    for k in range(columns.size):
+        observations[i, k] = scaled(values[0, columns[k]], offset[k], scale[k], low[k], high[k])
 
 
 @entry
@@ -87,6 +90,7 @@ def observe_strokes(
     memory: Any,
     rows: Any,
     strokes: Any,
+    columns: Any,
     offset: Any,
     scale: Any,
     low: Any,
@@ -104,7 +108,8 @@ def observe_strokes(
         memory: what is remembered.
         rows: tapes of the coming parts.
         strokes: what is remembered beside.
-        offset: of each entry, shape (entries,), like the next three.
+        columns: index into `StrokeReadings` of each entry, shape (entries,), like the next four.
+        offset: of each entry.
         scale: of each entry.
         low: of each entry.
         high: of each entry.
@@ -122,6 +127,7 @@ def observe_strokes(
             memory,
             rows,
             strokes,
+            columns,
             offset,
             scale,
             low,

@@ -6,7 +6,7 @@ Names, scales and noise are those of `observations` wherever they mean the same.
 from typing import NamedTuple
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
-from grind_env.envs.observations import Reading, readings
+from grind_env.envs.observations import Reading, constant_readings, readings
 from grind_env.envs.tasks import Task
 
 
@@ -40,11 +40,11 @@ class StrokeReadings(NamedTuple):
 
 
 MEASURED = StrokeReadings._fields.index("wear_flat")
-"""Entries of an observation without the hidden state."""
+"""Readings that are not of the hidden state."""
 
 
 def stroke_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
-    """The observation of the task, entry by entry; `full` with the hidden state."""
+    """The observation of the task, entry by entry; `full` with the hidden state behind it."""
     power = task.machine.power_limit
     low, high = task.action.speed_ends
     noise = f"{100.0 * POWER_NOISE:g} % + {POWER_NOISE_FLOOR:g} W"
@@ -66,4 +66,7 @@ def stroke_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("pressure", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on wear-flat pressure"),
     ]  # fmt: skip
     known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
-    return tuple(known[name] for name in (StrokeReadings._fields if full else StrokeReadings._fields[:MEASURED]))
+    names = StrokeReadings._fields if full else StrokeReadings._fields[:MEASURED]
+    # the pick of a stroke changes: spark-out has none
+    constant = constant_readings(task).keys() - {"pick"}
+    return tuple(known[name] for name in names if name not in constant)

@@ -13,7 +13,7 @@ from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.observations import Reading
 from grind_env.envs.simulation import NOISE, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.envs.stroke.observe import observe_strokes
-from grind_env.envs.stroke.readings import stroke_readings
+from grind_env.envs.stroke.readings import StrokeReadings, stroke_readings
 from grind_env.envs.stroke.rules import Pace
 from grind_env.envs.stroke.step import StrokeMemory, step_strokes
 from grind_env.envs.tasks import Task
@@ -41,13 +41,12 @@ class StrokeSimulation(Simulation):
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         super().__init__(task, full=full, pre_dress=pre_dress)
-        kind = task.kinds[0]
-        self.usual = {"last_pick": kind.pick, "last_width": kind.width, "tolerance": kind.tolerance}
         within, last = self.kinds.copy(), self.kinds.copy()
         # the loading is counted in the time of the first stroke
         within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
         self.kinds = np.concatenate([self.kinds, within, last])
         self._most = most_strokes(task)
+        self._columns = np.array([StrokeReadings._fields.index(entry.name) for entry in self.entries])
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
@@ -68,8 +67,8 @@ class StrokeSimulation(Simulation):
         mine = _stroke_episodes(episodes)
         observations = np.empty((len(mine.block), len(self.entries)), np.float32)
         state = mine.block, mine.wheels, mine.memory, mine.rows, mine.strokes
-        _, offset, scale, low, high = self._scaling
-        observe_strokes(self.kinds, self._materials, self.task.blocks, *state, offset, scale, low, high, observations)
+        shown = self._columns, *self._scaling[1:], observations
+        observe_strokes(self.kinds, self._materials, self.task.blocks, *state, *shown)
         return observations
 
     @property

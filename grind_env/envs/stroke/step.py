@@ -4,9 +4,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.settling import PowerReadings, chance, counted_rise, handover_of, outcome_of, remembered
-from grind_env.envs.blocks.step import NEW_PART, WEAR, Tables, plunge_cycle, write_factored
-from grind_env.envs.blocks.tables import KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
+from grind_env.envs.blocks.settling import (
+    PowerReadings,
+    booked_diameter,
+    chance,
+    counted_rise,
+    handover_of,
+    outcome_of,
+    remembered,
+)
+from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Tables, plunge_cycle, write_factored
+from grind_env.envs.blocks.tables import FOUND, KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
 from grind_env.envs.stroke import rules
@@ -102,6 +110,7 @@ def prepare_stroke(i: int, tables: Tables, episodes: StrokeArrays, E: float, D: 
         write_factored(episodes.parameters, i, base, int(row.material), episodes.tape, episodes.block[i], False)
         write_part(episodes.parts, i, NEW_PART)
         episodes.wheels[i, WEAR] = 0.0  # touched off on the new part
+    episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
     depth = depth_of(made, row.stock, kind.pick)
     write_cycle(cycles, i, plunge_cycle(kind, shop, E, seconds, depth, depth, row.stock, 1.0, 0.0, D))
 
@@ -127,9 +136,9 @@ def settle_stroke(
     good = chance(kind, counted, torque, part.Rs, size_error) if last else chance(kind, counted, torque, 0.0, 0.0)
     # heat that later strokes grind off is shown, but does not count
     rise = counted if last else result.plunge_rise
-    handover = 0.0
+    handover, wheel = 0.0, read_wheel(episodes.wheels, i)
     if last and block[i] + 1 == tape.shape[1]:
-        wheel, p = read_wheel(episodes.wheels, i), read_parameters(episodes.parameters, i)
+        p = read_parameters(episodes.parameters, i)
         handover = handover_of(wheel, dress_lead(wheel, shop.dress_feed, p), shop, p)
     outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, 0.0, handover)
     write_outcome(outcomes, i, outcome)
@@ -140,7 +149,10 @@ def settle_stroke(
     peak = 0.0 if last else max(old.peak_power, reading)
     powers = PowerReadings(mean=mean_last_power(latest), first=reading, peak=peak)
     volume = pick_before(done.made, row.stock, kind.pick) * kind.length
-    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume)
+    off = 2.0 * result.dresses * shop.dress_passes * shop.dress_depth
+    # the wheel is touched off on the next part
+    diameter = booked_diameter(wheel, row, shop, old, off, last, 0.0)
+    new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter)
     write_memory(episodes.memory, i, new_memory)
     made, torque, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, torque, counted)
     new = StrokeMemory(made=made, all_made=done.all_made + 1.0, torque=torque, rise=counted)

@@ -133,6 +133,11 @@ class Task:
             raise TaskError(f"{place}: {shown} does not make {self.blocks} blocks of whole parts", place, sequence)
         return tuple(numbers)
 
+    @property
+    def parts(self) -> int:
+        """Parts of an episode of the nominal sequence."""
+        return sum(self.kinds[number].ends_part for number in self.numbers(self.nominal_sequence, "sequence"))
+
     def kind_of_block(self, block: int) -> int:
         """Index into `kinds` of a block of the nominal sequence, which repeats; episodes of orders have others."""
         sequence = self.nominal_sequence

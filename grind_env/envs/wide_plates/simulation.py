@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.contexts import Given
 from grind_env.envs.form import Form
-from grind_env.envs.observations import SIZE_NOISE, Reading, readings
+from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
 from grind_env.envs.simulation import Episodes, EpisodesT, Simulation, Table
 from grind_env.envs.tasks import Task
 from grind_env.envs.wide_plates.program import block_text, crossover, part_program
 from grind_env.envs.wide_plates.step import step_traverses
 from grind_env.machine.zones import strip_centres, traverse_edges, zones_of
 
+TAPER = "taper"
+"""Name of the entry that only a part ground in strips has."""
 TAPER_NOISE = SIZE_NOISE * 2.0**0.5
 """um; standard deviation of a taper, the difference of two sizes."""
 
@@ -59,11 +61,12 @@ class CrossSimulation(Simulation):
             cross.taper_noise[i] = spread * rng.standard_normal(self.task.blocks)
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """Observations of the coming blocks, shape (N, entries), float32; the taper is the last entry."""
-        reading = self.entries[-1]
+        """Observations of the coming blocks, shape (N, entries), float32."""
+        place = [entry.name for entry in self.entries].index(TAPER)
+        reading = self.entries[place]
         taper = np.clip((_cross(episodes).taper - reading.offset) / reading.scale, reading.low, reading.high)
         observations = super().observe(episodes)
-        observations[:, -1] = taper
+        observations[:, place] = taper
         return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
@@ -79,7 +82,8 @@ class CrossSimulation(Simulation):
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """Those of the task with the size where it is worst, and the taper, which only a part ground in strips has."""
-        return (*(_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress)), taper_reading(task))
+        plain = (_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress))
+        return measured_first((*plain, taper_reading(task)))
 
     def room(self, n: int) -> CrossEpisodes:
         """Arrays for N episodes."""
@@ -116,7 +120,7 @@ def taper_reading(task: Task) -> Reading:
     factor = task.spread.measurement
     noise = f"{TAPER_NOISE * factor:.2g} um" if factor > 0.0 else "exact"
     meaning = "range of the size across the last finished part"
-    return Reading("taper", "um", 0.0, max(task.kinds[0].tolerance, 1.0), 0.0, 5.0, noise, meaning)
+    return Reading(TAPER, "um", 0.0, max(task.kinds[0].tolerance, 1.0), 0.0, 5.0, noise, meaning)
 
 
 def _at_worst(entry: Reading) -> Reading:

@@ -33,6 +33,7 @@ from grind_env.policies.learned.network import (
 )
 from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
+from grind_env.task_version import TASK_VERSION, of_version
 
 Sizes = NDArray[np.float64]
 
@@ -44,6 +45,8 @@ MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
 """What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
 
 FORMAT = 1
+VERSION = "task_version"
+"""Entry of the description: the version of the tasks that an agent was trained on."""
 MOST_UNITS, MOST_LAYERS = 65_536, 16
 
 NO_AGENT = "holds no agent that `python -m agents train` saved"
@@ -200,10 +203,16 @@ def read_description(path: Path, text: str | None) -> Description:
         document = json.loads(text)
         if type(document["format"]) is not int or document["format"] != FORMAT:
             raise PolicyFileError(f"{path} has format {quoted(document['format'])}, but this version reads {FORMAT}")
+        task, kind = _word(document["task"]), _word(document["kind"])
+        if document.get(VERSION) != TASK_VERSION:
+            raise PolicyFileError(
+                f"{path} is {of_version(document.get(VERSION))}:"
+                f" train it anew with `python -m agents train --task {task} --kind {kind}`"
+            )
         network = document["network"]
         return Description(
-            task=_word(document["task"]),
-            kind=_word(document["kind"]),
+            task=task,
+            kind=kind,
             memory=_one_of(get_args(MemoryKind), document["memory"]),
             actions=_one_of(get_args(Actions), document["actions"]),
             network=Network(

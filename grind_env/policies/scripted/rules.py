@@ -9,9 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.actions import ActionCodec
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
+from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
@@ -31,29 +32,22 @@ VOLUME_SCALE = 300.0
 
 @dataclass
 class Random:
-    """Uniform in the action space: E geometric over its range, every D alike."""
+    """Uniform in the action space of the form `box`: E geometric over its range, D = 0 in two of three blocks."""
 
     seed: int = 0
     name: ClassVar[str] = "random"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
+    codec: ActionCodec = field(init=False, repr=False)
     rng: np.random.Generator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Start the random numbers anew."""
-        self.task = simulation.task
+        self.codec = ActionCodec(simulation.task)
         self.rng = np.random.default_rng(self.seed)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Draw."""
-        n, (low, high) = len(observation), speed_bounds(self.task)
-        levels = self.task.action.speed_levels
-        speeds = (
-            1000.0 * self.rng.choice(levels, n)
-            if levels is not None
-            else nearest_speed(self.task, np.exp(self.rng.uniform(np.log(low), np.log(high), n)))
-        )
-        return Decision(speeds, self.rng.integers(0, self.task.action.executions + 1, n).astype(np.float64))
+        return Decision(*self.codec.decode(self.rng.uniform(-1.0, 1.0, (len(observation), 2))))
 
 
 @dataclass

@@ -1,0 +1,22 @@
+"""The version of the tasks: what was measured, tuned or trained on one version says nothing of another.
+
+Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters and trained agents carry the number, and
+those of another version are not read.
+"""
+
+from grind_env.errors import quoted
+
+TASK_VERSION = 2
+
+HISTORY = {
+    1: "the first tasks: D in equal bins over all of its component, constant readings and the true wheel diameter in"
+    " the observation, wear that could cost more than the wheel",
+    2: "a process model held to measured data, and prices tuned on it; D = 0 up to 1/3; observations without constants,"
+    " the hidden entries last, the diameter by the shop's book; no wear beyond what is left of the wheel",
+}
+"""What each version is, the latest last."""
+
+
+def of_version(found: object) -> str:
+    """What a message says of a thing of another version, which may be written down nowhere: that was the first."""
+    return f"of task version {1 if found is None else quoted(found)}, and the tasks are now of version {TASK_VERSION}"

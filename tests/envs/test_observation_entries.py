@@ -1,0 +1,214 @@
+"""What stands in an observation: nothing constant, what is hidden last, and no trace of it before a measurement."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.forms import form_of
+from grind_env.envs.names import shipped_names
+from grind_env.envs.observations import HIDDEN, constant_readings, readings
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.stroke.simulation import StrokeSimulation
+from grind_env.envs.tasks import Task, load_task, read_task
+from grind_env.process.state import WheelState
+from tests.envs.harness import Array, every_id, start
+
+EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
+STEPS = 700
+"""More than any episode has."""
+MEASURED = {
+    *("power", "mean_power", "first_power", "peak_power", "size_error", "taper", "roughness"),
+    *("diameter", "executions_left"),
+}
+"""Entries that gauges and power meters show."""
+DRAWN = ("kA", "pm", "hf", "fc", "Gref", "ra_scale", "spare_kA", "spare_ra_scale")
+"""What is hidden on a tape beside the true stock."""
+
+
+def cases() -> Iterator[Any]:
+    """Id and arguments of everything that has an observation."""
+    for env_id in every_id():
+        if env_id != "grind/Job-v0":
+            yield pytest.param(env_id, {}, id=env_id)
+        if env_id not in ("grind/Job-v0", "grind/Stroke-v0", "grind/Wen-v0"):
+            yield pytest.param(env_id, {"predress": True}, id=f"{env_id} predress")
+    for program in EXAMPLES:
+        # before the only block of a keyway nothing has been measured
+        for parts in (3, 12) if "keyway" in program.stem else (1, 3, 12):
+            yield pytest.param("grind/Job-v0", {"program": str(program), "parts": parts}, id=f"{program.stem} x{parts}")
+
+
+def contexts(env_id: str) -> list[Any]:
+    """None, and two ends of what a context can fix."""
+    if env_id == "grind/Wen-v0":
+        return [None, {"case": "rough"}, {"case": "finish"}]
+    ends = [{"kA": 0.5, "fc": 0.8}, {"kA": 2.0, "Gref": 0.7}]
+    stocks = [{}, {}] if env_id == "grind/Job-v0" else [{"stock": 0.7}, {"stock": 1.4}]
+    return [None, *({**a, **b} for a, b in zip(ends, stocks, strict=True))]
+
+
+@pytest.mark.parametrize(("env_id", "arguments"), cases())
+def test_no_measured_entry_is_constant(env_id: str, arguments: dict[str, Any]) -> None:
+    env: Any = gym.make(env_id, observation="measured", show_block=False, **arguments).unwrapped
+    env.action_space.seed(0)
+    seen = []
+    for seed, context in enumerate(contexts(env_id) * 2):
+        # what is read after the last block decides nothing
+        observation, over = env.reset(seed=seed, options={"context": context})[0], False
+        for _ in range(STEPS):
+            if over:
+                break
+            seen.append(observation)
+            observation, _, over, _, _ = env.step(env.action_space.sample())
+        assert over
+    spread = np.ptp(np.array(seen), axis=0)
+    names = [entry.name for entry in env.observation_info()]
+    assert [name for name, each in zip(names, spread, strict=True) if each == 0.0] == []
+
+
+@pytest.mark.parametrize(("env_id", "arguments"), cases())
+def test_the_measured_observation_begins_the_full_one(env_id: str, arguments: dict[str, Any]) -> None:
+    measured, full = (gym.make(env_id, observation=each, **arguments).unwrapped for each in ("measured", "full"))
+    short, long = measured.observation_info(), full.observation_info()
+    assert long[: len(short)] == short
+    assert all((entry.noise == "hidden") == (k >= len(short)) for k, entry in enumerate(long))
+    for env in (measured, full):
+        env.action_space.seed(1)
+    a, b = measured.reset(seed=5)[0], full.reset(seed=5)[0]
+    for _ in range(8):
+        np.testing.assert_array_equal(a, b[: len(short)])
+        (a, _, over, *_), (b, *_) = (env.step(env.action_space.sample()) for env in (measured, full))
+        if over:
+            break
+
+
+def simulation_of(name: str) -> Simulation:
+    """Of a task, or of twelve parts of an example program."""
+    if name.endswith(".nc"):
+        return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
+    task: Task = read_task(name)
+    kind = StrokeSimulation if name == "stroke" else form_of(task).simulation
+    return kind(task)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_what_is_left_out_is_known_where_it_is_read(name: str) -> None:
+    simulation = simulation_of(name)
+    seen = simulation.read(simulation.observe(start(simulation, 3)))
+    kind = simulation.task.kinds[0]
+    for reading in ("width", "length", "tolerance"):
+        if len(simulation.task.kinds) == 1:
+            assert seen[reading] == pytest.approx(getattr(kind, reading)), reading
+    assert set(HIDDEN).isdisjoint(seen)
+
+
+def test_what_is_left_out_follows_from_the_task() -> None:
+    task = load_task("wide_rails")
+    rough, finish = task.kinds
+    names = {entry.name for entry in readings(task, full=False)}
+    wider = replace(task, kinds=(replace(rough, width=50.0), finish))
+    assert {entry.name for entry in readings(wider, full=False)} - names == {"width", "last_width"}
+    free = replace(task, kinds=(rough, replace(finish, roughness_limit=0.0)))
+    assert names - {entry.name for entry in readings(free, full=False)} == {
+        "roughness",
+        "parts_since_gauged",
+        "roughness_limit",
+    }
+    lot = replace(task, spread=replace(task.spread, lot_probability=0.0))
+    assert names - {entry.name for entry in readings(lot, full=False)} == {"new_lot"}
+    undressed = replace(task, action=replace(task.action, executions=0))
+    assert names - {entry.name for entry in readings(undressed, full=False)} == {"last_executions", "dresses"}
+    with_pre_dress = {entry.name for entry in readings(undressed, full=False, pre_dress=True)}
+    assert with_pre_dress - names == {"last_pre_dress"} and names - with_pre_dress == {"last_executions"}
+    assert constant_readings(replace(task, blocks=2))["size_error"] == 0.0
+    assert "size_error" not in constant_readings(replace(task, blocks=4))
+    assert "roughness" in constant_readings(replace(task, blocks=4))
+
+
+@pytest.mark.parametrize("name", [*shipped_names(), *(each.name for each in EXAMPLES)])
+def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
+    """Episodes that differ in what is hidden look the same before their first step, and then in measurements only."""
+    simulation = simulation_of(name)
+    names = [entry.name for entry in simulation.entries]
+    episodes, measured = start(simulation, 4), set[str]()
+    for field in (*DRAWN, "A"):
+        other = changed(simulation, field)
+        first, second = simulation.observe(episodes), simulation.observe(other)
+        np.testing.assert_array_equal(first, second, err_msg=field)
+        a, b = episodes.pick(np.arange(4)), other
+        for k in range(6):
+            choice = np.full(4, 12_000.0), np.full(4, float(k == 2))
+            simulation.advance(a, *choice)
+            simulation.advance(b, *choice)
+            differs = (simulation.observe(a) != simulation.observe(b)).any(axis=0)
+            measured |= {each for each, is_other in zip(names, differs, strict=True) if is_other}
+    # nothing here changes a time; counters and books count what was programmed
+    assert measured <= MEASURED
+    assert {"peak_power" if name != "stroke" else "power"} <= measured
+
+
+def changed(simulation: Simulation, field: str) -> Any:
+    """The episodes of the first four seeds with another number of what is hidden."""
+    other = start(simulation, 4)
+    if field in TapeRow._fields:
+        column = TapeRow._fields.index(field)
+        other.tape[..., column] *= 1.2
+        if isinstance(simulation, StrokeSimulation):
+            other.rows[..., column] *= 1.2
+    else:
+        other.wheels[:, WheelState._fields.index(field)] *= 1.5
+    return other
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_names() if read_task(name).spread.gauge > 0.0])
+def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> None:
+    simulation = simulation_of(name)
+    episodes, other = start(simulation, 4), start(simulation, 4)
+    column = TapeRow._fields.index("stock")
+    # more than a pick, so that one stroke more is needed
+    rows: list[Array] = [other.tape[:, 0]]
+    if isinstance(simulation, StrokeSimulation):
+        rows.append(other.rows)
+    for each in rows:
+        each[:, column] += 0.045
+    np.testing.assert_array_equal(simulation.observe(episodes), simulation.observe(other))
+    names = [entry.name for entry in simulation.entries]
+    for each in (episodes, other):
+        simulation.step(each, np.full(4, 12_000.0), np.zeros(4))
+    volume = names.index("volume")
+    a, b = simulation.observe(episodes), simulation.observe(other)
+    # by the pre-gauge, which was the same
+    np.testing.assert_array_equal(a[:, volume], b[:, volume])
+    if isinstance(simulation, StrokeSimulation):
+        left = names.index("strokes_left")
+        assert (a[:, left] < b[:, left]).all()
+
+
+def test_a_worn_wheel_is_booked_when_it_is_gauged_and_not_before() -> None:
+    simulation = simulation_of("stroke")
+    soft, hard = start(simulation, 4), start(simulation, 4)
+    column = TapeRow._fields.index("Gref")
+    soft.tape[..., column] *= 0.2
+    soft.rows[..., column] *= 0.2
+    place = [entry.name for entry in simulation.entries].index("diameter")
+    task, parts = simulation.task, []
+    dressed = 2.0 * task.dress.passes * task.dress.depth
+    for k in range(60):
+        for each in (soft, hard):
+            simulation.advance(each, np.full(4, 12_000.0), np.full(4, float(k == 3)))
+        a, b = (simulation.observe(each)[:, place] for each in (soft, hard))
+        part = soft.block.copy()
+        if (part == 0).all():
+            np.testing.assert_array_equal(a, b)
+            scale = simulation.entries[place].scale
+            assert scale * a + 220.0 == pytest.approx(300.0 - (dressed if k >= 3 else 0.0), abs=1e-4)
+        parts.append(part)
+    assert (np.array(parts[-1]) >= 1).all()
+    assert (a != b).any()
