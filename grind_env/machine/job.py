@@ -181,7 +181,7 @@ class Diamond:
     """Where the tip of the dressing diamond stands on the table, as the axes are read when the wheel is at it.
 
     Its height is that of the touched-off wheel: what dresses take off the wheel is compensated there as it is on the
-    part.
+    part. The wheel comes down on it; a job of a diamond above the wheel leaves it out.
 
     Attributes:
         x: coordinate of the X axis.

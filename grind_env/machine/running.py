@@ -2,7 +2,8 @@
 
 The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that
 the run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S
-is written in whole revolutions: one that misses the speed of the job by no more than `SAME` stands for it.
+is written in whole numbers: one that misses the speed of the job by half of one, or by a share of `SAME`, stands for
+it.
 """
 
 import math
@@ -109,15 +110,19 @@ class Running:
             found = Speed(event.surface / 60.0, constant=True)
         else:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
-        own = self.own
-        same = found.constant == own.constant and abs(found.surface - own.surface) <= SAME * own.surface
-        self._commanded = own if same else found
+        self._commanded = self.own if self._is_own(found) else found
         self._put_in_force()
 
     def switch(self, event: Switch) -> None:
         """The wheel or the coolant has been switched on or off."""
         self._turning, self._flowing = event.turning, event.coolant
         self._put_in_force()
+
+    def _is_own(self, speed: Speed) -> bool:
+        """Whether a commanded speed stands for that of the job."""
+        own, new = self.own, self.job.setup.wheel.diameter
+        half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
+        return speed.constant == own.constant and abs(speed.surface - own.surface) <= max(half, SAME * own.surface)
 
     @property
     def fault(self) -> str | None:

@@ -12,7 +12,6 @@ from grind_env.control import (
     CyclePlan,
     CycleStrokes,
     Infeed,
-    Line,
     Message,
     Motion,
     Pick,
@@ -23,16 +22,15 @@ from grind_env.control import (
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT, depth_after_pick, picks_to
 from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
-from grind_env.machine.clearance import CRASH, into_part, into_table
-from grind_env.machine.dress_program import DEEPEST_INFEED, DressPlan
+from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.limits import beyond_feeds, beyond_picks, beyond_table
+from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.mounting import first_diameter
+from grind_env.machine.obstacles import judged_moves
 from grind_env.machine.part import SLOWED, PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.machine.running import Running, Told
-from grind_env.machine.wheel_body import over_diamond
 from grind_env.process import state
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
@@ -406,45 +404,10 @@ class Watch:
         self._moves.clear()
 
     def _judge_way(self, file: str, moves: Iterable[tuple[Motion, bool]], axis: int) -> None:
-        """Warn of moves, each with whether it is known where it begins.
-
-        Of several in a row the first is told, and of those of a dress program, whose way back is its way out.
-        """
+        """Warn of moves, each with whether it is known where it begins."""
         assert self.part is not None
-        inside, dressed, machine = False, 0.0, self.job.setup.machine
-        for move, found in moves:
-            depth, text = self._obstacle(move, axis, dressed, found)
-            if text and not inside:
-                self._warn(file, move.line, "crash", text)
-            inside = bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
-            if self.job.diamond is not None and isinstance(move, Line):
-                dressed = max(dressed, depth)
-            beyond = beyond_feeds(move, axis, machine) if isinstance(move, Line) else None
-            if beyond is not None:
-                self._warn(file, move.line, "feed", beyond)
-
-    def _obstacle(self, move: Motion, axis: int, dressed: float, found: bool) -> tuple[float, str]:
-        """How far a move takes the wheel below the tip of the diamond, mm, and what to say of what stands in its way.
-
-        Args:
-            move: the move.
-            axis: the reciprocating axis.
-            dressed: how far moves before have taken it there, mm.
-            found: whether it is known where it begins.
-        """
-        assert self.part is not None
-        radius, below = 0.5 * first_diameter(self.job), -math.inf
-        depth = into_part(self.part, move, axis, radius, found=found)
-        if depth > CRASH + DEPTH_TOLERANCE:
-            return below, advice.crash(depth, move)
-        if found and (depth := into_table(self.part, move, axis)) > CRASH + DEPTH_TOLERANCE:
-            return below, advice.table_crash(depth, move)
-        if self.job.diamond is not None and found:
-            below, _ = over_diamond(self.job.diamond.tip, move, axis, radius, self.job.setup.wheel.width)
-            infeed = DEEPEST_INFEED if isinstance(move, Line) else CRASH
-            if below > dressed + infeed + DEPTH_TOLERANCE:
-                return below, advice.diamond_crash(below - dressed, move)
-        return below, ""
+        for line, subject, text in judged_moves(self.part, self.job, moves, axis):
+            self._warn(file, line, subject, text)
 
     def _outside(self) -> Iterator[tuple[Motion, bool]]:
         """The moves that no stroke has run beside, and whether it is known where each of them begins."""

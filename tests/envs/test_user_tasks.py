@@ -235,8 +235,9 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     own = {"G81": {"infeed": 0.5}, "G82": {}, "G83": {"cross_pick": 12.0}}[cycle]
     if isinstance(content.get("setup"), dict):
         content["setup"]["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
-    if cycle == "G83" and isinstance(content.get("kind"), list):
-        content["kind"][0]["width"] = 60.0
+    kinds = content.get("kind")
+    if cycle == "G83" and isinstance(kinds, list) and kinds and isinstance(kinds[0], dict):
+        kinds[0]["width"] = 60.0
     try:
         env = gym.make(ID, task=written(tmp_path, toml_text(content | own)), predress=True).unwrapped
     except TaskError:

@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from grind_env.control import read
+from grind_env.control import Spindle, Switch, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.running import Running, Told
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
 
 BY_PROGRAM = {"spindle": "by program", "coolant": "by program"}
@@ -87,6 +90,16 @@ def test_a_wheel_that_does_not_turn_is_refused_at_its_first_stroke() -> None:
             GrindingError, match=r"test\.nc:4: the wheel does not turn at this stroke; program S1910 M03"
         ):
             ground(program(words), programmed())
+
+
+@given(speed=st.floats(5.0, 35.0))
+def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -> None:
+    own = programmed(wheel_speed=speed)
+    running = Running(own)
+    running.set_speed(Spindle(0.0, round(60_000.0 * speed / (math.pi * 300.0))))
+    running.switch(Switch(0.0, turning=True, coolant=True))
+    assert running.setup is own.setup and running.fault is None
+    assert list(Told().of(running, 300.0)) == []
 
 
 def test_a_turning_tool_needs_no_wheel() -> None:

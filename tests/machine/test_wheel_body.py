@@ -1,0 +1,83 @@
+"""The wheel as a body, compared with circles that are sampled point by point."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grind_env.control import Motion, Position, Rapid, Source
+from grind_env.machine.clearance import CRASH, into_part
+from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.wheel_body import over_diamond
+from tests.machine.harness import job
+
+RADIUS, WIDTH = 150.0, 25.0
+PART = (0.0, 200.0)
+ACROSS = (0.0, 20.0)
+
+
+def move(start: Position, end: Position) -> Motion:
+    return Rapid(start=start, end=end, begin=0.0, seconds=1.0, block=1, line=1, source=Source.PROGRAM, inch=False)
+
+
+def underside(x: float, face: float, at: Any) -> Any:
+    """Height of the wheel's rim at coordinates along the table, its middle being at x; infinite beside it."""
+    distance = np.abs(np.asarray(at) - x)
+    return np.where(distance < RADIUS, face + RADIUS - np.sqrt(np.maximum(RADIUS**2 - distance**2, 0.0)), np.inf)
+
+
+def into(x: float, z: float, face: float) -> float:
+    """How deep the wheel is in a part that nothing has ground, by points along it."""
+    if not ACROSS[0] - WIDTH < z < ACROSS[1]:
+        return 0.0
+    return max(-float(underside(x, face, np.linspace(*PART, 200_001)).min()), 0.0)
+
+
+def fresh() -> PartRun:
+    return PartRun(1, job(), PartConditions(), 0.0)
+
+
+@given(x=st.floats(-200.0, 400.0), z=st.floats(-30.0, 25.0), face=st.floats(-60.0, 1.0))
+def test_a_plunge_beside_or_on_the_part(x: float, z: float, face: float) -> None:
+    found = into_part(fresh(), move((x, 20.0, z), (x, face, z)), 0, RADIUS)
+    expected = into(x, z, face)
+    if max(found, expected) > CRASH:
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-4)
+
+
+@given(
+    x=st.tuples(st.floats(-200.0, 400.0), st.floats(-200.0, 400.0)).filter(lambda ends: abs(ends[1] - ends[0]) > 1e-3),
+    z=st.floats(-24.0, 19.0),
+    face=st.floats(-60, 1),
+)
+def test_a_way_along_the_table_is_as_deep_as_where_it_is_deepest(x: tuple[float, float], z: float, face: float) -> None:
+    found = into_part(fresh(), move((x[0], face, z), (x[1], face, z)), 0, RADIUS)
+    nearest = min(max(100.0, min(x)), max(x))  # to the middle of the part
+    expected = into(nearest, z, face)
+    if max(found, expected) > CRASH:
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-4)
+
+
+@given(
+    x=st.floats(-160.0, 160.0),
+    face=st.floats(-3.0, 3.0),
+    z=st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0)),
+)
+def test_a_pass_over_the_diamond(x: float, face: float, z: tuple[float, float]) -> None:
+    depth, passed = over_diamond((0.0, 0.0, 0.0), move((x, face, z[0]), (x, face, z[1])), 0, RADIUS, WIDTH)
+    low, high = max(min(z), -WIDTH), min(max(z), 0.0)
+    if high - low < 1e-6:
+        assert passed == 0.0 or abs(high - low) < 1e-6 or z[0] == z[1]
+        return
+    assert passed == pytest.approx(high - low)
+    assert depth == pytest.approx(-float(underside(x, face, 0.0)), abs=1e-9) or depth == -math.inf
+
+
+def test_an_oblique_way_over_the_diamond_is_deepest_in_between() -> None:
+    depth, passed = over_diamond((0.0, 0.0, 0.0), move((-40.0, -1.0, -20.0), (40.0, -1.0, -5.0)), 0, RADIUS, WIDTH)
+    assert (depth, passed) == (pytest.approx(1.0), pytest.approx(15.0))
+    beside, _ = over_diamond((0.0, 0.0, 0.0), move((-40.0, -1.0, 1.0), (40.0, -1.0, 1.0)), 0, RADIUS, WIDTH)
+    assert beside == -math.inf
