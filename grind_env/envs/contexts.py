@@ -86,7 +86,7 @@ CONTEXT_FACTORS: Mapping[str, Factor] = {
     "kA": Factor(0.05, 20.0, 1.0, "factor of every lot on the wear-flat growth"),
     "pm": Factor(0.2, 5.0, 1.0, "factor of every lot on the wear-flat pressure"),
     "wheel_kA": Factor(0.05, 20.0, 1.0, "factor of every wheel on the wear-flat growth"),
-    "ra_scale": Factor(0.2, 5.0, 1.0, "factor of every wheel on the roughness"),
+    "ra_scale": Factor(0.2, 5.0, 1.0, "factor of every wheel and part on the roughness"),
     "fc": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the fracture force, its grade"),
     "Gref": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the G-ratio"),
     "hf": Factor(0.05, 20.0, 1.0, "factor on the convection of the coolant"),

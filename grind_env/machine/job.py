@@ -212,12 +212,14 @@ class Lots:
         growth: logarithmic standard deviation of how fast a lot dulls the wheel.
         pressure: the same of how hard it presses on the wear flats.
         stock: standard deviation of the stock of a part, as a share of the nominal one.
+        roughness: logarithmic standard deviation of the roughness from part to part.
     """
 
     probability: Annotated[float, Quantity("", "", 0, 1)] = 1.0 / 6.0
     growth: Annotated[float, Quantity("", "", 0, 2)] = 0.45
     pressure: Annotated[float, Quantity("", "", 0, 1)] = 0.08
     stock: Annotated[float, Quantity("", "", 0, 0.3)] = 0.0
+    roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.15
 
     def __post_init__(self) -> None:
         """Check every number; a `JobError` names the one out of range."""

@@ -6,6 +6,7 @@ The compiled loops, the run of a program and the episodes of every environment c
 from typing import NamedTuple
 
 from grind_env.kernel import inlined
+from grind_env.process.cost import STALL
 from grind_env.process.state import StrokeResult
 
 FINISHING_DEPTH = 0.05
@@ -77,7 +78,7 @@ NO_PLUNGES = Plunges(*[0.0] * len(Plunges._fields))
 @inlined
 def has_stalled(tally: Tally) -> bool:
     """Whether the spindle has stalled on this part."""
-    return tally.peak_torque >= 1.0
+    return tally.peak_torque >= STALL
 
 
 @inlined
@@ -160,7 +161,7 @@ def count_stroke(
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
     burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
-    lost = stall_time if (stroke.torque >= 1.0) & (tally.peak_torque < 1.0) else 0.0
+    lost = stall_time if (stroke.torque >= STALL) & (tally.peak_torque < STALL) else 0.0
     return Tally(
         seconds=tally.seconds + seconds + lost,
         strokes=tally.strokes + 1.0,

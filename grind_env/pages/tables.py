@@ -145,6 +145,8 @@ def drawn_table(task: Task) -> str:
     lot = "lot (an order)" if task.orders else "lot"
     if spread.lot_probability > 0.0:
         rows.append((lot, "whether a part begins a new one", f"with probability {spread.lot_probability:.3g}"))
+    if spread.part_roughness > 0.0:
+        rows.append(("part", "roughness scale, of every part", _log_normal(spread.part_roughness)))
     rows += [(lot, text, _log_normal(getattr(spread, name))) for name, text in LOTS.items() if getattr(spread, name)]
     rows += [
         ("episode", text, _log_normal(getattr(spread, name))) for name, text in EPISODE.items() if getattr(spread, name)

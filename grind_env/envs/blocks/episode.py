@@ -21,7 +21,7 @@ from grind_env.machine.rows import read_parameters, write_wheel
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
 
-NORMALS = 9
+NORMALS = 10
 """Standard normal numbers drawn for a block; a row after the last block holds those of the episode."""
 LOT = slice(2, 4)
 EPISODE = slice(0, 5)

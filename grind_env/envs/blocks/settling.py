@@ -14,7 +14,7 @@ from grind_env.envs.observations import (
 )
 from grind_env.kernel import inlined
 from grind_env.machine.cycle import PartState
-from grind_env.machine.tally import Tally, mean_first_power, mean_last_power
+from grind_env.machine.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import StrokeParameters, WheelState
@@ -192,6 +192,7 @@ def remembered(
     if ends and int(old.parts) % GAUGE_EVERY == 0:
         gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
     sharpened = result.dresses + change > 0.0
+    stalled = 1.0 if has_stalled(result) else 0.0
     volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
     return ShopMemory(
@@ -211,6 +212,7 @@ def remembered(
         dresses=old.dresses + result.dresses,
         parts=old.parts + outcome.finished,
         survival=good,
+        stalled=stalled,
         pre_dress=pre_dress,
         clock=old.clock + outcome.seconds,
         wheel_changes=old.wheel_changes + change,

@@ -40,6 +40,8 @@ from grind_env.machine.rows import (
     write_wheel,
 )
 from grind_env.machine.rules import motion_time
+from grind_env.machine.tally import Tally
+from grind_env.process.cost import STALL
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
@@ -50,6 +52,7 @@ FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CHANGES = ShopMemory._fields.index("wheel_changes")
+STALLED, TORQUE = ShopMemory._fields.index("stalled"), Tally._fields.index("peak_torque")
 CYCLE_FIELDS = len(Cycle._fields)
 NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 grind_plunges = PLUNGES.lanes
@@ -165,7 +168,7 @@ def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, b
 
 @inlined
 def prepare_block(
-    i: int, tables: Tables, episodes: EpisodeArrays, choices: Choices, cycles: Any, parameters: Any
+    i: int, tables: Tables, episodes: EpisodeArrays, choices: Choices, cycles: Any, parameters: Any, results: Any
 ) -> None:
     """Write the cycle of the block of episode i; arguments as for `prepare`."""
     kinds, base, shop, materials = tables
@@ -180,13 +183,20 @@ def prepare_block(
     memory[i, FOUND] = wheels[i, DIAMETER]
     # the part is touched off or gauged before every block: wear of the wheel up to now is known
     wheels[i, WEAR] = 0.0
+    results[i, TORQUE] = 0.0 if kind.starts_part > 0.0 else memory[i, STALLED] * STALL
     if kind.starts_part > 0.0:
         write_part(parts, i, NEW_PART)
 
 
 @entry
 def prepare(
-    tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, cycles: Any, parameters: Any
+    tables: Tables,
+    episodes: EpisodeArrays,
+    choices: Choices,
+    active: Any,
+    cycles: Any,
+    parameters: Any,
+    results: Any,
 ) -> None:
     """Write the cycle of every block and its parameters, and load or gauge the parts.
 
@@ -197,9 +207,10 @@ def prepare(
         active: indices of the episodes to step, int64.
         cycles: shape (N, fields of `Cycle`); written in the rows of `active`.
         parameters: shape (N, fields of `StrokeParameters`); written likewise.
+        results: shape (N, fields of `Tally`), all 0; a part on which the spindle has stalled is noted.
     """
     for i in active:
-        prepare_block(i, tables, episodes, choices, cycles, parameters)
+        prepare_block(i, tables, episodes, choices, cycles, parameters, results)
 
 
 @inlined
@@ -319,7 +330,7 @@ def step_blocks(
     tables = Tables(kinds, base, read_shop(shops, 0), materials)
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
-    prepare(tables, episodes, choices, active, cycles, parameters)
+    prepare(tables, episodes, choices, active, cycles, parameters, results)
     order = np.empty(active.size, np.int64)
     longest_first(cycles, active, order)
     grind_plunges(cycles, parameters, wheels, parts, results, NO_MOTIONS, order, 0, 1)

@@ -84,6 +84,8 @@ class ShopMemory(NamedTuple):
     parts: float
     survival: float
     """Probability that the part in work is still good."""
+    stalled: float
+    """1 if the spindle has stalled on it."""
     pre_dress: float
     """1 if the last block began with a dress."""
     clock: float

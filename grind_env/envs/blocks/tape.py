@@ -32,7 +32,7 @@ class TapeRow(NamedTuple):
     Gref: float
     """Factor on the G-ratio."""
     ra_scale: float
-    """Factor on the roughness."""
+    """Factor on the roughness, of wheel and part."""
     mean_noise: float
     """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike."""
     first_noise: float
@@ -75,6 +75,7 @@ class Sigmas(NamedTuple):
     lot_pressure: float
     wheel_growth: float
     wheel_roughness: float
+    part_roughness: float
     fracture_force: float
     g_ratio: float
     convection: float
@@ -147,8 +148,7 @@ def fill(
     episode = normals[tape.shape[0]]
     wheel_kA = unless(fixed.wheel_kA, log_normal(sigmas.wheel_growth, episode[0]))
     spare_kA = unless(fixed.wheel_kA, log_normal(sigmas.wheel_growth, spare[0]))
-    ra_scale = unless(fixed.ra_scale, log_normal(sigmas.wheel_roughness, episode[1]))
-    spare_ra = unless(fixed.ra_scale, log_normal(sigmas.wheel_roughness, spare[1]))
+    wheel_ra, spare_ra = log_normal(sigmas.wheel_roughness, episode[1]), log_normal(sigmas.wheel_roughness, spare[1])
     hf = unless(fixed.hf, log_normal(sigmas.convection, episode[4]))
     rate = sigmas.ageing * unless(fixed.coolant_ageing, 1.0 + sigmas.coolant_ageing * (2.0 * ageing - 1.0))
     fc = unless(fixed.fc, log_normal(sigmas.fracture_force, episode[2]))
@@ -157,7 +157,7 @@ def fill(
     gauge, measurement = noise * sigmas.gauge, noise * sigmas.measurement
     # a lot that differs from the last one in nothing is no new lot
     lots = np.isnan(fixed.kA) | np.isnan(fixed.pm)
-    lot_kA, lot_pm, parts = 1.0, 1.0, 0.0
+    lot_kA, lot_pm, part_ra, parts = 1.0, 1.0, 1.0, 0.0
     for k in range(tape.shape[0]):
         z = normals[k]
         starts_part = starts[kinds[k]]
@@ -169,6 +169,7 @@ def fill(
         stock, gauged = nominal, nominal
         if starts_part:
             parts += 0.0 if k == 0 else 1.0
+            part_ra = log_normal(sigmas.part_roughness, z[9])
             stock = nominal * unless(fixed.stock, max(least[kinds[k]], 1.0 + sigmas.stock * z[0]))
             stock = np.floor(1000.0 * stock + 0.5) / 1000.0
             gauged = max(stock + gauge * z[1], 0.3 * nominal)
@@ -183,7 +184,7 @@ def fill(
             hf=hf * exp(-rate * parts),
             fc=fc,
             Gref=Gref,
-            ra_scale=ra_scale,
+            ra_scale=unless(fixed.ra_scale, wheel_ra * part_ra),
             mean_noise=measurement * z[4],
             first_noise=measurement * z[5],
             peak_noise=measurement * z[6],
@@ -192,7 +193,7 @@ def fill(
             wheel_noise=measurement * wheel_normals[k],
             material=unless(fixed.material, materials[kinds[k]]),
             spare_kA=lot_kA * spare_kA,
-            spare_ra_scale=spare_ra,
+            spare_ra_scale=unless(fixed.ra_scale, spare_ra * part_ra),
             due=0.0,
             work=0.0,
             is_due=0.0,

@@ -125,6 +125,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
             lot_pressure=spread * job.lots.pressure,
             wheel_growth=spread * WHEEL_SPREAD["kA"],
             wheel_roughness=spread * WHEEL_SPREAD["ra_scale"],
+            part_roughness=spread * job.lots.roughness,
             fracture_force=spread * WHEEL_SPREAD["fc"],
             g_ratio=spread * WHEEL_SPREAD["Gref"],
             convection=spread * WHEEL_SPREAD["hf"],

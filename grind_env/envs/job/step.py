@@ -38,7 +38,7 @@ from grind_env.machine.script_block import Way
 from grind_env.machine.script_tables import BlockRow, ScriptTables
 from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
-from grind_env.process.cost import Limits, Rates, handover_cost, survival
+from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -76,7 +76,8 @@ read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS, PARAMETERS = len(Stage._fields), len(Found._fields), len(StrokeParameters._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
-PICK, SECONDS = ShopMemory._fields.index("pick"), Tally._fields.index("seconds")
+PICK = ShopMemory._fields.index("pick")
+SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 
 
 @inlined
@@ -117,7 +118,7 @@ def judged(
     if row.judged > 0.0:
         limits = Limits(rise=row.rise, power=row.power, roughness=row.roughness, size=row.size)
         good = before * survival(rise, torque, part.Rs, size_error, limits)
-        torque, rise = (torque if torque >= 1.0 else 0.0), 0.0
+        torque, rise = (torque if torque >= STALL else 0.0), 0.0
     if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
         good = 0.0
     return good, Stage(torque=torque, rise=rise, gone=stage.gone, gauged=row.gauged)
@@ -276,6 +277,7 @@ def steps_of(
             write_stage(stages, i, stage)
             write_wheel(wheels, i, wheel)
             memory[i, FOUND] = wheel.ds
+            tallies[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
             write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
         script = ScriptTables(blocks, own, ways, motions, zones)
         grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)

@@ -107,11 +107,13 @@ class JobGenerator:
         episode, drawn = np.empty((m, len(WHEEL_SPREAD))), np.empty((m, self.parts, len(LOT_FACTORS)))
         uniforms, noise = np.empty((m, self.parts)), np.empty((m, blocks, len(NOISES)))
         stocks, fixed = np.zeros((m, self.parts)), np.array([each.fixed for each in given])
+        roughness = np.empty((m, self.parts))
         for j, (rng, each) in enumerate(zip(rngs, given, strict=True)):
             rng.standard_normal(out=episode[j])
             rng.standard_normal(out=drawn[j])
             rng.random(out=uniforms[j])
             rng.standard_normal(out=noise[j])
+            rng.standard_normal(out=roughness[j])
             if lots.stock > 0.0:
                 rng.standard_normal(out=stocks[j])
             if each.ranges:
@@ -123,6 +125,7 @@ class JobGenerator:
             self._wheel_sigmas,
             self._lot_sigmas,
             self.spread * lots.stock,
+            self.spread * lots.roughness,
             self.spread,
             lots.probability,
             self.stock,
@@ -131,6 +134,7 @@ class JobGenerator:
             uniforms,
             noise,
             stocks,
+            roughness,
             fixed,
         )
         wheels[index] = self.wheel
@@ -144,6 +148,7 @@ def fill_jobs(
     wheel_sigmas: Any,
     lot_sigmas: Any,
     stock_sigma: float,
+    roughness_sigma: float,
     spread: float,
     probability: float,
     nominal: float,
@@ -152,6 +157,7 @@ def fill_jobs(
     uniforms: Any,
     noise: Any,
     stocks: Any,
+    roughness: Any,
     fixed: Any,
 ) -> None:
     """Write the tapes of M episodes.
@@ -163,6 +169,7 @@ def fill_jobs(
         wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
         lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
         stock_sigma: of the stock, relative.
+        roughness_sigma: of the roughness from part to part, logarithmic.
         spread: factor on all that is random.
         probability: that a part after the first begins a new lot.
         nominal: stock of a part, mm.
@@ -171,6 +178,7 @@ def fill_jobs(
         uniforms: of each part, shape (M, parts).
         noise: of the gauges after each block, shape (M, blocks, 6).
         stocks: of each part, shape (M, parts).
+        roughness: of each part, shape (M, parts).
         fixed: what a context fixes, shape (M, fields of `Fixed`).
     """
     for j in range(index.size):
@@ -183,6 +191,7 @@ def fill_jobs(
             wheel_sigmas,
             lot_sigmas,
             stock_sigma,
+            roughness_sigma,
             spread * unless(given.noise, 1.0),
             0.0 if same else probability,
             nominal,
@@ -191,6 +200,7 @@ def fill_jobs(
             uniforms[j],
             noise[j],
             stocks[j],
+            roughness[j],
             given,
         )
 
@@ -202,6 +212,7 @@ def fill_job(
     wheel_sigmas: Any,
     lot_sigmas: Any,
     stock_sigma: float,
+    roughness_sigma: float,
     measurement: float,
     probability: float,
     nominal: float,
@@ -210,6 +221,7 @@ def fill_job(
     uniforms: Any,
     noise: Any,
     stocks: Any,
+    roughness: Any,
     fixed: Fixed,
 ) -> None:
     """Write a tape.
@@ -220,6 +232,7 @@ def fill_job(
         wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
         lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
         stock_sigma: of the stock, relative.
+        roughness_sigma: of the roughness from part to part, logarithmic.
         measurement: factor on the noise of the gauges.
         probability: that a part after the first begins a new lot.
         nominal: stock of a part, mm.
@@ -228,14 +241,15 @@ def fill_job(
         uniforms: of each part, shape (parts,).
         noise: of the gauges after each block, shape (blocks, 6).
         stocks: of each part, shape (parts,).
+        roughness: of each part, shape (parts,).
         fixed: what a context fixes.
     """
     wheel_kA = unless(fixed.wheel_kA, log_normal(wheel_sigmas[0], episode[0]))
-    ra_scale = unless(fixed.ra_scale, log_normal(wheel_sigmas[1], episode[1]))
+    wheel_ra = log_normal(wheel_sigmas[1], episode[1])
     fc = unless(fixed.fc, log_normal(wheel_sigmas[2], episode[2]))
     Gref = unless(fixed.Gref, log_normal(wheel_sigmas[3], episode[3]))
     hf = unless(fixed.hf, log_normal(wheel_sigmas[4], episode[4]))
-    part, kA, pm, stock = -1, 1.0, 1.0, nominal
+    part, kA, pm, ra_scale, stock = -1, 1.0, 1.0, 1.0, nominal
     for k in range(part_of_block.size):
         begins = False
         while part < part_of_block[k]:
@@ -244,6 +258,7 @@ def fill_job(
             if begins:
                 kA = unless(fixed.kA, log_normal(lot_sigmas[0], lots[part, 0]))
                 pm = unless(fixed.pm, log_normal(lot_sigmas[1], lots[part, 1]))
+            ra_scale = unless(fixed.ra_scale, wheel_ra * log_normal(roughness_sigma, roughness[part]))
             stock = nominal * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
         shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
         row = TapeRow(

@@ -116,7 +116,7 @@ def step_feedings(
     tables = Tables(kinds, base, shop, materials)
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
-    prepare(tables, episodes, choices, active, cycles, parameters)
+    prepare(tables, episodes, choices, active, cycles, parameters, results)
     n, rows, fields = motions.shape
     table = motions.reshape(n * rows, fields)
     for i in active:

@@ -24,7 +24,8 @@ from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES
 from grind_env.machine.cycle import dress_lead
 from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_cycle, write_part
-from grind_env.machine.tally import NO_PLUNGES, Plunges, count_plunge, mean_last_power
+from grind_env.machine.tally import NO_PLUNGES, Plunges, Tally, count_plunge, mean_last_power
+from grind_env.process.cost import STALL
 
 PART, WITHIN, LAST = range(3)
 """The kinds of a task stand in its table as parts, as strokes within one, and as its last stroke, which ends it."""
@@ -77,6 +78,7 @@ class StrokeArrays(NamedTuple):
     """Of the power reading of every stroke, standard normal times a factor, shape (N, strokes)."""
 
 
+TORQUE = Tally._fields.index("peak_torque")
 ALL_MADE = StrokeMemory._fields.index("all_made")
 
 read_strokes, write_strokes = column_reader(StrokeMemory), column_writer(StrokeMemory)
@@ -92,10 +94,17 @@ def kind_of(kinds: Any, materials: int, material: float, what: int) -> KindRow:
 
 
 @inlined
-def prepare_stroke(i: int, tables: Tables, episodes: StrokeArrays, E: float, D: float, cycles: Any) -> None:
-    """Write the cycle of the stroke of episode i, after loading its part if it is the first."""
+def prepare_stroke(
+    i: int, tables: Tables, episodes: StrokeArrays, E: float, D: float, cycles: Any, results: Any
+) -> None:
+    """Write the cycle of the stroke of episode i, after loading its part if it is the first.
+
+    In its result, a spindle that has stalled on the part is noted.
+    """
     kinds, base, shop, materials = tables
-    row, made = read_row(episodes.rows, i), read_strokes(episodes.strokes, i).made
+    row, done = read_row(episodes.rows, i), read_strokes(episodes.strokes, i)
+    made = done.made
+    results[i, TORQUE] = done.torque if done.torque >= STALL else 0.0
     kind = kind_of(kinds, materials, row.material, PART)
     table = TableRun(length=kind.stroke, acceleration=shop.acceleration, dwell=shop.dwell)
     seconds = stroke_time(table, E)
@@ -223,7 +232,7 @@ def step_strokes(
         for k in range(some.size):
             z[k] = noise[some[k], int(strokes[some[k], ALL_MADE])]
         for i in some:
-            prepare_stroke(i, tables, episodes, speeds[i], executions[i], cycles)
+            prepare_stroke(i, tables, episodes, speeds[i], executions[i], cycles, results)
         grind_strokes(cycles, parameters, wheels, parts, results, NO_MOTIONS, some, 0, 1)
         for k in range(some.size):
             i = some[k]

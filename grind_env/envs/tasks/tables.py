@@ -258,6 +258,7 @@ class Spread:
         lot_pressure: logarithmic, of how hard a lot presses on the wear flats.
         wheel_growth: logarithmic, of how fast the wheels of an episode get dull.
         wheel_roughness: logarithmic, of the roughness that they make.
+        part_roughness: logarithmic, of the roughness from part to part.
         fracture_force: logarithmic, of their grade.
         g_ratio: logarithmic, of their G-ratio.
         convection: logarithmic, of the coolant.
@@ -273,6 +274,7 @@ class Spread:
     lot_pressure: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     wheel_growth: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     wheel_roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.0
+    part_roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     fracture_force: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     g_ratio: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     convection: Annotated[float, Quantity("", "", 0, 1)] = 0.0

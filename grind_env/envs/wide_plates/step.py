@@ -74,7 +74,7 @@ def step_traverses(
     episodes = EpisodeArrays(tape, block, wheels, parts, memory)
     choices = Choices(speeds, executions, pre_dresses)
     surfaces = np.empty((block.size, zones.shape[0], zones.shape[1]))
-    prepare(tables, episodes, choices, active, cycles, parameters)
+    prepare(tables, episodes, choices, active, cycles, parameters, results)
     for i in active:
         # the wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse
         cycles[i, START] = 0.0
