@@ -163,7 +163,8 @@ class Tuner:
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
-        facts = f"{sources(module)} {sources(KeptCosts.__module__)} {behaviour(self.simulation)} {RULES.get(policy)} {self.seeds}"
+        code = sources(module), sources(KeptCosts.__module__), behaviour(self.simulation)
+        facts = f"{code} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
         study = open_study(self._storage, name, fresh=self._fresh)
         return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
