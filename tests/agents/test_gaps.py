@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from agents import __main__, cells
 from agents.reference.gap_table import page
@@ -22,15 +23,17 @@ from agents.reference.gaps import (
     TaskGaps,
     task_gaps,
 )
+from agents.reference.measuring import Places, measure_all
 from agents.reference.promises import PROMISES
 from agents.tuning.rules import tune
-from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.evaluation import Evaluation, evaluate
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import ABLATIONS
+from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import CONFIGS
 
 ORACLE = find_problem("oracle6")
+SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
 SMALL = {"evaluations": 8, "starts": 1, "episodes": 1}
 
 
@@ -123,6 +126,17 @@ def test_promises():
     assert held(*good, gaps_of("slot", planner=0.4, best=99.0), gaps_of("oracle6", best=100.0)) == [True] * 5
     assert held(*good, gaps_of("stroke", planner=1.0, by_block=False)) == [True] * 5
     assert PROMISES[0].verdict([*good[:1], gaps_of("z", planner=14.0)]) == (False, "a 20 %", "z 14 %")
+
+
+def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
+    alone = {name: evaluate(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
+    # the processes import it anew: here nothing is left to evaluate
+    monkeypatch.setattr(cells, "evaluate", None)
+    found = measure_all({ORACLE: PAIR}, 3, Places(runs=tmp_path), 2, Console(quiet=True))[ORACLE]
+    assert list(found) == list(PAIR)
+    for name in PAIR:
+        np.testing.assert_array_equal(found[name].cost, alone[name].cost)
+        np.testing.assert_array_equal(found[name].executions, alone[name].executions)
 
 
 def test_the_command(tmp_path, monkeypatch, capsys):
