@@ -26,11 +26,14 @@ ENTRIES = {
 """What a shop looks for in the catalogue, by kind of entry."""
 
 ELSEWHERE = {
-    "material": ("tempering_rise", "austenitising_rise"),
-    "wheel": ("minimum_diameter", "price"),
+    "material": ("tempering_rise",),
+    "wheel": ("minimum_diameter", "maximum_speed", "price"),
     "dresser": ("cost_per_dress",),
     "fluid": (),
-    "machine": ("acceleration", "reversal_dwell", "rapid_feed", "hourly_rate", "stall_time"),
+    "machine": (
+        *("acceleration", "reversal_dwell", "rapid_feed", "hourly_rate", "stall_time"),
+        *("maximum_table_speed", "maximum_plunge_feed", "maximum_cross_feed", "maximum_spindle_speed"),
+    ),
 }
 """Fields that act outside of the strokes: on limits, times and prices."""
 

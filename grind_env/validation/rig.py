@@ -274,15 +274,8 @@ def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
 
 
 def roughness_scatter() -> float:
-    """Coefficient of variation of Ra from part to part that a batch of a job has unless it says otherwise.
-
-    Raises:
-        RigError: jobs of this version know no such scatter.
-    """
-    sigma = getattr(Lots(), "roughness", None)
-    if sigma is None:
-        raise RigError("the lots of a job have no scatter of roughness")
-    return math.sqrt(math.expm1(sigma * sigma))
+    """Coefficient of variation of Ra from part to part that a batch of a job has unless it says otherwise."""
+    return math.sqrt(math.expm1(Lots().roughness ** 2))
 
 
 def dress_width(depth: float, tip_radius: float) -> float:

@@ -15,8 +15,9 @@ from grind_env.validation.slopes import exponent, exponents, largest_step, small
 COUNTS = (
     *("catalogue gaps", "idle fields", "cut below the threshold"),
     *("no stall", "stall", "stall is told", "stall is scrap"),
+    "roughness scatter",
 )
-"""Rows whose number is a count or a limit that is reached, and stays."""
+"""Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
 SHAPES = (
     *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
     *("power within the limit", "energy linear in flats"),
@@ -132,3 +133,8 @@ def test_a_field_that_does_nothing_is_found():
     assert "wheel.fracture_force" not in idle_fields(Rig(known))
     unbroken = {name: replace(wheel, fracture_factor=0.0) for name, wheel in known.wheels.items()}
     assert "wheel.fracture_force" in idle_fields(Rig(replace(known, wheels=unbroken)))
+
+
+@pytest.mark.parametrize("check", [check for check in CHECKS if check.group < 10], ids=lambda check: check.name)
+def test_the_model_shows_every_trend_within_its_band(check: Check, rows: dict[str, Row]) -> None:
+    assert rows[check.name].passed, f"{check.what}, {check.at}: {rows[check.name].value}"
