@@ -1,7 +1,7 @@
 """Heat, burn, and what both leave in the part; symbols, units and sources as in the package.
 
-The temperature rise judges: beyond the limit of the material, and the allowance of the job, a part is scrap. The burn ratio
-(Malkin) warns: it says how near the power is to that at which steels usually burn, and scraps nothing.
+The temperature rise judges: beyond the limit of the material, and the allowance of the job, a part is scrap. The burn
+ratio (Malkin) warns: it says how near the power is to that at which steels usually burn, and scraps nothing.
 
 Conductances are over the contact length: h lc, W/(m2 K) times mm, so that 1e6 times a power per width in W/mm over one
 of them is a temperature rise.
