@@ -60,15 +60,15 @@ def test_the_power_rule_slows_down_near_the_limit_only():
 
 
 def test_the_adaptive_rule_by_hand():
-    # 7000 W are a wear-flat area of 0.0152536 (test_estimator): E = 10 (0.0152536/0.015)^-0.5 = 9.9165 m/min
+    # 7000 W are a wear-flat area of 0.0101142 (test_estimator): E = 10 (0.0101142/0.015)^-0.5 = 12.1781 m/min
     sharp = observation(PLATES, mean_power=7000.0, **AFTER)
-    assert decide(AdaptiveRule(**RULE), PLATES, sharp) == [(9917.0, 0.0)]
-    # twice the stock adds ln 2 to the dress criterion: 0.0305 is above 0.02
+    assert decide(AdaptiveRule(**RULE), PLATES, sharp) == [(12178.0, 0.0)]
+    # twice the stock adds ln 2 to the dress criterion: 0.0202 is above 0.02
     assert decide(AdaptiveRule(**RULE), PLATES, observation(PLATES, mean_power=7000.0, **AFTER | {"stock": 2.0})) == [
-        (9917.0, 1.0)
+        (12178.0, 1.0)
     ]
-    # 8500 W: friction 2.82667 N/mm, area 0.0236042, E = 10 (0.0236042/0.015)^-0.5 = 7.9717 m/min
-    assert decide(AdaptiveRule(**RULE), PLATES, observation(PLATES, mean_power=8500.0, **AFTER)) == [(7972.0, 1.0)]
+    # 9500 W: friction 2.96519 N/mm, area 0.0230959, E = 10 (0.0230959/0.015)^-0.5 = 8.0590 m/min
+    assert decide(AdaptiveRule(**RULE), PLATES, observation(PLATES, mean_power=9500.0, **AFTER)) == [(8059.0, 1.0)]
 
 
 def test_the_adaptive_rule_follows_the_clock_and_the_layer():

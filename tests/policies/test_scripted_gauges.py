@@ -15,8 +15,8 @@ from tests.policies.harness import decide, observation, simulated
 PLATES, RAILS, SHOP = (simulated(name) for name in ("power_limited", "wide_rails", "job_shop"))
 GROUND = {"last_speed": 12.0, "last_pick": 0.02, "last_width": 50.0, "diameter": 300.0}
 
-# model.md, sections 6 and 9: 52100 with an A60 J wheel, vw 200 mm/s, vs 30 m/s, de 300 mm, a 20 um, A 0.015
-GRAIN = 15e-6 + 25e-6 * 0.015 / 0.08
+# 52100 with an A60 J wheel, vw 200 mm/s, vs 30 m/s, de 300 mm, a 20 um, A 0.015
+GRAIN = 20e-6 * (1.0 + 20.8 * 0.015)
 PARTITION = 1.0 / (1.0 + 0.97 * 35.0 / (math.sqrt(34.3 * 7815.0 * 506.0) * math.sqrt(GRAIN * 30.0)))
 BURNING = 6.2 + 7.18 * (0.88 / PARTITION) * 300.0**0.25 * 0.02**-0.75 * 200.0**-0.5
 LINE = BURNING * 50.0 * 0.02 * 200.0
@@ -58,7 +58,7 @@ def test_the_roughness_rule_dresses_while_the_reading_is_high_and_slows_down():
 
 
 def test_the_burn_rule_dresses_beyond_its_margin_of_the_line():
-    assert pytest.approx(9071.0, rel=1e-3) == LINE
+    assert pytest.approx(8959.0, rel=1e-3) == LINE
     rule = BurnLine((12.0,), (0.8,), near=9.0, slowing=1.0)
     powers = (0.0, 0.79 * LINE, 0.81 * LINE)
     assert decide(rule, PLATES, *(observation(PLATES, mean_power=power, **GROUND) for power in powers)) == [
@@ -75,7 +75,7 @@ def test_the_burn_rule_slows_down_beyond_the_nearness_of_the_line():
 
 
 def test_the_line_is_that_of_the_material_that_was_ground():
-    # soft 1020 takes in more of the grain heat than 52100 (0.908 against 0.893), so that its line lies 1.4 % lower
+    # soft 1020 takes in more of the grain heat than 52100 (0.919 against 0.906), so that its line lies 1.4 % lower
     def dressed(kind):
         coming = observation(SHOP, **{f"coming_{kind}": 1.0})
         after = observation(SHOP, mean_power=0.98 * LINE, coming_gauge=1.0, **GROUND)
