@@ -170,11 +170,11 @@ def run(
     line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
     (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
     rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn (forces, N/mm); power (above idle, W); u_s (specific
-    energy, J/mm3); lc (contact length, mm); fg (force per grain, N); vs (wheel speed, m/s); torque (over that at which
-    the spindle stalls); T (temperature rise, K); eps (energy partition to the work); Br (burn ratio); G (G-ratio);
-    dw, worn (wheel wear, mm, mm3); Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area),
-    lam (loading), V (volume ground since the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since
-    gauged, mm).
+    energy, J/mm3); lc (contact length, mm); fg (force per grain, N); vs (wheel speed, m/s); load (what the drive
+    shows, W: torque times the speed that is set); torque (over that at which the spindle stalls); T (temperature rise,
+    K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear, mm, mm3); Rg, Ra
+    (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
+    the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
     from dataclasses import replace
 

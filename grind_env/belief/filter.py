@@ -93,7 +93,7 @@ def learn(
         states[rise, m] = result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
         states[power, m] = log(mean_last_power(result) + SMALLEST_POWER)
         states[power + 1, m] = log(mean_first_power(result) + SMALLEST_POWER)
-        states[power + 2, m] = log(result.peak_power + SMALLEST_POWER)
+        states[power + 2, m] = log(result.peak_load + SMALLEST_POWER)
     readings = (seen.mean_power, seen.first_power, seen.peak_power)
     for k in range(3):
         # 0 says that there was nothing to read, and at the end of its range the sensor says too little

@@ -205,10 +205,10 @@ def _table(task: Task) -> list[Reading]:
     )
     table = [
         Reading("mean_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
-                "mean power above idle of the last (up to 6) full plunges since the last dress; 0 if none"),
+                "mean load of the spindle above idle in the last (up to 6) full plunges since a dress; 0 if none"),
         Reading("first_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
-                "mean power of the first (up to 6) full plunges of the last block"),
-        Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest power of the last block"),
+                "mean load of the first (up to 6) full plunges of the last block"),
+        Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest load of the last block"),
         Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the last block"),

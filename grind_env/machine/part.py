@@ -94,7 +94,7 @@ class PartRun:
         p: parameters.
         deepest: deepest programmed depth so far, mm.
         infeeds: into grooves so far.
-        tally: of strokes, infeeds and dresses; its peak power is that since the last stage.
+        tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
         passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
     """
 
@@ -250,11 +250,11 @@ class PartRun:
         values = self._rise(asked), self.tally.peak_torque, found.Ra, found.worst_error
         self._earlier *= survival(*values, limits)
         self.passed.append(passed_limits(*values, limits))
-        self._earlier_power = max(self._earlier_power, self.tally.peak_power)
+        self._earlier_power = max(self._earlier_power, self.tally.peak_load)
         self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # of a stalled spindle the part is not freed by a gauge
         torque = self.tally.peak_torque if self.stalled else 0.0
-        self.tally = self.tally._replace(peak_power=0.0, peak_torque=torque)
+        self.tally = self.tally._replace(peak_load=0.0, peak_torque=torque)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
             plunges.clear()
 
@@ -344,7 +344,7 @@ class PartRun:
             *self.size_shares,
             unground,
             found.Ra,
-            max(self._earlier_power, tally.peak_power),
+            min(max(self._earlier_power, tally.peak_load), self.p.power),
             max(self._earlier_torque, tally.peak_torque),
             rise,
             tally.burn_ratio,

@@ -20,7 +20,10 @@ POWER_WINDOW = 6.0
 
 
 class Tally(NamedTuple):
-    """What strokes and dresses have come to, besides the states of wheel and part. Powers are W above idle."""
+    """What strokes and dresses have come to, besides the states of wheel and part.
+
+    Powers are the load of the spindle, W above idle.
+    """
 
     seconds: float
     """Time of strokes and dresses, s."""
@@ -41,8 +44,8 @@ class Tally(NamedTuple):
     """How many of these six there are."""
     deepened: float
     """By how much strokes have gone deeper since the last dress, mm."""
-    peak_power: float
-    """Highest power of a stroke."""
+    peak_load: float
+    """Highest load of a stroke, W."""
     peak_torque: float
     """Highest torque of a stroke over that at which the spindle stalls; from 1 on it has."""
     plunge_rise: float
@@ -155,8 +158,8 @@ def count_stroke(
     """
     among_first = full & (tally.first_count < POWER_WINDOW)
     # numba takes no condition among so many keywords
-    last = count_plunge(tally, stroke.power, full)
-    first_power = tally.first_power + (stroke.power if among_first else 0.0)
+    last = count_plunge(tally, stroke.load, full)
+    first_power = tally.first_power + (stroke.load if among_first else 0.0)
     first_count = tally.first_count + (1.0 if among_first else 0.0)
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
@@ -176,7 +179,7 @@ def count_stroke(
         power_6=last.power_6,
         last_count=last.last_count,
         deepened=tally.deepened + max(deeper, 0.0),
-        peak_power=max(tally.peak_power, stroke.power),
+        peak_load=max(tally.peak_load, stroke.load),
         peak_torque=max(tally.peak_torque, stroke.torque),
         plunge_rise=plunge_rise,
         finish_rise=finish_rise,
@@ -203,7 +206,7 @@ def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
         power_6=0.0,
         last_count=0.0,
         deepened=0.0,
-        peak_power=tally.peak_power,
+        peak_load=tally.peak_load,
         peak_torque=tally.peak_torque,
         plunge_rise=tally.plunge_rise,
         finish_rise=tally.finish_rise,

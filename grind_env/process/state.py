@@ -244,6 +244,8 @@ class StrokeResult(NamedTuple):
     """Normal force per active grain, N."""
     vs: float
     """Wheel speed, m/s: less than set where the spindle has reached its power limit."""
+    load: float
+    """Load of the spindle as its drive shows it, W: torque times the speed that is set; power unless it slows."""
     torque: float
     """Torque over that at which the spindle stalls; from 1 on it has, and no other number of the stroke holds."""
     T: float

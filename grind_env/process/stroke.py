@@ -117,6 +117,7 @@ def grind_stroke(
     Ft = Ft_c + Kt * rubbing
     Fn = k.kc * Ft_c + Kn * rubbing
     P_width = Ft * vs
+    load = b * Ft * speed
     heq = Q * per_vs
     lc = eq.contact_length(ae, sd, Fn, k.flattening)
     fg = eq.force_per_grain(Fn, C, lc)
@@ -163,7 +164,8 @@ def grind_stroke(
         lc=lc,
         fg=fg,
         vs=vs,
-        torque=eq.torque_share(Ft, b, speed, k.stall),
+        load=load,
+        torque=load * k.stall,
         T=T,
         eps=eq.energy_partition(T, work, P_width),
         Br=Br,

@@ -125,7 +125,7 @@ def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read:
     latest = [column(f"power_{number}") for number in range(1, 5)]
     results[:, latest], results[:, column("last_count")] = np.outer(powers[0], [0.7, 0.9, 1.1, 1.3]), 4.0
     results[:, column("first_power")], results[:, column("first_count")] = 6.0 * powers[1], 6.0
-    results[:, column("peak_power")] = powers[2]
+    results[:, column("peak_load")] = powers[2]
     results[:, column("plunge_rise")] = rng.uniform(300.0, 900.0, members)
     area = WheelState._fields.index("A")
     wheels[:, area] = 0.02 * np.exp(0.3 * rng.normal(size=members))
@@ -154,7 +154,7 @@ def test_no_member_is_duller_than_a_wheel_can_be() -> None:
     area = WheelState._fields.index("A")
     wheels[:, area] = np.linspace(0.15, 0.24, members)
     results = np.zeros((members, len(Tally._fields)))
-    results[:, Tally._fields.index("peak_power")] = np.linspace(5000.0, 8000.0, members)
+    results[:, Tally._fields.index("peak_load")] = np.linspace(5000.0, 8000.0, members)
     seen = Signals(0.0, 0.0, 12_000.0, speed=12_000.0, executions=1.0, pre_dress=0.0, diameter=300.0, new_lot=0.0)
     learn(kind_row(PLATES, PLATES.kinds[0]), seen, 1.0, 0.25, results, wheels, hidden)
     assert wheels[:, area].max() == 0.25

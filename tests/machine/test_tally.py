@@ -90,7 +90,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
         if each.dress:
             tally = count_dress(tally, each.power, each.worn)
         else:
-            stroke = EMPTY._replace(power=each.power, T=each.T, Br=each.Br, worn=each.worn)
+            stroke = EMPTY._replace(load=each.power, T=each.T, Br=each.Br, worn=each.worn)
             tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing, 600.0)
     strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
     since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]
@@ -103,7 +103,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
     assert mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
     assert mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)
     assert tally.deepened == pytest.approx(math.fsum(max(e.deeper, 0.0) for e in since))
-    assert tally.peak_power == max((e.power for e in strokes), default=0.0)
+    assert tally.peak_load == max((e.power for e in strokes), default=0.0)
     assert tally.plunge_rise == max((e.T for e in plunges), default=0.0)
     assert tally.finish_rise == max((e.T for e in plunges if e.finishing), default=0.0)
     assert tally.burn_ratio == max((e.Br for e in plunges), default=0.0)
@@ -204,12 +204,12 @@ def test_the_tally_of_a_cycle_is_what_its_log_tells(plunge: Plunge) -> None:
     finishing = deeper & (plunge.depth - np.array(depths) <= 50)
     since = np.arange(len(depths)) >= (dresses[-1] if dresses else 0)
     assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
-    assert window(tally) == newest_first(log["power"][full & since].tolist())
+    assert window(tally) == newest_first(log["load"][full & since].tolist())
     assert tally["last_count"] == min((full & since).sum(), 6)
-    first = log["power"][full][:6]
+    first = log["load"][full][:6]
     assert tally["first_count"] == len(first)
     assert tally["first_power"] == pytest.approx(math.fsum(first), rel=1e-12)
-    assert tally["peak_power"] == log["power"].max()
+    assert tally["peak_load"] == log["load"].max()
     assert tally["plunge_rise"] == log["T"][deeper].max(initial=0.0)
     assert tally["finish_rise"] == log["T"][finishing].max(initial=0.0)
     assert tally["burn_ratio"] == log["Br"][deeper].max(initial=0.0)
@@ -249,5 +249,5 @@ def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
     assert after["first_power"] == first["first_power"]
     for name in ("seconds", "strokes", "worn"):
         assert after[name] == pytest.approx(first[name] + alone[name], rel=1e-12), name
-    for name in ("peak_power", "plunge_rise", "finish_rise", "burn_ratio"):
+    for name in ("peak_load", "plunge_rise", "finish_rise", "burn_ratio"):
         assert after[name] == max(first[name], alone[name]), name

@@ -268,8 +268,9 @@ def test_a_program_and_the_scalar_loop_agree(case: Case) -> None:
     assert_close(mean, part["S"], "S")
     assert_close(found.surfaces[0, :, RS].mean(), part["Ra"], "Ra")
     assert_close(np.ptp(found.surfaces[0, :, S]), part["taper"] / 1000.0, "taper")
-    for name in ("peak_power", "burn_ratio", "worn", "dressed_off"):
+    for name in ("peak_torque", "burn_ratio", "worn", "dressed_off"):
         assert_close(tally[name], part[name], name)
+    assert_close(min(tally["peak_load"], case.power_limit), part["peak_power"], "peak_power")
     assert_close(tally["finish_rise"], part["rise"], "rise")
     lost = case.machine.stall_time if part["peak_torque"] >= 1.0 else 0.0
     made = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
@@ -320,7 +321,7 @@ def test_a_wheel_beside_the_part_changes_nothing_but_the_time() -> None:
     assert found.surfaces[0].tobytes() == strip_zones(beside.centres).tobytes()
     tally = found.tallies.view(TALLY)[0, 0]
     assert tally["seconds"] == one_by_one([case], case.joined[None]).tallies.view(TALLY)[0, 0]["seconds"] > 0.0
-    assert tally["peak_power"] == tally["worn"] == tally["plunge_rise"] == 0.0
+    assert tally["peak_load"] == tally["worn"] == tally["plunge_rise"] == 0.0
 
 
 def test_more_zones_than_the_lanes_hold_are_refused() -> None:

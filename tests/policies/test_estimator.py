@@ -42,7 +42,7 @@ def started(n=1):
 
 
 def test_wear_flat_area_from_power_by_hand():
-    # 7000 W: Ft' = 7000/(50 * 30) = 4.66667; chips 13.8 * 0.02 * 200/30 = 1.84; contact sqrt(300 * 0.02025) = 2.46475 mm;
+    # 7000 W: Ft' = 7000/(50 * 30) = 4.66667; chips 13.8 * 0.02 * 200/30 = 1.84; contact sqrt(300 * 0.02025) = 2.46475;
     # ploughing 0.62 * 2.46475 = 1.52815; friction 1.29852 N/mm; pressure 68 + 7e5 * 8.8889e-5 = 130.222 N/mm2;
     # 0.4 * 130.222 * 2.46475 = 128.386; ratio 0.0101142
     estimate = started().update(block(7000.0))

@@ -141,11 +141,11 @@ def outcome_of(
         seconds=seconds,
         burn_ratio=result.burn_ratio,
         rise=rise,
-        peak_power=result.peak_power,
+        peak_power=min(result.peak_load, kind.power),
         peak_torque=result.peak_torque,
         roughness=part.Rs,
         size_error=size_error,
-        power_ratio=result.peak_power / kind.power,
+        power_ratio=result.peak_load / kind.power,
         roughness_ratio=roughness_ratio,
     )
 
@@ -158,7 +158,7 @@ def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
     if result.last_count > 0.0 and change == 0.0:
         mean = measured_power(mean_last_power(result), row.mean_noise)
     first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
-    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_power, row.peak_noise))
+    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_load, row.peak_noise))
 
 
 @inlined

@@ -62,7 +62,7 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
 def tally_of(run: BlockRun, job: Job) -> Tally:
     """What a block has come to that the control has executed, up to the next one."""
     strokes, plan = run.strokes, run.plan
-    table, power = strokes["groove"] == 0, strokes["power"]
+    table, power = strokes["groove"] == 0, strokes["load"]
     least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
     if not plan.plunges:
         least = FULL * run.increments[table].max(initial=0.0)
@@ -82,7 +82,7 @@ def tally_of(run: BlockRun, job: Job) -> Tally:
         power_1=float(power[last].sum()),
         last_count=float(last.size),
         deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
-        peak_power=float(power.max(initial=0.0)),
+        peak_load=float(power.max(initial=0.0)),
         peak_torque=float(strokes["torque"].max(initial=0.0)),
         plunge_rise=rise,
         finish_rise=rise,

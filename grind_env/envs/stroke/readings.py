@@ -52,7 +52,7 @@ def stroke_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "power above idle of the last stroke"),
         Reading("mean_power", "W", 0.0, power, 0.0, POWER_RANGE, noise,
                 "mean of the power readings of the last (up to 6) full plunges since the last dress; 0 if none"),
-        Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "highest power reading on the part"),
+        Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "highest load reading on the part"),
         Reading("last_speed", "m/min", (low + high) / 2.0, (high - low) / 2.0, -1.3, 1.0, "exact",
                 "E of the last stroke"),
         Reading("last_dress", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if there was a dress before the last stroke"),

@@ -151,7 +151,7 @@ def settle_stroke(
         handover = handover_of(wheel, dress_lead(wheel, shop.dress_feed, p), shop, p)
     outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, 0.0, handover)
     write_outcome(outcomes, i, outcome)
-    reading = measured_power(result.peak_power, z)
+    reading = measured_power(result.peak_load, z)
     known = NO_PLUNGES if D > 0.0 else read_plunges(episodes.plunges, i)
     latest = count_plunge(known, reading, result.first_count > 0.0)
     write_plunges(episodes.plunges, i, latest)

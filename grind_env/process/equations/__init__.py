@@ -74,7 +74,6 @@ from grind_env.process.equations.roughness import (
 )
 from grind_env.process.equations.spindle import (
     slowing,
-    torque_share,
 )
 from grind_env.process.equations.wear import (
     LEAST_DIAMETER,
@@ -144,7 +143,6 @@ __all__ = [
     "temperature",
     "thermal_bow",
     "threshold_force",
-    "torque_share",
     "turning",
     "waviness",
     "wear_flat_growth",

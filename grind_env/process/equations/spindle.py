@@ -25,16 +25,3 @@ def slowing(free: float, rubbing: float, rs: float) -> tuple[float, float]:
     per = 1.0 / (has * asks)
     kept, over = has * has * per, asks * asks * per
     return min(max(kept, rs), 1.0), min(max(over, 1.0), 1.0 / rs)
-
-
-@inlined
-def torque_share(Ft: float, b: float, vs: float, stall: float) -> float:
-    """Torque of the cut over that at which the spindle stalls; at 1 it does.
-
-    Args:
-        Ft: tangential force per width, N/mm.
-        b: engaged width, mm.
-        vs: wheel speed that is set, m/s.
-        stall: rs over the power limit, 1/W.
-    """
-    return b * Ft * vs * stall
