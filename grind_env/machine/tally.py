@@ -156,15 +156,18 @@ def count_stroke(
         finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
         stall_time: time lost if the spindle stalls in it, s.
     """
-    among_first = full & (tally.first_count < POWER_WINDOW)
+    # a wheel that a stall has retracted passes above the part: its idling is no power of a plunge
+    grinds = tally.peak_torque < STALL
+    full_plunge = full & grinds
+    among_first = full_plunge & (tally.first_count < POWER_WINDOW)
     # numba takes no condition among so many keywords
-    last = count_plunge(tally, stroke.load, full)
+    last = count_plunge(tally, stroke.load, full_plunge)
     first_power = tally.first_power + (stroke.load if among_first else 0.0)
     first_count = tally.first_count + (1.0 if among_first else 0.0)
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
     burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
-    lost = stall_time if (stroke.torque >= STALL) & (tally.peak_torque < STALL) else 0.0
+    lost = stall_time if (stroke.torque >= STALL) & grinds else 0.0
     return Tally(
         seconds=tally.seconds + seconds + lost,
         strokes=tally.strokes + 1.0,

@@ -27,7 +27,7 @@ from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
 
 PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
-RISE = Outcome._fields.index("rise")
+RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
 
 
 def without_allowance() -> Task:
@@ -49,21 +49,22 @@ def run(
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
     belief = WheelBelief(MemberModel(simulation))
     belief.begin(count)
-    found: dict[str, list[Array]] = {name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "observation")}
-    rise = np.zeros(count)
+    found: dict[str, list[Array]] = {name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "torque", "observation")}
+    rise, torque = np.zeros((2, count))
     for k in range(task.blocks + 1):
         observation = simulation.observe(episodes)
         truth = physical(observation, simulation.entries)
         for name, value in belief.update(observation)._asdict().items():
             found[name].append(value)
-        for name, value in (("A", truth["wear_flat"]), ("ln_kA", np.log(truth["growth"])), ("rise", rise)):
+        growth = np.log(truth["growth"])
+        for name, value in (("A", truth["wear_flat"]), ("ln_kA", growth), ("rise", rise), ("torque", torque)):
             found[name].append(value)
         found["observation"].append(observation)
         if k < task.blocks:
             E = np.floor(np.exp(rng.uniform(*np.log(speeds), count)))
             D, pre_dress = (rng.random((2, count)) < [[0.3], [0.1]]).astype(float)
             outcomes, _ = simulation.step(episodes, E, D, pre_dress)
-            rise = outcomes[:, RISE]
+            rise, torque = outcomes[:, RISE], outcomes[:, TORQUE]
     return {name: np.array(values) for name, values in found.items()}
 
 
@@ -179,7 +180,7 @@ def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
     found = run(dataclasses.replace(load_task(name), spread=Spread()), 8, 3)
     np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
     assert found["wear_flat_spread"].max() < 1e-6
-    assert found["A"].max() > 1.3 * found["A"].min()
+    assert found["A"].max() > 1.2 * found["A"].min()
 
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
@@ -245,8 +246,11 @@ def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
     assert np.ptp(found["growth"][1:][later]) > 0.1
 
 
-@pytest.mark.parametrize(("task", "least"), [(PLATES, 0.95), (RAILS, 0.94)], ids=["plates", "rails"])
-def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: float) -> None:
+# grains that break keep the wheel of the plates sharp, however fast the lot dulls it: less is seen of its growth
+@pytest.mark.parametrize(
+    ("task", "least", "growth"), [(PLATES, 0.88, 0.25), (RAILS, 0.91, 0.5)], ids=["plates", "rails"]
+)
+def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: float, growth: float) -> None:
     found = run(task, 96, 20_000)
     measuring = Simulation(task)
     estimator, names = SharpnessEstimator(measuring), [entry.name for entry in measuring.entries]
@@ -256,13 +260,23 @@ def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: 
     formula = np.array([estimator.update(each[:, measured]).wear_flat for each in found["observation"]])
     truth, mean, spread = (found[name][1:-1] for name in ("A", "wear_flat", "wear_flat_spread"))
     assert r2(truth, mean) > least
-    assert np.mean((mean - truth) ** 2) < 0.6 * np.mean((formula[1:-1] - truth) ** 2)
+    assert np.mean((mean - truth) ** 2) < 0.3 * np.mean((formula[1:-1] - truth) ** 2)
     assert 0.85 < np.mean(np.abs(mean - truth) < 2.0 * spread) < 0.98
-    assert r2(found["ln_kA"][1:-1], found["growth"][1:-1]) > 0.45
+    assert r2(found["ln_kA"][1:-1], found["growth"][1:-1]) > growth
 
 
-# measured: 0.965 to 0.966 and 0.954 to 0.957, for three lists of seeds; the mean of all explains nothing
-@pytest.mark.parametrize(("name", "least"), [("reciprocation", 0.94), ("wide_plates", 0.92)])
+def test_a_stalled_spindle_does_not_lead_the_belief_astray() -> None:
+    # after a stall the wheel passes above the part: what is read of that says nothing of the wheel
+    for task in (PLATES, RAILS):
+        found = run(task, 48, 20_000, speeds=(12_000.0, 30_000.0))
+        stalled = found["torque"][1:] >= 1.0
+        assert stalled.mean() > 0.02
+        ratio = found["wear_flat"][1:] / found["A"][1:]
+        assert (ratio[stalled] > 0.4).all() and (ratio[stalled] < 2.5).all()
+
+
+# the mean of all explains nothing
+@pytest.mark.parametrize(("name", "least"), [("reciprocation", 0.80), ("wide_plates", 0.92)])
 def test_the_belief_follows_the_wear_under_other_cycles(name: str, least: float) -> None:
     simulation = find_problem(name).simulation()
     found = run(simulation.task, 64, 40_000, make=type(simulation))
@@ -276,9 +290,14 @@ def test_what_a_belief_cannot_follow_is_told() -> None:
         MemberModel(find_problem("stroke").simulation())
 
 
-@pytest.mark.parametrize("task", [PLATES, RAILS, without_allowance()], ids=["plates", "rails", "finish only"])
-def test_the_belief_knows_when_it_burnt(task: Task) -> None:
-    found = run(task, 96, 30_000, speeds=(3000.0, 16000.0))
+# where the coolant boils away the heat jumps, and which stroke was the first is luck: most where the last ones count
+@pytest.mark.parametrize(
+    ("task", "least"),
+    [(PLATES, 0.75), (RAILS, 0.65), (without_allowance(), 0.55)],
+    ids=["plates", "rails", "finish only"],
+)
+def test_the_belief_knows_when_it_burnt(task: Task, least: float) -> None:
+    found = run(task, 96, 30_000, speeds=(3000.0, 9000.0))
     limits = [task.limits(task.kinds[task.kind_of_block(k)]).rise for k in range(task.blocks)]
     truth = np.array(
         [
@@ -287,7 +306,9 @@ def test_the_belief_knows_when_it_burnt(task: Task) -> None:
         ]
     )
     assert 0.01 < truth.mean() < 0.5
-    assert r2(truth, found["burnt"][1:]) > 0.93
+    assert r2(truth, found["burnt"][1:]) > least
+    # neither more nor less often than it did
+    assert found["burnt"][1:].mean() == pytest.approx(truth.mean(), rel=0.15)
 
 
 def test_every_member_has_the_measured_diameter() -> None:

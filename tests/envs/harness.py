@@ -67,13 +67,16 @@ def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
 
 
 NOTHING_GIVEN = Given()
+USUAL_LOTS = Lots()
 
 
-def job_drawn(rng: np.random.Generator, parts: int, spread: float, given: Given = NOTHING_GIVEN) -> JobTape:
+def job_drawn(
+    rng: np.random.Generator, parts: int, spread: float, given: Given = NOTHING_GIVEN, lots: Lots = USUAL_LOTS
+) -> JobTape:
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
     tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
-    generator = JobGenerator(blocks.tolist(), parts, Lots(), 0.2, spread, wheel)
+    generator = JobGenerator(blocks.tolist(), parts, lots, 0.2, spread, wheel)
     generator.begin(tape, wheels, np.array([0]), [rng], [given])
     return job_tape(tape[0], blocks, parts, 0.2)
 

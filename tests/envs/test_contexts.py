@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -21,6 +22,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
+from grind_env.process.catalogue import load_catalogue
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
@@ -205,7 +207,7 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"kA": 0.0}}, "kA is 0.0"),
     ({"context": {"hf": math.nan}}, "hf is nan"),
     ({"context": {"stock": 4}}, "stock is 4, but must be a number from 0.3 to 3"),
-    ({"context": {"material": "aisi_52101"}}, "material is 'aisi_52101', but must be one of aisi_1020, aisi_52100"),
+    ({"context": {"material": "aisi_52101"}}, "material is 'aisi_52101', but must be one of aisi_1020, aisi_1045, "),
     ({"context": {"sequence": ["plat"]}}, "there is no kind 'plat' (did you mean plate?); legal are plate"),
     ({"context": {"sequence": []}}, "sequence is []"),
     ({"context": {"sequence": "plate"}}, "sequence is 'plate'"),
@@ -263,7 +265,9 @@ def test_the_splits_divide_every_factor_into_ranges_that_do_not_meet() -> None:
 
 
 def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None:
-    simulation = Simulation(load_task("CBN"))
+    # the roughness of every part scatters on top of that of the wheel, as gauge noise does, in every split
+    task = load_task("CBN")
+    simulation = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
     sigmas = {"pm": 0.08, "hf": 0.15, "fc": 0.10, "Gref": 0.15, "ra_scale": 0.07, "spare_ra_scale": 0.07}
     for name, split in SPLITS.items():
         given = read_options(simulation.task, {"split": name}, Given())
@@ -280,8 +284,26 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
     assert set(np.digitize(z, DECILES)) == set(range(10))
 
 
+def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> None:
+    task = load_task("CBN")
+    smooth = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
+    for options in ({}, {"split": "test"}):
+        seeds, given = range(300), [read_options(task, options, Given())] * 300
+        tapes = [each.start([np.random.default_rng(i) for i in seeds], given).tape for each in (Simulation(task), smooth)]
+        plain, even = (TapeRow(*np.moveaxis(tape, 2, 0)) for tape in tapes)
+        part = np.log(plain.ra_scale / even.ra_scale)
+        np.testing.assert_allclose(part, np.log(plain.spare_ra_scale / even.spare_ra_scale), rtol=1e-9, atol=1e-12)
+        # a rough and a finish block belong to one part
+        np.testing.assert_allclose(part[:, 0::2], part[:, 1::2], rtol=1e-9, atol=1e-12)
+        z = np.random.default_rng(0).standard_normal(1_000_000).clip(-CUT, CUT)
+        assert part[:, 0::2].std() == pytest.approx(0.15 * z.std(), rel=0.02)
+        assert np.abs(part).max() == pytest.approx(0.15 * CUT)
+        following = np.corrcoef(part[:, 0:-2:2].ravel(), part[:, 2::2].ravel())[0, 1]
+        assert following == pytest.approx(0.0, abs=0.03)
+
+
 def test_contexts_are_described() -> None:
-    assert load_task("power_limited").materials == ("aisi_1020", "aisi_52100", "inconel_718")
+    assert load_task("power_limited").materials == tuple(sorted(load_catalogue().materials))
     for name, factor in CONTEXT_FACTORS.items():
         assert factor.meaning and (factor.low <= factor.nominal <= factor.high or name == "executions_left")
 

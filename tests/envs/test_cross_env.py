@@ -132,7 +132,7 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     p, v = task.parameters(kind), 9487.0 / 60.0
     for number, Z in enumerate(depths):
         for edge in (there if number % 2 else back) if number else (0,):
-            wheel, *_ = grind_strips(wheel, S, Rs, reached, edge, edge + 25, Z, v, kind.width, kind.length, p)
+            wheel, *_ = grind_strips(wheel, S, Rs, reached, edge, edge + 25, Z, v, kind.width, kind.length, p, Z)
     part = env.record().parts[0]
     assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)
     assert abs(part["worst_error"]) == pytest.approx(1000.0 * np.abs(stock - S).max(), rel=1e-9)

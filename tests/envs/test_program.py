@@ -43,7 +43,7 @@ def blocks_of(text: str) -> Sequence[str]:
 def test_an_order_of_another_kind_has_its_own_words() -> None:
     env = gym.make("grind/JobShop-v0").unwrapped
     env.reset(seed=3)
-    infos = [env.step(np.zeros(2))[4] for _ in range(30)]
+    infos = [env.step(np.zeros(2))[4] for _ in range(60)]
     assert blocks_of(env.part_program()) == [info["block"] for info in infos]
     picks = {block.kind.name: block.kind.pick for block in env.blocks}
     assert len(picks) == 3

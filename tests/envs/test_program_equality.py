@@ -130,7 +130,8 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     episode = Episode(name, Given(fixed=fixed), seed, policy_seed, pre_dress)
     task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
     parts, last = record.parts, episode.ends
-    assert len(parts) == PARTS and not record.warnings
+    # random speeds ask a lot of the spindle, and of nothing else
+    assert len(parts) == PARTS and all("the spindle s" in warning for warning in record.warnings)
     for block, strokes in enumerate(episode.by_block()):
         assert len(strokes) == result.strokes[block]
         assert strokes["power"].max() == pytest.approx(result.peak_power[block], rel=1e-9)

@@ -60,7 +60,8 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     infos = play(env, seed, policy_seed, 6)
     record = ground(env, 6)
     parts = record.parts
-    assert record.warnings == ()
+    # random speeds ask a lot of the spindle, and of nothing else
+    assert all("the spindle s" in warning for warning in record.warnings)
     dresses = [info["D"] + info.get("predress", 0.0) for info in infos]
     assert parts["dresses"].tolist() == dresses
     assert (record.dresses["cause"] == "operator").sum() == sum(info["D"] for info in infos)

@@ -158,7 +158,9 @@ def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
     if result.last_count > 0.0 and change == 0.0:
         mean = measured_power(mean_last_power(result), row.mean_noise)
     first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
-    return PowerReadings(mean=mean, first=first, peak=measured_power(result.peak_load, row.peak_noise))
+    # nor is there a peak where the wheel has only passed above a part on which the spindle had stalled
+    peak = measured_power(result.peak_load, row.peak_noise) if result.peak_load > 0.0 else 0.0
+    return PowerReadings(mean=mean, first=first, peak=peak)
 
 
 @inlined
