@@ -161,7 +161,7 @@ def scrap(x: Array) -> Array:
 
 @pytest.mark.parametrize("name", task_names())
 def test_the_part_is_good_when_every_limit_holds_in_every_block(name: str) -> None:
-    # the logistic steps of scenarios, section 2, written out, that of power in terms of torque: none is good after a stall
+    # the logistic steps of scenarios, section 2, written out, that of power in torque: none is good after a stall
     r = run(name)
     outcome = r.outcome
     allowance, rough, tolerance = (r.of_kind(key) for key in ("rise_allowance", "roughness_limit", "tolerance"))
