@@ -49,7 +49,9 @@ def run(
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
     belief = WheelBelief(MemberModel(simulation))
     belief.begin(count)
-    found: dict[str, list[Array]] = {name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "torque", "observation")}
+    found: dict[str, list[Array]] = {
+        name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "torque", "observation")
+    }
     rise, torque = np.zeros((2, count))
     for k in range(task.blocks + 1):
         observation = simulation.observe(episodes)

@@ -41,7 +41,7 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
         depth = float(view.text.split(" Y-")[1].split()[0]) - env.blocks[-1].surface
         assert depth == pytest.approx(view.part.stock, abs=5e-4)
         # a part on which the spindle has stalled is left as it is
-        assert 0.0 < view.part.left
+        assert view.part.left > 0.0
         assert view.part.left < 0.5 * view.part.stock or env.episodes.memory[0, STALLED] == 1.0
 
 
