@@ -248,7 +248,7 @@ def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
     assert np.ptp(found["growth"][1:][later]) > 0.1
 
 
-# grains that break keep the wheel of the plates sharp, however fast the lot dulls it: less is seen of its growth
+# undressed, the wheel of the plates dulls only up to a level that the table speed sets: less is seen of its growth
 @pytest.mark.parametrize(
     ("task", "least", "growth"), [(PLATES, 0.88, 0.25), (RAILS, 0.91, 0.5)], ids=["plates", "rails"]
 )
@@ -292,7 +292,7 @@ def test_what_a_belief_cannot_follow_is_told() -> None:
         MemberModel(find_problem("stroke").simulation())
 
 
-# where the coolant boils away the heat jumps, and which stroke was the first is luck: most where the last ones count
+# least is known where only the last strokes count
 @pytest.mark.parametrize(
     ("task", "least"),
     [(PLATES, 0.75), (RAILS, 0.65), (without_allowance(), 0.55)],
