@@ -378,7 +378,9 @@ class Watch:
         if cycle.is_idle:
             self._idle = self._idle or (cycle.plan.line, self._air(cycle, cycle.stroke))
             return
-        if cycle.in_air and not self._in_air:  # of the first one in a row
+        assert self.part is not None
+        # of the first one in a row; above a part on which the spindle has stalled the wheel is not meant to grind
+        if cycle.in_air and not self._in_air and not self.part.stalled:
             self.warn(cycle.plan.line, "air", self._air(cycle, cycle.stroke))
         self._in_air, self._judged = cycle.in_air, True
 

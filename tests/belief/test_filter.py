@@ -49,8 +49,9 @@ def run(
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
     belief = WheelBelief(MemberModel(simulation))
     belief.begin(count)
-    names = (*Belief._fields, "A", "ln_kA", "rise", "torque", "observation")
-    found: dict[str, list[Array]] = {name: [] for name in names}
+    found: dict[str, list[Array]] = {
+        name: [] for name in (*Belief._fields, "A", "ln_kA", "rise", "torque", "observation")
+    }
     rise, torque = np.zeros((2, count))
     for k in range(task.blocks + 1):
         observation = simulation.observe(episodes)
@@ -127,7 +128,7 @@ def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read:
     latest = [column(f"power_{number}") for number in range(1, 5)]
     results[:, latest], results[:, column("last_count")] = np.outer(powers[0], [0.7, 0.9, 1.1, 1.3]), 4.0
     results[:, column("first_power")], results[:, column("first_count")] = 6.0 * powers[1], 6.0
-    results[:, column("peak_load")] = powers[2]
+    results[:, column("peak_power")] = powers[2]
     results[:, column("plunge_rise")] = rng.uniform(300.0, 900.0, members)
     area = WheelState._fields.index("A")
     wheels[:, area] = 0.02 * np.exp(0.3 * rng.normal(size=members))
@@ -156,7 +157,7 @@ def test_no_member_is_duller_than_a_wheel_can_be() -> None:
     area = WheelState._fields.index("A")
     wheels[:, area] = np.linspace(0.15, 0.24, members)
     results = np.zeros((members, len(Tally._fields)))
-    results[:, Tally._fields.index("peak_load")] = np.linspace(5000.0, 8000.0, members)
+    results[:, Tally._fields.index("peak_power")] = np.linspace(5000.0, 8000.0, members)
     seen = Signals(0.0, 0.0, 12_000.0, speed=12_000.0, executions=1.0, pre_dress=0.0, diameter=300.0, new_lot=0.0)
     learn(kind_row(PLATES, PLATES.kinds[0]), seen, 1.0, 0.25, results, wheels, hidden)
     assert wheels[:, area].max() == 0.25
@@ -247,7 +248,7 @@ def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
     assert np.ptp(found["growth"][1:][later]) > 0.1
 
 
-# grains that break keep the wheel of the plates sharp, however fast the lot dulls it: less is seen of its growth
+# undressed, the wheel of the plates dulls only up to a level that the table speed sets: less is seen of its growth
 @pytest.mark.parametrize(
     ("task", "least", "growth"), [(PLATES, 0.88, 0.25), (RAILS, 0.91, 0.5)], ids=["plates", "rails"]
 )
@@ -291,7 +292,7 @@ def test_what_a_belief_cannot_follow_is_told() -> None:
         MemberModel(find_problem("stroke").simulation())
 
 
-# where the coolant boils away the heat jumps, and which stroke was the first is luck: most where the last ones count
+# least is known where only the last strokes count
 @pytest.mark.parametrize(
     ("task", "least"),
     [(PLATES, 0.75), (RAILS, 0.65), (without_allowance(), 0.55)],

@@ -289,8 +289,9 @@ def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> N
     smooth = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
     for options in ({}, {"split": "test"}):
         seeds, given = range(300), [read_options(task, options, Given())] * 300
-        both = Simulation(task), smooth
-        tapes = [each.start([np.random.default_rng(i) for i in seeds], given).tape for each in both]
+        tapes = [
+            each.start([np.random.default_rng(i) for i in seeds], given).tape for each in (Simulation(task), smooth)
+        ]
         plain, even = (TapeRow(*np.moveaxis(tape, 2, 0)) for tape in tapes)
         part = np.log(plain.ra_scale / even.ra_scale)
         np.testing.assert_allclose(part, np.log(plain.spare_ra_scale / even.spare_ra_scale), rtol=1e-9, atol=1e-12)

@@ -113,12 +113,18 @@ def test_the_draws_have_the_published_distributions() -> None:
     share = tape["new_lot"][:, 1:].mean()
     assert share == pytest.approx(1 / 6, abs=5 * np.sqrt(5 / 36 / (59 * n)))
 
-    for name, sigma in (("fc", 0.10), ("Gref", 0.15), ("hf", 0.15), ("ra_scale", 0.07)):
+    for name, sigma in (("fc", 0.10), ("Gref", 0.15), ("hf", 0.15)):
         assert (tape[name] == tape[name][:, :1]).all(), name
         logs = np.log(tape[name][:, 0])
         assert np.abs(logs).max() == pytest.approx(CUT * sigma), name
         assert logs.std() == pytest.approx(cut_sigma(sigma), rel=5 / np.sqrt(2 * n)), name
         assert abs(logs.mean()) < 5 * sigma / np.sqrt(n), name
+
+    # the roughness is that of the wheel, and scatters from part to part
+    logs = np.log(tape["ra_scale"])
+    wheel_and_part = np.hypot(cut_sigma(0.07), cut_sigma(0.15))
+    assert logs.std() == pytest.approx(wheel_and_part, rel=0.02)
+    assert logs.mean(axis=1).std() == pytest.approx(np.hypot(cut_sigma(0.07), cut_sigma(0.15) / 60**0.5), rel=0.06)
 
     fresh = tape["new_lot"] == 1.0
     for name in ("kA", "pm"):

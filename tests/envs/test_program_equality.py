@@ -130,8 +130,9 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     episode = Episode(name, Given(fixed=fixed), seed, policy_seed, pre_dress)
     task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
     parts, last = record.parts, episode.ends
-    # random speeds ask a lot of the spindle, and of nothing else
-    assert len(parts) == PARTS and all("the spindle s" in warning for warning in record.warnings)
+    # random speeds ask a lot of the spindle, and titanium so much of the wheel that its lag is ground deep at once
+    told = ("the spindle s", "the process model holds up to")
+    assert len(parts) == PARTS and all(any(text in each for text in told) for each in record.warnings)
     for block, strokes in enumerate(episode.by_block()):
         assert len(strokes) == result.strokes[block]
         assert strokes["power"].max() == pytest.approx(result.peak_power[block], rel=1e-9)
@@ -150,6 +151,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     strokes = np.bincount(record.strokes["part"] - 1, record.strokes["seconds"], PARTS)
     dresses = np.bincount(record.dresses["part"] - 1, record.dresses["seconds"], PARTS)
     stops = task.setup.load + (task.wheel_change.seconds if task.wheel_change else 0.0) * episode.by_part(changed)
+    stops = stops + task.machine.stall_time * (parts["peak_torque"] >= 1.0)
     seconds = episode.by_part(outcome.seconds)
     np.testing.assert_allclose(strokes + dresses + stops, seconds, rtol=1e-9, err_msg="seconds")
     travel = parts["seconds"] - seconds

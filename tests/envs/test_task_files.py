@@ -106,7 +106,7 @@ def test_a_base_has_a_base_of_its_own_in_its_own_folder(tmp_path: Path) -> None:
     task, shipped = load_task(str(tmp_path / "mine.toml")), load_task("power_limited")
     assert (task.blocks, task.setup, task.dress) == (12, shipped.setup, replace(shipped.dress, lead=0.2))
     assert task.parameters(task.kinds[0]).kA == 2.5e-6
-    assert (task.sequence, task.materials[-1]) == (("part",), "lot")
+    assert task.sequence == ("part",) and "lot" in task.materials
 
 
 def test_what_takes_the_place_of_another_key_of_the_base_drops_it(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
             "setup.machine_overrides.stifness",
             ["did you mean stiffness?"],
         ),
-        ('wheel = "a60j"', 'wheel = "a60k"', "setup.wheel", ["did you mean a60j?"]),
+        ('wheel = "a60j"', 'wheel = "a60jj"', "setup.wheel", ["did you mean a60j?"]),
         ('material = "aisi_52100"', 'material = "aisi_52101"', "kind.material", ["did you mean aisi_52100?"]),
         ('sequence = ["plate"]', 'sequence = ["plates"]', "sequence", ["did you mean plate?"]),
         ("[spread]", "[factors]\nka_factor = 2.0\n\n[spread]", "factors.ka_factor", ["there is no key"]),
@@ -218,7 +218,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("[spread]", DUE.replace("blocks = 6", "blocks = 7"), "due.blocks", ["7", "60"]),
         ("[spread]", DUE.replace("late = 1.0", ""), "due.late", ["due.late is missing"]),
         ("[spread]", "[wheel_change]\nprice = 1.0\n\n[spread]", "wheel_change.seconds", ["missing"]),
-        ("[spread]", "[wheel.own]\nbase = 'a60k'\n\n[spread]", "", ["wheel 'own'", "did you mean a60j?"]),
+        ("[spread]", "[wheel.own]\nbase = 'a60jj'\n\n[spread]", "", ["wheel 'own'", "did you mean a60j?"]),
         ("[spread]", "[catalogue]\nfiles = ['none.toml']\n\n[spread]", "", ["none.toml", "cannot be read"]),
         ("blocks = 60", "blocks = 60\ninfeed = 0.5\ncross_pick = 12.0", "cross_pick", ["infeed"]),
         ("blocks = 60", "blocks = 60\ninfeed = 0.0005", "infeed", ["multiple of 0.001"]),
