@@ -93,7 +93,10 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         Coefficient("D", 1.0, 0.5, whole=True),
         Coefficient("every", 4.0, 0.5, positive=True, blocks=True),
     ),
-    "adaptive_dress": tuple(each for each in ADAPTIVE if not each.name.startswith("g")),
+    "adaptive_dress": (
+        Coefficient("E", 12.0, 0.2, positive=True),
+        *(each for each in ADAPTIVE if not each.name.startswith(("E", "g"))),
+    ),
     "adaptive_rule": ADAPTIVE,
     "belief_rule": (
         *SHARPNESS,

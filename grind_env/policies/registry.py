@@ -13,6 +13,7 @@ from grind_env.errors import quoted
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
@@ -37,7 +38,7 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "power_threshold": PowerThreshold,
     "burn_line": BurnLine,
     "adaptive_speed": AdaptiveSpeed,
-    "adaptive_dress": partial(AdaptiveRule, gA=0.0, gF=0.0, gH=0.0, gS=0.0, name="adaptive_dress"),
+    "adaptive_dress": AdaptiveDress,
     "adaptive_rule": AdaptiveRule,
     "belief_rule": BeliefRule,
     "look_ahead": LookAhead,

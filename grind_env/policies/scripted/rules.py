@@ -241,7 +241,7 @@ class AdaptiveRule(SharpnessRule):
 
     gS: float
     wS: float
-    name: str = "adaptive_rule"
+    name: ClassVar[str] = "adaptive_rule"
     sees: ClassVar[Sees] = "measurements"
     estimator: SharpnessEstimator = field(init=False, repr=False)
 
