@@ -6,6 +6,8 @@ from grind_env.process.state import WheelState
 
 STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")
 NEW_LOT, PRESSURE = TapeRow._fields.index("new_lot"), TapeRow._fields.index("pm")
+PART_ROUGHNESS = TapeRow._fields.index("part_ra")
+ROUGHNESS, SPARE_ROUGHNESS = TapeRow._fields.index("ra_scale"), TapeRow._fields.index("spare_ra_scale")
 DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
 LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]
 """What the list of the blocks to grind says of each."""

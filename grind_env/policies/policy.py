@@ -15,7 +15,19 @@ from grind_env.envs.blocks.tables import KindRow
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Array, Decision
-from grind_env.policies.columns import CHANGES, DUE, GAUGED, LISTED, NEW_LOT, OF_WHEEL, STOCK, WORK
+from grind_env.policies.columns import (
+    CHANGES,
+    DUE,
+    GAUGED,
+    LISTED,
+    NEW_LOT,
+    OF_WHEEL,
+    PART_ROUGHNESS,
+    ROUGHNESS,
+    SPARE_ROUGHNESS,
+    STOCK,
+    WORK,
+)
 
 Sees = Literal["measurements", "state", "future"]
 """`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
@@ -51,8 +63,8 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
     """What a policy may see of the true episodes, as copies.
 
     Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
-    expect: the lot at hand lasts, the stock is nominal, due dates after the next one lie at their mean distance, and
-    a wheel yet to be mounted is like the one at hand.
+    expect: the lot at hand lasts, the stock is nominal, parts come out as rough as usual, due dates after the next one
+    lie at their mean distance, and a wheel yet to be mounted is like the one at hand.
     """
     if sees == "measurements":
         return None
@@ -66,6 +78,10 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
         nominal = simulation.kinds[simulation.rows_of(expected), NOMINAL_STOCK]
         expected[..., STOCK] = expected[..., GAUGED] = nominal
         expected[..., NEW_LOT] = 0.0
+        # how a part comes out is a matter of that part
+        expected[..., ROUGHNESS] /= expected[..., PART_ROUGHNESS]
+        expected[..., SPARE_ROUGHNESS] /= expected[..., PART_ROUGHNESS]
+        expected[..., PART_ROUGHNESS] = 1.0
         shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
         first_wheel = shown.memory[:, CHANGES] == 0.0
         for old, new in OF_WHEEL:

@@ -139,7 +139,9 @@ def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
         np.testing.assert_array_equal(getattr(plain, name), getattr(fixed, name), err_msg=name)
     # every lot has the factor 2, on top of that of the wheel
     wheel = fixed.kA / 2.0
-    assert (wheel == wheel[:, :1]).all() and np.abs(np.log(wheel)).max() == pytest.approx(CUT * 0.20)
+    assert (wheel == wheel[:, :1]).all() and np.abs(np.log(wheel)).max() == pytest.approx(
+        CUT * simulation.task.spread.wheel_growth
+    )
     np.testing.assert_allclose(fixed.mean_noise, 0.5 * plain.mean_noise)
     np.testing.assert_allclose(fixed.gauged - fixed.stock, 0.5 * (plain.gauged - plain.stock), atol=1e-12)
 

@@ -33,6 +33,8 @@ class TapeRow(NamedTuple):
     """Factor on the G-ratio."""
     ra_scale: float
     """Factor on the roughness, of wheel and part."""
+    part_ra: float
+    """That of the part alone."""
     mean_noise: float
     """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike."""
     first_noise: float
@@ -169,7 +171,7 @@ def fill(
         stock, gauged = nominal, nominal
         if starts_part:
             parts += 0.0 if k == 0 else 1.0
-            part_ra = log_normal(sigmas.part_roughness, z[9])
+            part_ra = log_normal(sigmas.part_roughness, z[9]) if np.isnan(fixed.ra_scale) else 1.0
             stock = nominal * unless(fixed.stock, max(least[kinds[k]], 1.0 + sigmas.stock * z[0]))
             stock = np.floor(1000.0 * stock + 0.5) / 1000.0
             gauged = max(stock + gauge * z[1], 0.3 * nominal)
@@ -185,6 +187,7 @@ def fill(
             fc=fc,
             Gref=Gref,
             ra_scale=unless(fixed.ra_scale, wheel_ra * part_ra),
+            part_ra=part_ra,
             mean_noise=measurement * z[4],
             first_noise=measurement * z[5],
             peak_noise=measurement * z[6],

@@ -249,7 +249,7 @@ def fill_job(
     fc = unless(fixed.fc, log_normal(wheel_sigmas[2], episode[2]))
     Gref = unless(fixed.Gref, log_normal(wheel_sigmas[3], episode[3]))
     hf = unless(fixed.hf, log_normal(wheel_sigmas[4], episode[4]))
-    part, kA, pm, ra_scale, stock = -1, 1.0, 1.0, 1.0, nominal
+    part, kA, pm, ra_scale, part_ra, stock = -1, 1.0, 1.0, 1.0, 1.0, nominal
     for k in range(part_of_block.size):
         begins = False
         while part < part_of_block[k]:
@@ -258,7 +258,8 @@ def fill_job(
             if begins:
                 kA = unless(fixed.kA, log_normal(lot_sigmas[0], lots[part, 0]))
                 pm = unless(fixed.pm, log_normal(lot_sigmas[1], lots[part, 1]))
-            ra_scale = unless(fixed.ra_scale, wheel_ra * log_normal(roughness_sigma, roughness[part]))
+            part_ra = log_normal(roughness_sigma, roughness[part]) if np.isnan(fixed.ra_scale) else 1.0
+            ra_scale = unless(fixed.ra_scale, wheel_ra * part_ra)
             stock = nominal * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
         shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
         row = TapeRow(
@@ -272,6 +273,7 @@ def fill_job(
             fc=fc,
             Gref=Gref,
             ra_scale=ra_scale,
+            part_ra=part_ra,
             mean_noise=measurement * noise[k, 0],
             first_noise=measurement * noise[k, 1],
             peak_noise=measurement * noise[k, 2],
