@@ -25,7 +25,7 @@ from grind_env.policies.choices import Decision, speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import ABLATIONS, TUNED, policy_names
+from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import (
     ConfigError,
@@ -41,6 +41,8 @@ SPEEDS = 20
 INTERVAL_SPEEDS = 12
 INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 """Blocks from one dress to the next."""
+COST_DIGITS = 1e-3
+"""$; to which a file says what an episode costs."""
 STROKES = (4, 6, 8, 12, 17, 24, 34, 48, 68, 96, 136)
 """Strokes from one dress to the next, where a step is one."""
 
@@ -240,6 +242,8 @@ def tune(
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
+    Those that it has for another task are tuned anew: their parameters no longer cost what the file says.
+
     Args:
         problem: what is ground.
         names: policies; those of `tunable` by default.
@@ -266,16 +270,16 @@ def tune(
     tuned = _readable(problem.name, folder, fresh)
     url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
     names = listed if names is None else names
+    if not fresh:
+        names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]
     done = _side_by_side(
-        [Run(problem, name, seed) for name in names if fresh or name not in tuned for seed in range(starts)],
+        [Run(problem, name, seed) for name in names for seed in range(starts)],
         Budget(storage=url, evaluations=evaluations, episodes=episodes, fresh=fresh),
         jobs,
     )
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
         for name in names:
-            if name in tuned and not fresh:
-                continue
             total = starts * evaluations if name in RULES else None
             bar = progress.add_task(name, total=total)
             tuner = Tuner(simulation, url, episodes, fresh and name not in done, partial(progress.advance, bar))
@@ -299,6 +303,17 @@ def _side_by_side(runs: Sequence[Run], budget: Budget, jobs: int) -> set[str]:
         return set()
     work_on_all(runs, budget, jobs, Console(), do_run)
     return {run.policy for run in runs}
+
+
+def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> bool:
+    """Whether parameters of a file cost on their training episodes what it says: those of another task do not."""
+    try:
+        policy = make_policy(name, simulation, folder)
+    except ConfigError:
+        return False
+    first, count = tuned.training_seeds
+    found = roll_out(policy, simulation, start_episodes(simulation, range(first, first + count)))
+    return abs(float(found.cost.mean()) - tuned.training_cost) < COST_DIGITS
 
 
 def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:

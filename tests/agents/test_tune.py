@@ -17,7 +17,7 @@ from agents.tuning.search import evolve, grid_search
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import ConfigError, read_tuned
+from grind_env.policies.tuned import ConfigError, read_tuned, write_tuned
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
@@ -355,3 +355,14 @@ def test_the_command(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "in validation with" in result.output
     assert (tmp_path / "learning" / "oracle6.toml").exists()
+
+
+def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):
+    places = {"folder": tmp_path, "runs": tmp_path / "runs", "episodes": 4, "evaluations": 8, "starts": 1}
+    first = tune.tune(ORACLE, ["constant", "interval"], **places)
+    stale = dataclasses.replace(first["constant"], training_cost=first["constant"].training_cost + 0.5)
+    write_tuned("oracle6", {"constant": stale, "interval": first["interval"]}, tmp_path)
+    tuned, plain = [], tune.tune_policy
+    monkeypatch.setattr(tune, "tune_policy", lambda name, *rest: (tuned.append(name), plain(name, *rest))[1])
+    assert tune.tune(ORACLE, ["constant", "interval"], **places) == first
+    assert tuned == ["constant"]
