@@ -17,6 +17,8 @@ TRIAL_STEPS = 300_000
 
 SCORE_EPISODES = 256
 """Evaluation episodes of the reference scores."""
+GAP_EPISODES = 128
+"""Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
 """Evaluation episodes of the dress study."""
 

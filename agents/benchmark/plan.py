@@ -62,6 +62,11 @@ class Request:
     configs: Path | None = None
     fresh: bool = False
 
+    @property
+    def size(self) -> int:
+        """Episodes of a cell."""
+        return self.episodes + self.test_episodes
+
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
     """The problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.

@@ -58,9 +58,10 @@ def benchmark(
     for those of other episodes of the same task, which cannot be compared.
     """
     from agents.benchmark.judge import judged
-    from agents.benchmark.pool import measure_all
+    from agents.benchmark.measure import measure
     from agents.benchmark.results import merged, read_results, result_of, write_results
     from agents.benchmark.summary import WIDTH, rich_table
+    from agents.pool import work_on_all
 
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     if report:
@@ -72,7 +73,7 @@ def benchmark(
         episodes=episodes, test_episodes=test_episodes, steps=steps, runs=runs, configs=configs, fresh=fresh
     )
     try:
-        found, failed = measure_all(cells, request, jobs, console)
+        found, failed = work_on_all(cells, request, jobs, console, measure)
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted: {again} goes on where it was", file=sys.stderr)

@@ -32,6 +32,7 @@ def scores(
     configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
     results: Annotated[Path, typer.Option(help="Folder of the tables.")] = RESULTS,
     data: Annotated[Path, typer.Option(help="File of the reference scores.")] = SCORES,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
 ) -> None:
     """Measure the reference scores: tune what is missing, run every policy, write the tables."""
     from agents.reference.compare import compare as compare_published
@@ -47,4 +48,4 @@ def scores(
         Console(width=None if sys.stdout.isatty() else WIDTH).print(table)
         return
     for problem in problems:
-        score(problem, episodes=episodes, results=results, runs=runs, configs=configs, data=data)
+        score(problem, episodes=episodes, results=results, runs=runs, configs=configs, data=data, jobs=jobs)

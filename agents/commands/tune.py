@@ -42,6 +42,7 @@ def tuning(
     ] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents.")] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes for scripted policies.")] = 2,
 ) -> None:
     """Tune scripted policies, or the settings of a learned agent, and store their parameters.
 
@@ -62,6 +63,7 @@ def tuning(
             folder=configs,
             runs=runs,
             fresh=fresh,
+            jobs=jobs,
         )
         for name, entry in tuned.items():
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")

@@ -7,14 +7,14 @@ from csv import writer
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from agents.budgets import SCORE_EPISODES
-from agents.cells import RESULTS, RUNS, kept_evaluation
+from agents.cells import RESULTS, RUNS
 from agents.provenance import provenance
+from agents.reference.measuring import Places, measure_all
 from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
-from agents.tuning.rules import tune
+from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, environment_id, task_names
 from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds
@@ -26,6 +26,10 @@ from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
+SLOW = ("look_ahead",)
+"""Policies that take seconds an evaluation. They have few parameters, whose first values are near the best."""
+SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
+"""Evaluations of each CMA-ES run of these, and their runs."""
 
 WEN = "wen"
 """A problem of one step, without a task file."""
@@ -43,6 +47,7 @@ def score(
     configs: Path = CONFIGS,
     data: Path = FILE,
     console: Console | None = None,
+    jobs: int = 1,
 ) -> list[Row]:
     """Tune what has not been tuned, run every policy, print the table and write it and the reference scores.
 
@@ -56,25 +61,27 @@ def score(
         configs: folder of the tuned parameters.
         data: file of the reference scores.
         console: where to print.
+        jobs: processes.
     """
     console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
     name, simulation = problem.name, problem.simulation()
-    tune(problem, evaluations=EVALUATIONS, folder=configs, runs=runs)
-    policies = [make_policy(each, simulation, configs) for each in policy_names(simulation)]
-    seeds, found = episode_seeds("evaluation", episodes), dict[str, Evaluation]()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task(name, total=len(policies))
-        for each in policies:
-            progress.update(bar, description=f"{name}: {each.name}")
-            found[each.name] = kept_evaluation(each, problem, seeds, runs)
-            progress.advance(bar)
+    tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs)
+    names = policy_names(simulation)
+    policies = [make_policy(each, simulation, configs) for each in names]
+    found = measure_all({problem: names}, episodes, Places(runs=runs, configs=configs), jobs, console)[problem]
     rows = table_rows(policies, found)
     console.print(rich_table(rows, f"{simulation.task.title}: {episodes} evaluation episodes"))
     write_whole(results / f"{name}.csv", csv_text(simulation.task, rows, found))
     references = {**read_references(data), problem.id: reference_of(simulation.task, policies, found)}
     write_whole(data, write_text(references))
     return rows
+
+
+def tune_missing(problem: Problem, names: Sequence[str], *, runs: Path, configs: Path, jobs: int) -> None:
+    """Tune those of the policies that have not been tuned for a problem yet, with the budget of all tables."""
+    quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
+    tune(problem, quick, evaluations=EVALUATIONS, folder=configs, runs=runs, jobs=jobs)
+    tune(problem, slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS, folder=configs, runs=runs, jobs=jobs)
 
 
 def score_wen(data: Path = FILE) -> None:

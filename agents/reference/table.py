@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
+from typing import Any
 
 from rich.table import Table
 
@@ -82,7 +83,7 @@ def spread_names(name: str) -> list[str]:
     return [name, f"{name}_low", f"{name}_high"]
 
 
-def flat(row: Row) -> Iterator[object]:
-    """The numbers of a row, intervals spread out."""
+def flat(row: Any) -> Iterator[object]:
+    """The values of a row, a dataclass, with intervals spread out."""
     for value in astuple(row):
         yield from value if isinstance(value, tuple) else (value,)

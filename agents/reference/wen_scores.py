@@ -1,5 +1,7 @@
 """Reference scores of the one-step problem of Wen: uniform actions score 0, the optimum 100 (scenarios, 4.3)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from agents.tuning.search import Found, evolve
@@ -25,10 +27,10 @@ def losses(actions: Array, case: int) -> Array:
 def optimum(case: int) -> Found:
     """The best action that CMA-ES finds."""
 
-    def loss(point: Array) -> float:
+    def loss(points: Sequence[Array]) -> list[float]:
         # outside the bounds the loss grows with the distance
-        inside = np.clip(point, -1.0, 1.0)
-        return float(losses(inside[None], case)[0] + np.abs(point - inside).sum())
+        inside = np.clip(points, -1.0, 1.0)
+        return [float(each) for each in losses(inside, case) + np.abs(points - inside).sum(axis=1)]
 
     runs = [
         evolve(loss, np.random.default_rng(seed).uniform(-1.0, 1.0, NUMBERS), EVALUATIONS, seed, 0.5)

@@ -14,7 +14,8 @@ class Coefficient(NamedTuple):
     """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
 
     `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task;
-    `needs` is the table of a task without which the parameter has no meaning.
+    `blocks` is a number of blocks, at least 1; `needs` is the table of a task without which the parameter has no
+    meaning.
     """
 
     name: str
@@ -23,6 +24,7 @@ class Coefficient(NamedTuple):
     positive: bool = False
     by_kind: bool = False
     whole: bool = False
+    blocks: bool = False
     most: float = np.inf
     needs: str | None = None
 
@@ -36,6 +38,8 @@ class Coefficient(NamedTuple):
         """The parameter at z, as it stands in the file; `executions` is the most of the task."""
         change = self.step * z
         value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
+        if self.blocks:
+            return max(int(np.rint(value)), 1)
         return int(np.clip(np.rint(value), 0, executions)) if self.whole else rounded(min(value, self.most))
 
 
@@ -51,6 +55,11 @@ SHARPNESS = (
     Coefficient("wP", 0.0, 0.1, needs="due"),
     Coefficient("gB", 0.0, 0.1, needs="wheel_change"),
     Coefficient("wB", 0.0, 0.1, needs="wheel_change"),
+)
+ADAPTIVE = (
+    *SHARPNESS,
+    Coefficient("gS", 0.0, 0.1),
+    Coefficient("wS", 0.1, 0.1),
 )
 RULES: dict[str, tuple[Coefficient, ...]] = {
     "constant_per_kind": (
@@ -79,11 +88,13 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         Coefficient("near", 0.8, 0.2, positive=True),
         Coefficient("slowing", 0.5, 0.5, positive=True),
     ),
-    "adaptive_rule": (
-        *SHARPNESS,
-        Coefficient("gS", 0.0, 0.1),
-        Coefficient("wS", 0.1, 0.1),
+    "adaptive_speed": (
+        *(each for each in ADAPTIVE if each.name.startswith(("E", "g"))),
+        Coefficient("D", 1.0, 0.5, whole=True),
+        Coefficient("every", 4.0, 0.5, positive=True, blocks=True),
     ),
+    "adaptive_dress": tuple(each for each in ADAPTIVE if not each.name.startswith("g")),
+    "adaptive_rule": ADAPTIVE,
     "belief_rule": (
         *SHARPNESS,
         Coefficient("gK", 0.0, 0.1),

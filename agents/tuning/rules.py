@@ -2,26 +2,30 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
+from agents.pool import work_on_all
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
 from agents.tuning.search import Found, evolve, grid_search, refine
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import quoted
-from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.choices import Decision, speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import TUNED, policy_names
+from grind_env.policies.registry import ABLATIONS, TUNED, policy_names
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import (
     ConfigError,
@@ -40,7 +44,28 @@ INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 STROKES = (4, 6, 8, 12, 17, 24, 34, 48, 68, 96, 136)
 """Strokes from one dress to the next, where a step is one."""
 
-Advance = Callable[[], object]
+Advance = Callable[[int], object]
+
+
+class SideBySide:
+    """Policies of one kind that decide for equal shares of the episodes, one after the other."""
+
+    def __init__(self, policies: Sequence[Policy]) -> None:
+        self.policies, self.name, self.sees = policies, policies[0].name, policies[0].sees
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Let all of them begin."""
+        for policy in self.policies:
+            policy.begin(simulation, episodes // len(self.policies))
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """What each decides for its share."""
+        share = len(observation) // len(self.policies)
+        decided = []
+        for k, policy in enumerate(self.policies):
+            mine = slice(k * share, (k + 1) * share)
+            decided.append(policy.act(observation[mine], None if episodes is None else episodes.part(mine)))
+        return Decision(*map(np.concatenate, zip(*decided, strict=True)))
 
 
 class Tuner:
@@ -51,7 +76,7 @@ class Tuner:
         storage: URL of the database of the studies, one for each policy and start.
         episodes: number of episodes of each split.
         fresh: whether to throw away what the studies hold.
-        advance: called after every trial, whether evaluated now or kept.
+        advance: called with the number of points that have been evaluated, or were kept.
     """
 
     def __init__(
@@ -60,7 +85,7 @@ class Tuner:
         storage: str,
         episodes: int = TUNING_EPISODES,
         fresh: bool = False,
-        advance: Advance = lambda: None,
+        advance: Advance = lambda points: None,
     ) -> None:
         self.simulation, self.task = simulation, simulation.task
         self.seeds = {split: episode_seeds(split, episodes) for split in ("training", "validation")}
@@ -69,7 +94,14 @@ class Tuner:
 
     def cost(self, policy: Policy, split: str = "training") -> float:
         """Mean cost of an episode, $."""
-        return float(roll_out(policy, self.simulation, self._episodes[split]).cost.mean())
+        return self.costs([policy], split)[0]
+
+    def costs(self, policies: Sequence[Policy], split: str = "training") -> list[float]:
+        """Mean costs of an episode under policies that see the same, $; a step of all of them is one step."""
+        n = len(self.seeds[split])
+        episodes = self._episodes[split].pick(np.tile(np.arange(n), len(policies)))
+        run = roll_out(SideBySide(policies), self.simulation, episodes)
+        return [float(run.cost[first : first + n].mean()) for first in range(0, len(run.cost), n)]
 
     def constant(self) -> tuple[Fixed, int]:
         """The best constant E and D, and the evaluations spent."""
@@ -84,10 +116,10 @@ class Tuner:
         def plan(E: float, D: int, every: int) -> Fixed:
             return Fixed(rounded(E), D, every, name)
 
-        cost = self._kept(name, ("E", "D", "every"), lambda point: self.cost(plan(*point)))
-        found = grid_search(cost, product(self._speeds(speeds), D, every))
+        costs = self._kept(name, ("E", "D", "every"), lambda point: plan(*point))
+        found = grid_search(costs, product(self._speeds(speeds), D, every))
         E, *rest = found.point
-        found = self._refine(lambda E: cost((E, *rest)), found._replace(point=E))
+        found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
         return plan(found.point, *rest), found.evaluations
 
     def _speeds(self, count: int) -> list[float]:
@@ -101,36 +133,74 @@ class Tuner:
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
         """The best of several CMA-ES runs of a rule, on the validation episodes."""
-        coefficients = RULES[name]
-        entries = entry_names(coefficients, self.task)
+        runs = [self.run(name, evaluations, seed) for seed in range(starts)]
+        best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
+        return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
 
-        def parameters(vector: Any) -> Parameters:
-            return from_vector(coefficients, self.task, vector)
+    def run(self, name: str, evaluations: int, seed: int) -> Found:
+        """One CMA-ES run of a rule."""
+        entries = entry_names(RULES[name], self.task)
+        # the first run starts where the table says, every other from a point of its own
+        start = np.random.default_rng(seed).standard_normal(len(entries)) * (seed > 0)
+        costs = self._kept(f"{name}/{seed}", entries, lambda vector: self._made(name, vector))
+        return evolve(costs, start, evaluations, seed)
 
-        def make(vector: Any) -> Policy:
-            return TUNED[name](**arguments(parameters(vector)))
+    def _made(self, name: str, vector: Any) -> Policy:
+        policy: Policy = TUNED[name](**arguments(self._parameters(name, vector)))
+        return policy
 
-        runs = []
-        for seed in range(starts):
-            # the first run starts where the table says, every other from a point of its own
-            start = np.random.default_rng(seed).standard_normal(len(entries)) * (seed > 0)
-            cost = self._kept(f"{name}/{seed}", entries, lambda vector: self.cost(make(vector)))
-            runs.append(evolve(cost, start, evaluations, seed))
-        best = min(runs, key=lambda run: self.cost(make(run.point), "validation"))
-        return make(best.point), parameters(best.point), sum(run.evaluations for run in runs)
+    def _parameters(self, name: str, vector: Any) -> Parameters:
+        return from_vector(RULES[name], self.task, vector)
 
-    def _kept(self, search: str, entries: Sequence[str], cost: Callable[[Any], float]) -> KeptCosts:
-        """The cost function of a search, with its study; another code, task or list of seeds has another study."""
+    def _kept(self, search: str, entries: Sequence[str], made: Callable[[Any], Policy]) -> KeptCosts:
+        """The costs of a search whose points are made into policies.
+
+        Another code, task or list of seeds has another study.
+        """
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
         facts = f"{sources(module)} {behaviour(self.simulation)} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
-        return KeptCosts(open_study(self._storage, name, fresh=self._fresh), entries, cost, self._advance)
+        study = open_study(self._storage, name, fresh=self._fresh)
+        return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
+
+
+class Run(NamedTuple):
+    """One CMA-ES run of a rule, which a process of its own may do."""
+
+    problem: Problem
+    policy: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.problem.name} {self.policy}, run {self.seed}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """How runs are done; see `tune`."""
+
+    storage: str
+    evaluations: int
+    episodes: int
+    fresh: bool
+
+    @property
+    def size(self) -> int:
+        """Evaluations of a run."""
+        return self.evaluations
+
+
+def do_run(run: Run, budget: Budget, advance: Advance) -> None:
+    """Do a run; what it finds stays in its study."""
+    simulation = run.problem.simulation()
+    tuner = Tuner(simulation, budget.storage, budget.episodes, budget.fresh, advance)
+    tuner.run(run.policy, budget.evaluations, run.seed)
 
 
 def tunable(simulation: Simulation) -> list[str]:
-    """Names of the policies that can be tuned for an environment."""
+    """Names of the policies in the list of an environment that can be tuned."""
     return [name for name in policy_names(simulation) if name in TUNED]
 
 
@@ -162,12 +232,13 @@ def tune(
     folder: Path | None = None,
     runs: Path = RUNS,
     fresh: bool = False,
+    jobs: int = 1,
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
     Args:
         problem: what is ground.
-        names: policies; all that can be tuned by default.
+        names: policies; those of `tunable` by default.
         evaluations: of each CMA-ES run.
         starts: number of CMA-ES runs of a rule.
         episodes: of the training and of the validation split.
@@ -176,25 +247,34 @@ def tune(
         folder: of the files; by default that of `tuned_folder`.
         runs: folder of the trials.
         fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
+        jobs: processes; with more than one, CMA-ES runs are done side by side. What is found does not depend on it.
 
     Raises:
         ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
     """
-    simulation, known = problem.simulation(), tunable(problem.simulation())
+    simulation = problem.simulation()
+    listed = tunable(simulation)
+    known = [*listed, *ABLATIONS]
     for name in names or ():
         if name not in known:
             raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
     folder = tuned_folder(simulation.task, folder)
     tuned = _readable(problem.name, folder, fresh)
     url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
+    names = listed if names is None else names
+    done = _side_by_side(
+        [Run(problem, name, seed) for name in names if fresh or name not in tuned for seed in range(starts)],
+        Budget(storage=url, evaluations=evaluations, episodes=episodes, fresh=fresh),
+        jobs,
+    )
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
-        for name in names or known:
+        for name in names:
             if name in tuned and not fresh:
                 continue
             total = starts * evaluations if name in RULES else None
             bar = progress.add_task(name, total=total)
-            tuner = Tuner(simulation, url, episodes, fresh, partial(progress.advance, bar))
+            tuner = Tuner(simulation, url, episodes, fresh and name not in done, partial(progress.advance, bar))
             tuned[name] = tune_policy(name, tuner, evaluations, starts)
             progress.update(bar, total=progress.tasks[bar].completed)
             # another process may have tuned other policies meanwhile
@@ -202,6 +282,19 @@ def tune(
             tuned = {each: tuned[each] for each in known if each in tuned}
             write_tuned(problem.name, tuned, folder)
     return tuned
+
+
+def _side_by_side(runs: Sequence[Run], budget: Budget, jobs: int) -> set[str]:
+    """Do the runs of rules in processes, if there are to be several; the names of the policies whose studies hold them.
+
+    What fails here fails again where it is asked for.
+    """
+    # the policies that take longest come last in all lists
+    runs = [run for run in reversed(runs) if run.policy in RULES]
+    if jobs == 1 or len(runs) < 2:
+        return set()
+    work_on_all(runs, budget, jobs, Console(), do_run)
+    return {run.policy for run in runs}
 
 
 def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:

@@ -1,12 +1,17 @@
 """Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from typing import Any, NamedTuple
 
 import cma
 import numpy as np
 
-Cost = Callable[[Any], float]
+Costs = Callable[[Sequence[Any]], Sequence[float]]
+"""The costs of several points, which may be found side by side."""
+
+TOGETHER = 16
+"""Points of a grid that are asked for together."""
 
 STEPS = (1.05, 1.02, 1.01)
 """Factors by which a number is refined, one after the other."""
@@ -20,11 +25,13 @@ class Found(NamedTuple):
     evaluations: int
 
 
-def grid_search(cost: Cost, points: Iterator[Any]) -> Found:
+def grid_search(costs: Costs, points: Iterator[Any]) -> Found:
     """The cheapest of the points; the first of equals."""
-    costs = [(cost(point), point) for point in points]
-    least, point = min(costs, key=lambda pair: pair[0])
-    return Found(point, least, len(costs))
+    found: list[tuple[float, Any]] = []
+    while some := list(islice(points, TOGETHER)):
+        found += zip(costs(some), some, strict=True)
+    least, point = min(found, key=lambda pair: pair[0])
+    return Found(point, least, len(found))
 
 
 def refine(cost: Callable[[float], float], start: Found, low: float, high: float) -> Found:
@@ -40,7 +47,7 @@ def refine(cost: Callable[[float], float], start: Found, low: float, high: float
     return Found(value, least, evaluations)
 
 
-def evolve(cost: Cost, start: Any, evaluations: int, seed: int, step: float = 1.0) -> Found:
+def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 1.0) -> Found:
     """CMA-ES (Hansen) from `start`, shape (n,), with that initial step in every direction.
 
     Non-finite costs count as the worst of their generation.
@@ -56,9 +63,9 @@ def evolve(cost: Cost, start: Any, evaluations: int, seed: int, step: float = 1.
     best, least = np.asarray(start, np.float64), np.inf
     while not strategy.stop():
         points = strategy.ask()
-        costs = [cost(point) for point in points]
-        strategy.tell(points, costs)
-        k = int(np.argmin(costs))
-        if costs[k] < least:
-            best, least = np.asarray(points[k]), costs[k]
+        values = list(costs(points))
+        strategy.tell(points, values)
+        k = int(np.argmin(values))
+        if values[k] < least:
+            best, least = np.asarray(points[k]), values[k]
     return Found(best, least, int(strategy.countevals))

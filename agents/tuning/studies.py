@@ -1,17 +1,17 @@
 """Optuna studies: every trial of a search in a database, so that a search that was killed goes on where it was."""
 
 import sqlite3
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import optuna
 import sqlalchemy
-from optuna.distributions import BaseDistribution, FloatDistribution
 from optuna.trial import TrialState, create_trial
 from sqlalchemy.exc import SQLAlchemyError
 
+from agents.tuning.search import Costs
 from grind_env.errors import reason
 from grind_env.policies.tuned import ConfigError
 
@@ -19,8 +19,8 @@ optuna.logging.set_verbosity(optuna.logging.WARNING)
 
 BUSY_SECONDS = 60
 """How long to wait for an SQLite file that another process writes to."""
-BOUND = 1e6
-"""Entries of a search vector beyond it are not kept."""
+ENTRIES, POINTS, COSTS = "entries", "points", "costs"
+"""Attributes of a trial of a search: names of the entries of a point, the points, and what they cost."""
 
 
 def sqlite_url(path: Path) -> str:
@@ -80,45 +80,43 @@ def _make_tables(engine: sqlalchemy.Engine) -> None:
 
 
 class KeptCosts:
-    """A cost function whose values are kept in a study, in the order in which a search asks for them.
+    """Costs that are kept in a study, in the order in which a search asks for them.
 
     A search that repeats itself, as all of `agents.tuning.search` do, asks for the kept points first and gets
-    their costs without a new evaluation. Asking Optuna for each point instead would cost a transaction for every entry.
+    their costs without a new evaluation. What is asked for together is one trial, with its points and costs as
+    attributes: a transaction for every entry of every point would take longer than most evaluations.
 
     Args:
-        study: where they are kept.
+        study: where they are kept; the value of a trial is its least cost.
         names: of the entries of a point.
-        cost: the function.
-        advance: called with every value that is handed out.
+        costs: the function of several points.
+        advance: called with the number of values that are handed out.
     """
 
     def __init__(
-        self,
-        study: optuna.Study,
-        names: Sequence[str],
-        cost: Callable[[Any], float],
-        advance: Callable[[], object] = lambda: None,
+        self, study: optuna.Study, names: Sequence[str], costs: Costs, advance: Callable[[int], object] = lambda n: None
     ) -> None:
-        self.study, self.names, self.cost, self.advance = study, names, cost, advance
-        self.kept = study.get_trials(deepcopy=False, states=[TrialState.COMPLETE])
+        self.study, self.names, self.costs, self.advance = study, list(names), costs, advance
+        trials = study.get_trials(deepcopy=False, states=[TrialState.COMPLETE])
+        self.kept = [pair for trial in trials for pair in zip(*map(trial.user_attrs.get, (POINTS, COSTS)), strict=True)]
         self.asked = 0
-        self.distributions: Mapping[str, BaseDistribution] = dict.fromkeys(names, FloatDistribution(-BOUND, BOUND))
 
-    def __call__(self, point: Any) -> float:
-        """The cost at a point, shape (entries,).
+    def __call__(self, points: Sequence[Any]) -> list[float]:
+        """The costs at points, each shape (entries,).
 
         Raises:
             ConfigError: if the study holds another point here, so that it is of another search.
         """
-        params = {name: float(value) for name, value in zip(self.names, point, strict=True)}
-        if self.asked < len(self.kept):
-            trial = self.kept[self.asked]
-            if trial.params != params:
-                raise ConfigError(f"the study {self.study.study_name} is of another search: tune again with --fresh")
-            value = float(trial.values[0])
-        else:
-            value = self.cost(point)
-            self.study.add_trial(create_trial(params=params, distributions=dict(self.distributions), value=value))
-        self.asked += 1
-        self.advance()
-        return value
+        wanted = [[float(value) for value in point] for point in points]
+        kept = self.kept[self.asked : self.asked + len(wanted)]
+        if any(point != known for point, (known, _) in zip(wanted, kept, strict=False)):
+            raise ConfigError(f"the study {self.study.study_name} is of another search: tune again with --fresh")
+        values = [float(cost) for _, cost in kept]
+        if new := wanted[len(kept) :]:
+            found = [float(cost) for cost in self.costs(points[len(kept) :])]
+            about = {ENTRIES: self.names, POINTS: new, COSTS: found}
+            self.study.add_trial(create_trial(value=min(found), user_attrs=about))
+            values += found
+        self.asked += len(wanted)
+        self.advance(len(wanted))
+        return values

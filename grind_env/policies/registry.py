@@ -13,6 +13,7 @@ from grind_env.errors import quoted
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
 from grind_env.policies.scripted.look_ahead import LookAhead
@@ -35,6 +36,8 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "size_threshold": SizeThreshold,
     "power_threshold": PowerThreshold,
     "burn_line": BurnLine,
+    "adaptive_speed": AdaptiveSpeed,
+    "adaptive_dress": partial(AdaptiveRule, gA=0.0, gF=0.0, gH=0.0, gS=0.0, name="adaptive_dress"),
     "adaptive_rule": AdaptiveRule,
     "belief_rule": BeliefRule,
     "look_ahead": LookAhead,
@@ -42,6 +45,9 @@ TUNED: dict[str, Callable[..., Policy]] = {
 }
 """From those that know least to those that know most, like all lists of policies."""
 
+ABLATIONS = ("adaptive_speed", "adaptive_dress")
+"""The adaptive rule without one of its decisions. They can be named like all others, but stand in no list of policies:
+they are there to say what the other decision is worth."""
 BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
 """Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
@@ -52,6 +58,7 @@ def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
     names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
     unfit = {
+        *ABLATIONS,
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BY_BLOCK if not simulation.by_block else ()),
         *(BRANCHING if not simulation.compiled else ()),
@@ -60,17 +67,18 @@ def policy_names(simulation: Simulation) -> list[str]:
 
 
 def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence[str]:
-    """The names, or those of all policies of the environment for None.
+    """The names, or those in the list of policies of the environment for None.
 
     Raises:
         ConfigError: if one is no policy of it.
     """
-    known = policy_names(simulation)
+    listed = policy_names(simulation)
+    known = [*listed, *ABLATIONS]
     if unknown := set(names or ()) - set(known):
         raise ConfigError(
             f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"
         )
-    return known if names is None else names
+    return listed if names is None else names
 
 
 def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -> Policy:
@@ -104,7 +112,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
             )
         elif each.init and each.type in (float, int):
             _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
-    if isinstance(policy, Fixed) and not (isinstance(policy.every, int) and policy.every >= 1):
+    if isinstance(policy, Fixed | AdaptiveSpeed) and not (isinstance(policy.every, int) and policy.every >= 1):
         raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
     return policy
 

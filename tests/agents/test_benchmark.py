@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents import __main__
-from agents.benchmark import pool
+from agents import __main__, pool
 from agents.benchmark.judge import judged
 from agents.benchmark.measure import Measured, measure
 from agents.benchmark.plan import CORE, Cell, Request, chosen_problems, planned
-from agents.benchmark.pool import KILLED, measure_all
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
 from agents.learning.curve import Point
+from agents.pool import KILLED, work_on_all
 from grind_env.envs.names import task_names
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
@@ -232,7 +231,7 @@ def test_new_results_replace_old_ones():
 def test_one_cell_that_fails_does_not_stop_the_others(capsys):
     names = ["mistake", "good", "killed", "defect", "fine", "better"]
     cells = [Cell(PROBLEM, name) for name in names]
-    measured, failed = measure_all(cells, TINY, 2, Console(width=100), eventful)
+    measured, failed = work_on_all(cells, TINY, 2, Console(width=100), eventful)
     assert [each.cell.policy for each in measured] == ["good", "fine", "better"]
     assert {cell.policy: sentence for cell, sentence in failed.items()} == {
         "mistake": "this is a mistake",
@@ -261,7 +260,7 @@ def test_a_worker_whose_parent_has_gone_ends_and_says_nothing(tmp_path, capfd, p
 def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
     program = (
         "import signal; from pathlib import Path; from rich.console import Console\n"
-        "from agents.benchmark.plan import Cell, Request; from agents.benchmark.pool import measure_all\n"
+        "from agents.benchmark.plan import Cell, Request; from agents.pool import work_on_all\n"
         "from grind_env.policies.problem import find_problem\n"
         "from tests.agents.test_benchmark import lasting\n"
         "if __name__ == '__main__':\n"
@@ -270,7 +269,7 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
         "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
         f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
         "    try:\n"
-        "        measure_all([Cell(find_problem('slot'), name) for name in ('idle', 'busy', 'sending')], request, 3,"
+        "        work_on_all([Cell(find_problem('slot'), name) for name in ('idle', 'busy', 'sending')], request, 3,"
         " Console(quiet=True), lasting)\n"
         "    except KeyboardInterrupt:\n"
         "        raise SystemExit(130) from None\n"

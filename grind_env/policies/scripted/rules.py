@@ -163,46 +163,78 @@ class PowerThreshold:
 
 
 @dataclass(kw_only=True)
-class SharpnessRule:
-    """The form of the rules on sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
+class SpeedLaw:
+    """E from sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
 
         ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + gP p + gB q + ...
-        D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
         x = ln(A / 0.015)
 
     Attributes:
         E: m/min at the reference sharpness, by kind of block.
-        A_dress: wear-flat area above which to dress, by kind.
-        gP: pays only in a task with due dates, like wP.
-        gB: pays only in a task whose wheel is changed, like wB.
+        gP: pays only in a task with due dates.
+        gB: pays only in a task whose wheel is changed.
     """
 
     E: tuple[float, ...]
-    A_dress: tuple[float, ...]
     gA: float
     gF: float
     gH: float
+    gP: float = 0.0
+    gB: float = 0.0
+    task: Task = field(init=False, repr=False)
+
+    def speeds(self, seen: Estimate, faster: Array) -> Array:
+        """E, mm/min; `faster` is the further terms of ln E."""
+        faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
+        x, h, fresh = relative_sharpness(seen), relative_stock(seen), np.exp(-seen.volume / FRESH_VOLUME)
+        ln_E = np.log(self.E)[seen.kind.astype(np.int64)] + self.gA * x + self.gF * fresh + self.gH * h + faster
+        return nearest_speed(self.task, 1000.0 * np.exp(ln_E))
+
+
+@dataclass(kw_only=True)
+class DressLaw:
+    """D from sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
+
+        D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
+
+    Attributes:
+        A_dress: wear-flat area above which to dress, by kind of block.
+        wP: pays only in a task with due dates.
+        wB: pays only in a task whose wheel is changed.
+    """
+
+    A_dress: tuple[float, ...]
     wV: float
     wH: float
-    gP: float = 0.0
     wP: float = 0.0
-    gB: float = 0.0
     wB: float = 0.0
-    task: Task = field(init=False, repr=False)
+
+    def executions(self, seen: Estimate, duller: Array) -> Array:
+        """D; `duller` is the further terms of the dress criterion."""
+        duller = duller + self.wP * seen.pressed + self.wB * seen.thrift
+        x, h = relative_sharpness(seen), relative_stock(seen)
+        threshold = np.log(np.array(self.A_dress) / REFERENCE_AREA)[seen.kind.astype(np.int64)]
+        return np.asarray(x + self.wV * seen.volume / VOLUME_SCALE + self.wH * h + duller > threshold, np.float64)
+
+
+@dataclass(kw_only=True)
+class SharpnessRule(SpeedLaw, DressLaw):
+    """The form of the rules on sharpness: both laws."""
 
     def decide(self, seen: Estimate, faster: Array, duller: Array) -> Decision:
         """Apply the rule; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
-        kind, area, V = seen.kind, seen.wear_flat, seen.volume
-        # after the last block there is no stock; the decision is not used then
-        h = np.log(np.maximum(seen.stock, 0.1))
-        faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
-        duller = duller + self.wP * seen.pressed + self.wB * seen.thrift
-        number = kind.astype(np.int64)
-        x = np.log(area / REFERENCE_AREA)
-        ln_E = np.log(self.E)[number] + self.gA * x + self.gF * np.exp(-V / FRESH_VOLUME) + self.gH * h + faster
-        threshold = np.log(np.array(self.A_dress) / REFERENCE_AREA)[number]
-        dress = x + self.wV * V / VOLUME_SCALE + self.wH * h + duller > threshold
-        return Decision(nearest_speed(self.task, 1000.0 * np.exp(ln_E)), dress.astype(np.float64))
+        return Decision(self.speeds(seen, faster), self.executions(seen, duller))
+
+
+def relative_sharpness(seen: Estimate) -> Array:
+    """Log of the wear-flat area over the reference."""
+    return np.asarray(np.log(seen.wear_flat / REFERENCE_AREA))
+
+
+def relative_stock(seen: Estimate) -> Array:
+    """Log of the pre-gauged stock over the nominal one."""
+    # after the last block there is no stock; the decision is not used then
+    return np.asarray(np.log(np.maximum(seen.stock, 0.1)))
 
 
 @dataclass(kw_only=True)
@@ -215,7 +247,7 @@ class AdaptiveRule(SharpnessRule):
 
     gS: float
     wS: float
-    name: ClassVar[str] = "adaptive_rule"
+    name: str = "adaptive_rule"
     sees: ClassVar[Sees] = "measurements"
     estimator: SharpnessEstimator = field(init=False, repr=False)
 

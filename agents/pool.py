@@ -1,4 +1,4 @@
-"""Measures many cells in processes side by side. One that fails does not stop the others."""
+"""Works on many cells in processes side by side. One that fails does not stop the others."""
 
 import multiprocessing
 import os
@@ -9,50 +9,58 @@ from contextlib import redirect_stderr, redirect_stdout, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from agents.benchmark.measure import Measured, measure
-from agents.benchmark.plan import Cell, Request
 
-Measure = Callable[[Cell, Request, Callable[[int], object]], Measured]
-Answer = Measured | str
-"""What was found, or one sentence on why nothing was."""
+class Request(Protocol):
+    """How cells are worked on."""
+
+    @property
+    def size(self) -> int:
+        """What a cell tells to be done from its beginning to its end."""
+
+
+CellT = TypeVar("CellT")
+RequestT = TypeVar("RequestT", bound=Request)
+FoundT = TypeVar("FoundT")
+Work = Callable[[CellT, RequestT, Callable[[int], object]], FoundT]
+"""What a process does with a cell; it tells how much of the size of the request is done."""
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 KILLED = "its process was killed; the same command goes on with it"
 
 
 class Worker(NamedTuple):
-    """A process, and the pipe through which it gets cells and sends episodes done and answers."""
+    """A process, and the pipe through which it gets cells and sends how far it is and answers."""
 
     process: SpawnProcess
     pipe: "Connection[object, object]"
 
 
-def measure_all(
-    cells: Sequence[Cell], request: Request, jobs: int, console: Console, work: Measure = measure
-) -> tuple[list[Measured], dict[Cell, str]]:
-    """Measure cells, `jobs` of them at a time.
+def work_on_all(
+    cells: Sequence[CellT], request: RequestT, jobs: int, console: Console, work: Work[CellT, RequestT, FoundT]
+) -> tuple[list[FoundT], dict[CellT, str]]:
+    """Work on cells, `jobs` of them at a time.
 
     Args:
         cells: in the order in which they are begun.
         request: how.
         jobs: number of processes; each calculates on one thread.
         console: shows how far they are, and why a cell failed.
-        work: what measures a cell.
+        work: a function of a module, which processes import.
 
     Returns:
         What was found, in the order of the cells, and one sentence of each cell that failed.
     """
     # the libraries of the workers read it when they are loaded
     os.environ.update(dict.fromkeys(THREADS, "1"))
-    answers: dict[Cell, Answer] = {}
+    answers: dict[CellT, Any] = {}
     waiting = list(cells)
     idle: list[Worker] = []
-    busy: dict[Worker, tuple[Cell, TaskID]] = {}
+    busy: dict[Worker, tuple[CellT, TaskID]] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         total = progress.add_task("cells", total=len(cells))
@@ -63,8 +71,7 @@ def measure_all(
                     worker = idle.pop() if idle else _start(work, request)
                     cell = waiting.pop(0)
                     worker.pipe.send(cell)
-                    episodes = request.episodes + request.test_episodes
-                    busy[worker] = cell, progress.add_task(str(cell), total=episodes)
+                    busy[worker] = cell, progress.add_task(str(cell), total=request.size)
                 ready = wait([worker.pipe for worker in busy])
                 for worker in [worker for worker in busy if worker.pipe in ready]:
                     cell, bar = busy[worker]
@@ -83,11 +90,11 @@ def measure_all(
             for worker in [*idle, *busy]:
                 worker.process.terminate()
                 worker.process.join()
-    found = [answer for cell in cells if isinstance(answer := answers[cell], Measured)]
+    found = [answers[cell] for cell in cells if not isinstance(answers[cell], str)]
     return found, {cell: answer for cell, answer in answers.items() if isinstance(answer, str)}
 
 
-def _start(work: Measure, request: Request) -> Worker:
+def _start(work: Work[CellT, RequestT, FoundT], request: RequestT) -> Worker:
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=(theirs, work, request))
     # Ctrl-C reaches all processes of a terminal; only the parent answers it, and ends its workers, which inherit this
@@ -101,19 +108,17 @@ def _start(work: Measure, request: Request) -> Worker:
     return Worker(process, ours)
 
 
-def _received(worker: Worker) -> Answer | int:
-    """The next message of a worker: episodes done, or the answer."""
+def _received(worker: Worker) -> Any:
+    """The next message of a worker: a number of what is done, a sentence on what failed, or what was found."""
     try:
-        message = worker.pipe.recv()
+        return worker.pipe.recv()
     except (EOFError, OSError):
         worker.process.join()
         return KILLED
-    assert isinstance(message, int | str | Measured)
-    return message
 
 
-def _serve(pipe: "Connection[object, object]", work: Measure, request: Request) -> None:
-    """Measure cells, print nothing, and end with the parent, however that ends."""
+def _serve(pipe: "Connection[object, object]", work: Work[Any, RequestT, Any], request: RequestT) -> None:
+    """Work on cells, print nothing, and end with the parent, however that ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with (
         Path(os.devnull).open("w", encoding="utf-8") as nowhere,
@@ -124,7 +129,6 @@ def _serve(pipe: "Connection[object, object]", work: Measure, request: Request) 
     ):
         while True:
             cell = pipe.recv()
-            assert isinstance(cell, Cell)
             try:
                 pipe.send(work(cell, request, pipe.send))
             # whatever goes wrong in one cell must not stop the others

@@ -1,0 +1,46 @@
+"""`python -m agents gaps`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.budgets import GAP_EPISODES
+from agents.cells import RESULTS, RUNS
+from grind_env.policies.problem import find_problem
+from grind_env.policies.tuned import CONFIGS
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents gaps --task power_limited --task rush")(gaps)
+
+
+def gaps(
+    task: Annotated[
+        list[str] | None, typer.Option("--task", "--env", help="A task or an id; may be repeated; all by default.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = GAP_EPISODES,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
+    results: Annotated[Path, typer.Option(help="Folder of gaps.csv and gaps.md, which hold these tasks.")] = RESULTS,
+) -> None:
+    """What it is worth to adapt E, D or both: tune what is missing, run every policy, write the tables.
+
+    The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows what is to
+    come, too.
+    """
+    from agents.reference.gap_table import WIDTH, rich_tables, write_gaps
+    from agents.reference.gaps import measure_gaps
+    from agents.reference.scores import scored_problems
+
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()
+    found = measure_gaps(problems, episodes=episodes, runs=runs, configs=configs, jobs=jobs, console=console)
+    write_gaps(found, episodes, results)
+    for each in rich_tables(found):
+        console.print(each)
+    console.print(f"written to {results}: gaps.csv and gaps.md", highlight=False)

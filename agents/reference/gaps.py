@@ -1,0 +1,143 @@
+"""What it is worth to adapt E, D or both in a task, and what is left to be had."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from agents.budgets import GAP_EPISODES
+from agents.cells import RUNS
+from agents.reference.measuring import Places, measure_all
+from agents.reference.scores import tune_missing
+from agents.reference.table import better_plan
+from agents.tuning.rules import tunable
+from grind_env.policies.choices import Array
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.policy import Sees
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
+from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.tuned import CONFIGS
+
+FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
+    "fixed plan",
+    "E alone",
+    "D alone",
+    "both",
+    "best rule",
+    "planner",
+    "hindsight",
+)
+"""What is compared: the best plan without sensors; the adaptive rule for one decision, and for both; the scripted
+policy that costs least of those that see measurements; the planner that knows the state; the one that knows the
+future."""
+ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
+AGAINST = {**dict.fromkeys(ROLES[1:], FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
+"""What each saving is counted from."""
+DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
+"""Who saves it, where the name does not say it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """What one policy costs in a task, and what it saves on another one in the same episodes."""
+
+    what: str
+    policy: str
+    sees: Sees
+    cost: Interval
+    """$ per block, the terminal cost included, as `reference_cost` is."""
+    against: str
+    """The policy on which it saves."""
+    saving: Interval
+    """Of the mean cost of an episode, %."""
+    score: Interval
+    """0 is the best fixed plan, 100 hindsight."""
+
+
+@dataclass(frozen=True, slots=True)
+class TaskGaps:
+    """All gaps of a task, by what they are of."""
+
+    task: str
+    by_block: bool
+    """Whether a step is a block."""
+    reference_cost: float
+    gaps: Mapping[str, Gap]
+
+    @property
+    def off(self) -> float:
+        """Reference cost over the measured cost of the best fixed plan, less one, %."""
+        return 100.0 * (self.reference_cost / self.gaps[FIXED].cost.value - 1.0)
+
+
+def measure_gaps(
+    problems: Sequence[Problem],
+    *,
+    episodes: int = GAP_EPISODES,
+    runs: Path = RUNS,
+    configs: Path = CONFIGS,
+    jobs: int = 1,
+    console: Console,
+) -> list[TaskGaps]:
+    """Tune what has not been tuned, and run every policy.
+
+    What a policy did is kept below `runs`; see `agents.cells`.
+
+    Args:
+        problems: registered environments.
+        episodes: evaluation episodes.
+        runs: folder of what is kept.
+        configs: folder of the tuned parameters.
+        jobs: processes.
+        console: shows how far it is.
+    """
+    names = {problem: [*ABLATIONS, *policy_names(problem.simulation())] for problem in problems}
+    for problem in problems:
+        tune_missing(problem, [*tunable(problem.simulation()), *ABLATIONS], runs=runs, configs=configs, jobs=jobs)
+    found = measure_all(names, episodes, Places(runs=runs, configs=configs), jobs, console)
+    return [task_gaps(problem, found[problem], configs) for problem in problems]
+
+
+def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path | None = None) -> TaskGaps:
+    """The gaps of a task, from the evaluations of its policies on the same episodes."""
+    simulation = problem.simulation()
+    sees = {name: make_policy(name, simulation, configs).sees for name in found}
+    rules = [name for name in found if sees[name] == "measurements"]
+    policies = {
+        FIXED: better_plan(found),
+        SPEED: "adaptive_speed",
+        DRESS: "adaptive_dress",
+        BOTH: "adaptive_rule",
+        BEST: min(rules, key=lambda name: float(found[name].cost.mean())),
+        PLANNER: "mpc",
+        HINDSIGHT: REFERENCE,
+    }
+    fixed, hindsight, blocks = found[policies[FIXED]], found[REFERENCE], simulation.task.blocks
+    gaps = {}
+    for what in (*ROLES, ADAPTING_E, ADAPTING_D):
+        policy, against = policies[DOES.get(what, what)], policies[AGAINST.get(what, FIXED)]
+        if policy in found:
+            run = found[policy]
+            gaps[what] = Gap(
+                what=what,
+                policy=policy,
+                sees=sees[policy],
+                cost=bootstrap(mean, run.cost / blocks),
+                against=against,
+                saving=bootstrap(saving, run.cost, found[against].cost),
+                score=run.score(fixed, hindsight),
+            )
+    return TaskGaps(problem.name, simulation.by_block, simulation.task.reference_cost, gaps)
+
+
+def mean(cost: Array) -> Array:
+    """Mean along the last axis."""
+    return np.asarray(cost.mean(axis=-1))
+
+
+def saving(cost: Array, against: Array) -> Array:
+    """By how much the mean cost is below another one, % of that, along the last axis."""
+    return np.asarray(100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1)))
