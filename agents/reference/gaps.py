@@ -48,7 +48,7 @@ class Gap:
     policy: str
     sees: Sees
     cost: Interval
-    """$ per block, the terminal cost included, as `reference_cost` is."""
+    """$ per step of the best fixed plan, the terminal cost included, as `reference_cost` is."""
     against: str
     """The policy on which it saves."""
     saving: Interval
@@ -115,7 +115,9 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
         PLANNER: "mpc",
         HINDSIGHT: REFERENCE,
     }
-    fixed, hindsight, blocks = found[policies[FIXED]], found[REFERENCE], simulation.task.blocks
+    fixed, hindsight = found[policies[FIXED]], found[REFERENCE]
+    # an episode of strokes has as many as its stock takes
+    steps = float(np.isfinite(fixed.speeds).sum(axis=1).mean())
     gaps = {}
     for what in (*ROLES, ADAPTING_E, ADAPTING_D):
         policy, against = policies[DOES.get(what, what)], policies[AGAINST.get(what, FIXED)]
@@ -125,7 +127,7 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
                 what=what,
                 policy=policy,
                 sees=sees[policy],
-                cost=bootstrap(mean, run.cost / blocks),
+                cost=bootstrap(mean, run.cost / steps),
                 against=against,
                 saving=bootstrap(saving, run.cost, found[against].cost),
                 score=run.score(fixed, hindsight),

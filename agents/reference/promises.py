@@ -36,7 +36,7 @@ class Promise(NamedTuple):
         return held, self._listed(keep), self._listed(broken)
 
     def _listed(self, figures: Mapping[str, float]) -> str:
-        return ", ".join(f"{task} {figure:.1f}{self.unit}" for task, figure in figures.items()) or NONE
+        return ", ".join(f"{task} {figure:.3g}{self.unit}" for task, figure in figures.items()) or NONE
 
 
 def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | None]:

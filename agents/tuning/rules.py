@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import quoted
 from grind_env.policies.choices import Decision, speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
-from grind_env.policies.policy import Policy
+from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import ABLATIONS, TUNED, policy_names
 from grind_env.policies.scripted.rules import Fixed
@@ -48,10 +48,13 @@ Advance = Callable[[int], object]
 
 
 class SideBySide:
-    """Policies of one kind that decide for equal shares of the episodes, one after the other."""
+    """Policies that see measurements and decide for equal shares of the episodes, one after the other."""
+
+    name: ClassVar[str] = "side_by_side"
+    sees: ClassVar[Sees] = "measurements"
 
     def __init__(self, policies: Sequence[Policy]) -> None:
-        self.policies, self.name, self.sees = policies, policies[0].name, policies[0].sees
+        self.policies = policies
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Let all of them begin."""
@@ -60,11 +63,8 @@ class SideBySide:
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """What each decides for its share."""
-        share = len(observation) // len(self.policies)
-        decided = []
-        for k, policy in enumerate(self.policies):
-            mine = slice(k * share, (k + 1) * share)
-            decided.append(policy.act(observation[mine], None if episodes is None else episodes.part(mine)))
+        shares = np.split(observation, len(self.policies))
+        decided = [policy.act(share, None) for policy, share in zip(self.policies, shares, strict=True)]
         return Decision(*map(np.concatenate, zip(*decided, strict=True)))
 
 
@@ -94,12 +94,15 @@ class Tuner:
 
     def cost(self, policy: Policy, split: str = "training") -> float:
         """Mean cost of an episode, $."""
-        return self.costs([policy], split)[0]
+        return float(roll_out(policy, self.simulation, self._episodes[split]).cost.mean())
 
-    def costs(self, policies: Sequence[Policy], split: str = "training") -> list[float]:
-        """Mean costs of an episode under policies that see the same, $; a step of all of them is one step."""
-        n = len(self.seeds[split])
-        episodes = self._episodes[split].pick(np.tile(np.arange(n), len(policies)))
+    def costs(self, policies: Sequence[Policy]) -> list[float]:
+        """Mean costs of a training episode under several policies, $."""
+        # what others see is copied at every step, for all of them together no quicker than for one after the other
+        if policies[0].sees != "measurements":
+            return [self.cost(policy) for policy in policies]
+        n = len(self.seeds["training"])
+        episodes = self._episodes["training"].pick(np.tile(np.arange(n), len(policies)))
         run = roll_out(SideBySide(policies), self.simulation, episodes)
         return [float(run.cost[first : first + n].mean()) for first in range(0, len(run.cost), n)]
 
@@ -160,7 +163,8 @@ class Tuner:
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
-        facts = f"{sources(module)} {behaviour(self.simulation)} {RULES.get(policy)} {self.seeds}"
+        code = sources(module), sources(KeptCosts.__module__), behaviour(self.simulation)
+        facts = f"{code} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
         study = open_study(self._storage, name, fresh=self._fresh)
         return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)

@@ -60,10 +60,6 @@ class Episodes:
         """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
         return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
 
-    def part(self: EpisodesT, places: slice) -> EpisodesT:
-        """The episodes at `places` themselves, and no copies of them."""
-        return type(self)(**{name: array[places] for name, array in self.arrays().items()})
-
 
 class Generator(Protocol):
     """Draws episodes."""

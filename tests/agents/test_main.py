@@ -15,8 +15,8 @@ from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
-ELSEWHERE = ("benchmark", "scores")
-"""Commands that `test_benchmark` and `test_scores` run through the same `main`."""
+ELSEWHERE = ("benchmark", "gaps", "scores")
+"""Commands that `test_benchmark`, `test_gaps` and `test_scores` run through the same `main`."""
 
 
 @pytest.fixture

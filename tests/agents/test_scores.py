@@ -69,7 +69,7 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
 def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, monkeypatch):
     asked = []
 
-    def stopped(problem, **settings):
+    def stopped(problem, names, **settings):
         asked.append((problem.name, settings["runs"]))
         raise ConfigError("tuned")
 

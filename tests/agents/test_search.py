@@ -7,8 +7,12 @@ from agents.tuning.search import Found, evolve, grid_search, refine
 
 
 def test_grid_search_finds_the_least_and_counts():
-    found = grid_search(lambda p: (p[0] - 2) ** 2 + p[1], itertools.product(range(5), (3, 1)))
-    assert found == ((2, 1), 1, 10)
+    found = grid_search(lambda points: [(x - 2) ** 2 + y for x, y in points], itertools.product(range(20), (3, 1)))
+    assert found == ((2, 1), 1, 40)
+
+
+def test_grid_search_takes_the_first_of_equals():
+    assert grid_search(lambda points: [0.0] * len(points), iter(range(40))).point == 0
 
 
 @pytest.mark.parametrize("least", [7.3, 12.0, 19.1])
@@ -27,10 +31,13 @@ def test_evolve_finds_a_minimum_within_its_budget_and_repeats_it():
     def cost(x):
         return float(((x - target) ** 2 * [1.0, 10.0, 100.0]).sum())
 
+    def costs(points):
+        return [cost(point) for point in points]
+
     np.random.seed(1)
-    first = evolve(cost, np.zeros(3), 600, seed=3)
+    first = evolve(costs, np.zeros(3), 600, seed=3)
     np.random.seed(2)
-    again = evolve(cost, np.zeros(3), 600, seed=3)
+    again = evolve(costs, np.zeros(3), 600, seed=3)
     assert first.point == pytest.approx(target, abs=1e-3)
     assert first.evaluations <= 610
     assert np.array_equal(first.point, again.point)

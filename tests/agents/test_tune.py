@@ -11,6 +11,7 @@ from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import DEFAULTS, settings_for
 from agents.tuning import learners as hyperparameters
 from agents.tuning import rules as tune
+from agents.tuning.coefficients import RULES, entry_names
 from agents.tuning.learners import Search, tune_learner, write_settings
 from agents.tuning.search import evolve, grid_search
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
@@ -31,18 +32,26 @@ class Limited:
     def __init__(self, left):
         self.left, self.asked = left, 0
 
-    def __call__(self, point):
+    def __call__(self, points):
+        return [self.of(point) for point in points]
+
+    def of(self, point):
         if self.asked == self.left:
             raise Killed
         self.asked += 1
         return float(((np.asarray(point) - [1.0, -2.0, 0.5]) ** 2 * [1.0, 10.0, 100.0]).sum())
 
 
-def search(url, cost, evaluations=60):
-    return evolve(KeptCosts(open_study(url, "s"), "xyz", cost), np.zeros(3), evaluations, seed=3)
+def search(url, costs, evaluations=60):
+    return evolve(KeptCosts(open_study(url, "s"), "xyz", costs), np.zeros(3), evaluations, seed=3)
 
 
-@pytest.mark.parametrize("killed", [7, 33])
+def kept_costs(url):
+    """All costs that a study holds."""
+    return [cost for trial in open_study(url, "s").get_trials() for cost in trial.user_attrs["costs"]]
+
+
+@pytest.mark.parametrize("killed", [5, 7, 33])
 def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_path, killed):
     whole = evolve(Limited(1000), np.zeros(3), 60, seed=3)
     url = sqlite_url(tmp_path / "trials" / "tune.db")
@@ -52,10 +61,12 @@ def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tm
     found = search(url, rest)
     assert np.array_equal(found.point, whole.point)
     assert found.cost == whole.cost
-    assert rest.asked == whole.evaluations - killed
+    # a generation in three dimensions has seven points, and is kept whole
+    assert rest.asked == whole.evaluations - killed // 7 * 7
     trials = open_study(url, "s").get_trials()
-    assert [trial.state for trial in trials] == [optuna.trial.TrialState.COMPLETE] * whole.evaluations
-    assert min(trial.value for trial in trials) == whole.cost
+    assert {trial.state for trial in trials} == {optuna.trial.TrialState.COMPLETE}
+    assert min(trial.value for trial in trials) == min(kept_costs(url)) == whole.cost
+    assert len(kept_costs(url)) == whole.evaluations
 
 
 def test_a_finished_search_takes_a_larger_budget_up(tmp_path):
@@ -63,7 +74,7 @@ def test_a_finished_search_takes_a_larger_budget_up(tmp_path):
     first = search(url, Limited(1000), 30)
     more = Limited(1000)
     assert search(url, more, 60).cost < first.cost
-    assert more.asked == len(open_study(url, "s").trials) - first.evaluations
+    assert more.asked == len(kept_costs(url)) - first.evaluations
 
 
 def test_the_trials_of_another_search_are_refused_and_can_be_thrown_away(tmp_path):
@@ -93,29 +104,51 @@ def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, mo
     names = ["constant", "size_threshold"]
     settings = {"evaluations": 10, "starts": 2, "episodes": 1}
     tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
-    count = {"roll_out": 0}
-    roll_out = tune.roll_out
+    asked = []
+    costs = tune.Tuner.costs
 
-    def killed_once(*arguments):
-        count["roll_out"] += 1
-        if count["roll_out"] == 23:
+    def killed_once(self, policies):
+        # all plans are one batch, then every generation
+        if len(asked) == 3:
+            asked.append(0)
             raise Killed
-        return roll_out(*arguments)
+        asked.append(len(policies))
+        return costs(self, policies)
 
-    monkeypatch.setattr(tune, "roll_out", killed_once)
+    monkeypatch.setattr(tune.Tuner, "costs", killed_once)
     again = {"folder": tmp_path / "b", "runs": tmp_path / "b", **settings}
     with pytest.raises(Killed):
         tune.tune(ORACLE, names, **again)
     assert list(read_tuned("oracle6", tmp_path / "b")) == ["constant"]
-    done = count["roll_out"] - 1
     tune.tune(ORACLE, names, **again)
     files = [(tmp_path / each / "oracle6.toml").read_text(encoding="utf-8") for each in "ab"]
     assert files[0] == files[1]
     # nothing that was kept is evaluated again
-    trials = sum(entry.evaluations for entry in read_tuned("oracle6", tmp_path / "b").values())
-    beside = 2 * len(names) + settings["starts"]
-    assert count["roll_out"] - 1 == trials + beside
-    assert done < trials
+    assert sum(asked) == sum(entry.evaluations for entry in read_tuned("oracle6", tmp_path / "b").values())
+
+
+def test_candidates_side_by_side_cost_what_they_cost_alone(tmp_path):
+    tuner = tune.Tuner(PLATES.simulation(), sqlite_url(tmp_path / "tune.db"), episodes=3)
+    rng = np.random.default_rng(0)
+    for name, rule in RULES.items():
+        if name in ("constant_per_kind", "look_ahead"):
+            continue
+        entries = len(entry_names(rule, PLATES.simulation().task))
+        candidates = [tuner._made(name, rng.standard_normal(entries)) for _ in range(3)]
+        costs = tuner.costs(candidates)
+        assert costs == [tuner.cost(policy) for policy in candidates], name
+        assert len(set(costs)) > 1, name
+
+
+def test_what_is_found_does_not_depend_on_the_number_of_processes(tmp_path, monkeypatch):
+    names = ["power_threshold", "adaptive_dress"]
+    settings = {"evaluations": 12, "starts": 2, "episodes": 1}
+    alone = tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
+    # all evaluations of the runs have been done by others
+    monkeypatch.setattr(tune.Tuner, "costs", None)
+    for fresh in (False, True):
+        places = {"folder": tmp_path / "b", "runs": tmp_path / "b"}
+        assert tune.tune(ORACLE, names, **places, **settings, fresh=fresh, jobs=2) == alone
 
 
 def test_validation_decides_between_starts(tmp_path, monkeypatch):

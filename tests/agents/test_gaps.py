@@ -1,0 +1,165 @@
+import csv
+import shutil
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents import __main__, cells
+from agents.reference.gap_table import page
+from agents.reference.gaps import (
+    ADAPTING_D,
+    ADAPTING_E,
+    BEST,
+    BOTH,
+    DRESS,
+    FIXED,
+    HINDSIGHT,
+    PLANNER,
+    SPEED,
+    Gap,
+    TaskGaps,
+    task_gaps,
+)
+from agents.reference.measuring import Places, measure_all
+from agents.reference.promises import PROMISES
+from agents.tuning.rules import tune
+from grind_env.policies.evaluation import Evaluation, evaluate
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import ABLATIONS, make_policy
+from grind_env.policies.statistics import Interval
+from grind_env.policies.tuned import CONFIGS
+
+ORACLE = find_problem("oracle6")
+SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
+SMALL = {"evaluations": 8, "starts": 1, "episodes": 1}
+
+
+def evaluation(*cost):
+    n = len(cost)
+    return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 6), 9000.0), np.ones((n, 6)))
+
+
+def parameters(folder):
+    """The tuned parameters with those of the ablations, quickly found."""
+    place = shutil.copytree(CONFIGS, folder / "parameters")
+    tune(ORACLE, list(ABLATIONS), folder=place, runs=folder / "tuning", **SMALL)
+    return place
+
+
+def test_gaps_by_hand(tmp_path):
+    found = {
+        "constant": evaluation(20.0, 24.0),
+        "interval": evaluation(16.0, 24.0),
+        "adaptive_speed": evaluation(15.0, 21.0),
+        "adaptive_dress": evaluation(10.0, 22.0),
+        "adaptive_rule": evaluation(10.0, 14.0),
+        "look_ahead": evaluation(9.0, 13.0),
+        "full_state_rule": evaluation(7.0, 8.0),
+        "mpc": evaluation(9.0, 11.0),
+        "hindsight": evaluation(8.0, 8.0),
+    }
+    of = task_gaps(ORACLE, found, parameters(tmp_path))
+    assert {what: gap.policy for what, gap in of.gaps.items()} == {
+        FIXED: "interval",
+        SPEED: "adaptive_speed",
+        DRESS: "adaptive_dress",
+        BOTH: "adaptive_rule",
+        # the least of those that see measurements
+        BEST: "look_ahead",
+        PLANNER: "mpc",
+        HINDSIGHT: "hindsight",
+        ADAPTING_E: "adaptive_rule",
+        ADAPTING_D: "adaptive_rule",
+    }
+    savings = {what: gap.saving.value for what, gap in of.gaps.items()}
+    # on 20 $ an episode
+    plain = {FIXED: 0.0, SPEED: 10.0, DRESS: 20.0, BOTH: 40.0, BEST: 45.0, PLANNER: 50.0, HINDSIGHT: 60.0}
+    # 12 $ on 16 $, and on 18 $
+    assert savings == pytest.approx({**plain, ADAPTING_E: 25.0, ADAPTING_D: 100.0 / 3.0})
+    assert of.gaps[ADAPTING_E].against == "adaptive_dress"
+    assert of.gaps[ADAPTING_D].against == "adaptive_speed"
+    assert of.gaps[BEST].score.value == pytest.approx(75.0)
+    # six blocks
+    assert of.gaps[FIXED].cost.value == pytest.approx(20.0 / 6.0)
+    assert replace(of, reference_cost=20.5 / 6.0).off == pytest.approx(2.5)
+    # both episodes alike: 10 of 16 and 14 of 24 are 37.5 and 41.7 %
+    low, high = of.gaps[BOTH].saving[1:]
+    assert (low, high) == pytest.approx((37.5, 100.0 * 10.0 / 24.0))
+    # 0 % of the first, 36 % of the second
+    assert of.gaps[ADAPTING_E].saving.low == 0.0
+
+
+def test_a_task_without_a_planner_goes_without_its_gap(tmp_path):
+    names = ("constant", "interval", "adaptive_speed", "adaptive_dress", "adaptive_rule", "hindsight")
+    of = task_gaps(ORACLE, {name: evaluation(9.0, 8.0) for name in names}, parameters(tmp_path))
+    assert PLANNER not in of.gaps
+    assert "| oracle6 | 1.417 ± 0.083 |" in page([of], 2)
+
+
+def gaps_of(task, *, planner=20.0, speed=9.0, dress=11.0, best=80.0, off=0.0, by_block=True):
+    """The gaps of a task with these figures."""
+
+    def gap(saving, score=0.0):
+        return Gap("", "", "measurements", Interval(4.0, 3.9, 4.1), "", Interval(saving, 0, 0), Interval(score, 0, 0))
+
+    savings = {FIXED: gap(0.0), PLANNER: gap(planner), ADAPTING_E: gap(speed), ADAPTING_D: gap(dress)}
+    return TaskGaps(task, by_block, 4.0 * (1.0 + 0.01 * off), {**savings, BEST: gap(0.0, best)})
+
+
+def held(*tasks):
+    return [promise.verdict(tasks)[0] for promise in PROMISES]
+
+
+def test_promises():
+    good = [gaps_of(name) for name in ("a", "b", "c", "d")]
+    assert held(*good) == [True] * 5
+    # three tasks are enough for E, four are wanted for D
+    assert held(*good[:3]) == [True, True, False, True, True]
+    assert held(*good[:2], gaps_of("c", speed=7.9), gaps_of("d")) == [True] * 5
+    assert held(gaps_of("a", planner=14.9), *good[1:]) == [False, True, True, True, True]
+    assert held(gaps_of("a", best=97.1), *good[1:]) == [True, True, True, False, True]
+    assert held(gaps_of("a", off=-1.1), *good[1:]) == [True, True, True, True, False]
+    # a diagnostic task and the test oracle are exempt, a step that is a stroke is no block
+    assert held(*good, gaps_of("slot", planner=0.4, best=99.0), gaps_of("oracle6", best=100.0)) == [True] * 5
+    assert held(*good, gaps_of("stroke", planner=1.0, by_block=False)) == [True] * 5
+    assert PROMISES[0].verdict([*good[:1], gaps_of("z", planner=14.0)]) == (False, "a 20 %", "z 14 %")
+
+
+def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
+    alone = {name: evaluate(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
+    # the processes import it anew: here nothing is left to evaluate
+    monkeypatch.setattr(cells, "evaluate", None)
+    found = measure_all({ORACLE: PAIR}, 3, Places(runs=tmp_path), 2, Console(quiet=True))[ORACLE]
+    assert list(found) == list(PAIR)
+    for name in PAIR:
+        np.testing.assert_array_equal(found[name].cost, alone[name].cost)
+        np.testing.assert_array_equal(found[name].executions, alone[name].executions)
+
+
+def test_the_command(tmp_path, monkeypatch, capsys):
+    def command():
+        words = ["--task", "oracle6", "--episodes", "3", "--jobs", "1", "--configs", place]
+        words += ["--runs", tmp_path / "runs", "--results", tmp_path / "results"]
+        monkeypatch.setattr(sys, "argv", ["agents", "gaps", *map(str, words)])
+        with pytest.raises(SystemExit) as stopped:
+            __main__.main()
+        return stopped.value.code or 0
+
+    place = parameters(tmp_path)
+    assert command() == 0
+    printed = capsys.readouterr().out
+    assert "Cost, $ per step" in printed
+    assert "the planner saves 15 %" in printed
+    with (tmp_path / "results" / "gaps.csv").open(encoding="utf-8") as file:
+        rows = {row["what"]: row for row in csv.DictReader(file)}
+    assert list(rows) == [FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT, ADAPTING_E, ADAPTING_D]
+    assert {row["seeds"] for row in rows.values()} == {"2000000..2000002"}
+    assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
+    written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")
+    # what was evaluated is kept
+    monkeypatch.setattr(cells, "evaluate", None)
+    assert command() == 0
+    assert (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8") == written

@@ -1,0 +1,69 @@
+"""The adaptive rule without one of its decisions."""
+
+import numpy as np
+import pytest
+
+from grind_env.policies.evaluation import episode_seeds, start_episodes
+from grind_env.policies.policy import Policy
+from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
+from grind_env.policies.scripted.rules import AdaptiveRule, Fixed
+from grind_env.policies.tuned import ConfigError, Tuned, write_tuned
+from tests.policies.harness import simulated
+
+SPEED = {"E": (9.0, 14.0, 20.0), "gA": -0.5, "gF": 0.1, "gH": -0.2, "gS": 0.1, "gP": 0.3}
+DRESS = {"A_dress": (0.011, 0.013, 0.016), "wV": 0.2, "wH": 0.4, "wS": 0.3, "wP": -0.1}
+RUSH = simulated("rush")
+
+
+def decisions(policies: list[Policy], steps: int) -> np.ndarray:
+    """What each decides along the way of the first of them, shape (policies, steps, 2, episodes)."""
+    episodes = start_episodes(RUSH, episode_seeds("training", 4))
+    for policy in policies:
+        policy.begin(RUSH, 4)
+    found = []
+    for _ in range(steps):
+        observation = RUSH.observe(episodes)
+        found.append([policy.act(observation, None) for policy in policies])
+        RUSH.step(episodes, *found[-1][0])
+    return np.array(found).swapaxes(0, 1)
+
+
+def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() -> None:
+    both = AdaptiveRule(**SPEED, **DRESS)
+    speed = TUNED["adaptive_speed"](**SPEED, D=2, every=3)
+    dress = TUNED["adaptive_dress"](E=SPEED["E"], **DRESS)
+    plan = Fixed(E=9.0, D=2, every=3)
+    of_both, of_speed, of_dress, of_plan = decisions([both, speed, dress, plan], 40)
+    np.testing.assert_array_equal(of_speed[:, 0], of_both[:, 0])
+    np.testing.assert_array_equal(of_speed[:, 1], of_plan[:, 1])
+    np.testing.assert_array_equal(of_dress[:, 1], of_both[:, 1])
+    assert set(np.unique(of_dress[:, 0])) == {9000.0, 14000.0, 20000.0}
+    assert len(np.unique(of_both[:, 0])) > 10
+    assert 0.0 < of_both[:, 1].mean() < 1.0
+
+
+def test_they_can_be_named_but_stand_in_no_list() -> None:
+    assert not set(ABLATIONS) & set(policy_names(RUSH))
+    with pytest.raises(
+        ConfigError, match=r"there is no policy 'adaptive' for rush: choose from random, .*adaptive_dress"
+    ):
+        make_policy("adaptive", RUSH)
+
+
+def test_an_interval_of_one_that_is_no_number_of_blocks_is_an_error(tmp_path) -> None:
+    parameters = {name: list(value) if isinstance(value, tuple) else value for name, value in SPEED.items()}
+    for every, fits in ((3, True), (0, False), (1.5, False)):
+        tuned = Tuned(
+            parameters={**parameters, "D": 1, "every": every},
+            training_cost=1.0,
+            validation_cost=1.0,
+            evaluations=1,
+            training_seeds=[0, 1],
+            validation_seeds=[500000, 1],
+        )
+        write_tuned("rush", {"adaptive_speed": tuned}, tmp_path)
+        if fits:
+            assert make_policy("adaptive_speed", RUSH, tmp_path).every == every
+        else:
+            with pytest.raises(ConfigError, match=r"\[adaptive_speed\.parameters\] has no every that fits"):
+                make_policy("adaptive_speed", RUSH, tmp_path)
