@@ -56,8 +56,9 @@ def _of_stroke(
     line = int(stroke["line"])
     made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke beside the program"
     made = f"groove {stroke['groove']}" if stroke["groove"] else made
-    form = ".1f" if unit == "kW" else ".0f"
-    return f"N{record.blocks.get(line, line)} {made}: {scale * most:{form}} of {scale * limit:{form}} {unit}; {remedy}"
+    block, form = record.blocks.get(line, line), ".1f" if unit == "kW" else ".0f"
+    place = f"line {line}" if block == line else f"N{block}"
+    return f"{place} {made}: {scale * most:{form}} of {scale * limit:{form}} {unit}; {remedy}"
 
 
 def _for_size(part: Any) -> str:
