@@ -9,8 +9,8 @@ from rich.console import Console
 
 from agents.budgets import GAP_EPISODES
 from agents.cells import RESULTS, RUNS
+from grind_env.commands import Configs
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import CONFIGS
 
 
 def register(app: typer.Typer) -> None:
@@ -20,13 +20,17 @@ def register(app: typer.Typer) -> None:
 
 def gaps(
     task: Annotated[
-        list[str] | None, typer.Option("--task", "--env", help="A task or an id; may be repeated; all by default.")
+        list[str] | None,
+        typer.Option("--task", "--env", help="A task, a file, or an id; may be repeated; all by default."),
     ] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = GAP_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
-    results: Annotated[Path, typer.Option(help="Folder of gaps.csv and gaps.md, which hold these tasks.")] = RESULTS,
+    configs: Configs = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(help="Folder of gaps.csv and gaps.md; of some tasks alone, by default that of what is kept."),
+    ] = None,
 ) -> None:
     """What it is worth to adapt E, D or both: tune what is missing, run every policy, write the tables.
 
@@ -40,6 +44,7 @@ def gaps(
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()
     found = measure_gaps(problems, episodes=episodes, runs=runs, configs=configs, jobs=jobs, console=console)
+    results = results or (runs if task else RESULTS)
     write_gaps(found, episodes, results)
     for each in rich_tables(found):
         console.print(each)

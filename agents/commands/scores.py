@@ -9,6 +9,7 @@ from rich.console import Console
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
+from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
@@ -43,6 +44,11 @@ def scores(
     if task in (None, WEN) and not compare:
         score_wen(data)
     problems = scored_problems() if task is None else [] if task == WEN else [find_problem(task)]
+    if of_user := next((problem for problem in problems if problem.simulation().task.file), None):
+        raise GrindError(
+            f"{of_user.name} has no reference scores, which registered environments have: "
+            f"run `python -m agents gaps --task {of_user.simulation().task.file}`"
+        )
     if compare:
         table = comparison_table(compare_published([problem.name for problem in problems], results))
         Console(width=None if sys.stdout.isatty() else WIDTH).print(table)

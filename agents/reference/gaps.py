@@ -19,7 +19,6 @@ from grind_env.policies.policy import Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
-from grind_env.policies.tuned import CONFIGS
 
 FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "fixed plan",
@@ -78,7 +77,7 @@ def measure_gaps(
     *,
     episodes: int = GAP_EPISODES,
     runs: Path = RUNS,
-    configs: Path = CONFIGS,
+    configs: Path | None = None,
     jobs: int = 1,
     console: Console,
 ) -> list[TaskGaps]:
@@ -90,7 +89,7 @@ def measure_gaps(
         problems: registered environments.
         episodes: evaluation episodes.
         runs: folder of what is kept.
-        configs: folder of the tuned parameters.
+        configs: folder of the tuned parameters; by default that of `tuned_folder`.
         jobs: processes.
         console: shows how far it is.
     """

@@ -77,7 +77,7 @@ def score(
     return rows
 
 
-def tune_missing(problem: Problem, names: Sequence[str], *, runs: Path, configs: Path, jobs: int) -> None:
+def tune_missing(problem: Problem, names: Sequence[str], *, runs: Path, configs: Path | None, jobs: int) -> None:
     """Tune those of the policies that have not been tuned for a problem yet, with the budget of all tables."""
     quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
     tune(problem, quick, evaluations=EVALUATIONS, folder=configs, runs=runs, jobs=jobs)

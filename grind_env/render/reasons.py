@@ -57,7 +57,9 @@ def _of_stroke(
     line = int(stroke["line"])
     made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke beside the program"
     made = f"groove {stroke['groove']}" if stroke["groove"] else made
-    return f"N{record.blocks.get(line, line)} {made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
+    block = record.blocks.get(line, line)
+    place = f"line {line}" if block == line else f"N{block}"
+    return f"{place} {made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
 
 
 def _for_size(part: Any) -> str:

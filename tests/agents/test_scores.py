@@ -223,3 +223,9 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     assert [("differs" in line) for line in lines if "constant" in line or "random" in line] == [True, False]
     assert command("--task", "no_such", *data) == 2
     assert "there is no problem 'no_such'" in capsys.readouterr().err
+    # a file of one's own has no place among the scores of the package
+    shop = tmp_path / "shop.toml"
+    shop.write_text('base = "oracle6"\n', encoding="utf-8")
+    assert command("--task", shop, *data) == 2
+    assert "shop has no reference scores" in capsys.readouterr().err
+    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}

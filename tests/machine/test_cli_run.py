@@ -140,6 +140,11 @@ def test_what_puts_parts_beyond_a_limit_has_its_block_and_stroke(
     assert f"the spindle stalled: part 1\n  {said}\n" in out
     assert grind("run", program, "--json") == 1
     assert json.loads(capsys.readouterr().out)["reasons"]["stall"] == said
+    # a block without an N word goes by its line
+    program.write_text(program.read_text().replace("N50 ", ""))
+    assert grind("run", program, "--json") == 1
+    by_line = said.replace("N50", f"line {stroke['line']}")
+    assert json.loads(capsys.readouterr().out)["reasons"]["stall"] == by_line
     assert re.search(r"^mean size error \d+\.\d µm: wheel wear [\d.]+, deflection [\d.]+, rest 0\.0$", out, re.M)
 
 
