@@ -107,7 +107,7 @@ class Material(Entry):
     g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]  # of the wear over chip thickness
     pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
     burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
-    burn_factor: Annotated[float, Quantity("Bm", "J/(mm2 s^0.5)", 0.1, 50)]  # slope of the same; mm and mm/s
+    burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # at which it burns, on Malkin's contact
 
     @property
     def effusivity(self) -> float:
@@ -118,6 +118,11 @@ class Material(Entry):
     def diffusivity(self) -> float:
         """Thermal diffusivity alpha = k/(rho c), mm2/s."""
         return 1e6 * self.conductivity / (self.density * self.specific_heat)
+
+    @property
+    def burn_factor(self) -> float:
+        """Slope of Malkin's burn threshold, J/(mm2 s^0.5): the flux that heats the work by `burn_rise` [M]."""
+        return 1e-6 * self.burn_rise * self.effusivity / 1.13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
