@@ -10,6 +10,7 @@ import typer
 
 from grind_env.commands import register
 from grind_env.errors import GrindError, quoted, shortened
+from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
@@ -371,6 +372,7 @@ def _control(
 
 
 register(app)
+shop_commands.register(app)
 
 
 def main(arguments: list[str] | None = None) -> None:
