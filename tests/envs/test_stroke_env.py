@@ -130,7 +130,7 @@ def test_what_is_seen() -> None:
     assert first["pick"] == pytest.approx(0.02, abs=1e-7)
     views = [seen(env, env.step(env.codec.encode(10_000.0, int(k == 3))[0])[0]) for k in range(6)]
     strokes, noise = ground(env).strokes, noise_of(env)
-    readings = strokes["power"] * (1.0 + 0.03 * noise[:6]) + 20.0 * noise[:6]
+    readings = strokes["load"] * (1.0 + 0.03 * noise[:6]) + 20.0 * noise[:6]
     assert [view["power"] for view in views] == pytest.approx(readings, rel=1e-5)
     assert views[2]["mean_power"] == pytest.approx(readings[:3].mean(), rel=1e-5)
     assert views[5]["mean_power"] == pytest.approx(readings[3:].mean(), rel=1e-5)
@@ -294,7 +294,7 @@ def test_every_stroke_is_that_of_the_machine(seed: int, dress: float, material: 
     record, shown = ground(env), Outcome(*np.array(env.outcomes).T)
     strokes, dresses = record.strokes, record.dresses
     assert len(strokes) == len(infos)
-    assert shown.peak_power == pytest.approx(strokes["power"], rel=1e-12)
+    assert shown.peak_power == pytest.approx(strokes["load"], rel=1e-12)
     assert shown.roughness == pytest.approx(strokes["Ra"], rel=1e-12)
     lost = strokes["worn"].copy()
     lost[dresses["after"]] += dresses["removed"]
