@@ -100,7 +100,7 @@ def cost_figure(results: Sequence[Result]) -> Figure:
 
 
 def relative_costs(lines: Sequence[Summary]) -> dict[str, Interval]:
-    """Cost per good part of every policy of a task, % of that of the better fixed plan; empty if none was run."""
+    """Cost per good part of every policy of a task, % of that of the best fixed plan; empty if none was run."""
     plans = [line.cost.value for line in lines if line.policy in FIXED_PLANS]
     return {line.policy: Interval(*(100.0 * each / min(plans) for each in line.cost)) for line in lines if plans}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from agents.benchmark.results import Result
 from grind_env.envs.names import environment_id
-from grind_env.policies.registry import FIXED_PLANS, REFERENCE
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
 from grind_env.policies.statistics import (
     Array,
     Interval,
@@ -49,10 +49,10 @@ class Sampled:
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
 
     def fixed(self) -> int | None:
-        """Number of the fixed plan of lower mean cost; None if one of them was not run."""
-        plans = [self.index.get((name, None)) for name in FIXED_PLANS]
-        known = [plan for plan in plans if plan is not None]
-        return min(known, key=lambda i: float(self.cost[0][i])) if len(known) == len(plans) else None
+        """Number of the fixed plan of least mean cost; None if one that every task has was not run."""
+        plans = {name: self.index[name, None] for name in FIXED_PLANS if (name, None) in self.index}
+        known = plans.keys() >= set(UNIFORM_PLANS)
+        return min(plans.values(), key=lambda i: float(self.cost[0][i])) if known else None
 
     def runs(self, policy: str) -> list[int]:
         """Numbers of the results of a policy, in the order of their seeds."""
@@ -67,7 +67,7 @@ class Sampled:
         return mean, draws
 
     def ratios(self) -> tuple[Array, Array] | None:
-        """Costs over that of the better fixed plan, likewise."""
+        """Costs over that of the best fixed plan, likewise."""
         fixed = self.fixed()
         if fixed is None:
             return None

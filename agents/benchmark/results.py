@@ -44,11 +44,11 @@ class Result:
     cost_per_good_part_low: float | None = None
     cost_per_good_part_high: float | None = None
     score: float | None = None
-    """0 is the better fixed plan, 100 the hindsight planner; noise where these cost the same: see `cost_ratio`."""
+    """0 is the best fixed plan, 100 the hindsight planner; noise where these cost the same: see `cost_ratio`."""
     score_low: float | None = None
     score_high: float | None = None
     cost_ratio: float | None = None
-    """Cost of an episode over that of the better fixed plan."""
+    """Cost of an episode over that of the best fixed plan."""
     cost_ratio_low: float | None = None
     cost_ratio_high: float | None = None
     scrap: float

@@ -46,7 +46,7 @@ class Summary:
     """Executions a part."""
     score: Interval | None
     ratio: Interval | None
-    """Cost over that of the better fixed plan."""
+    """Cost over that of the best fixed plan."""
     test_score: Interval | None
     test_ratio: Interval | None
     train_seconds: float | None

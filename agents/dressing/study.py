@@ -30,7 +30,6 @@ from grind_env.policies.problem import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import write_whole
 from grind_env.process.equations import dress_width, overlap_ratio
-from grind_env.process.state import StrokeParameters
 
 TRAINING = 256
 """Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
@@ -44,8 +43,6 @@ PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
 LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
-
-TIP = StrokeParameters._fields.index("rd")
 
 Advance = Callable[[], object]
 
@@ -199,8 +196,8 @@ def finding(simulation: Simulation, question: str, policy: Policy, run: Evaluati
 
 def new_overlap(simulation: Simulation) -> float:
     """Overlap ratio of the dress with a diamond that is not worn."""
-    task, tip = simulation.task, simulation.nominal_parameters()[0, TIP]
-    return overlap_ratio(dress_width(task.dress.depth, tip, 0.0), task.dress_lead)
+    task = simulation.task
+    return overlap_ratio(dress_width(task.dress.depth, task.dresser.tip_radius, 0.0), task.dress_lead)
 
 
 def about(found: Sequence[Finding], question: str) -> list[Finding]:

@@ -11,7 +11,7 @@ from agents.budgets import GAP_EPISODES
 from agents.cells import RUNS
 from agents.reference.measuring import Places, measure_all
 from agents.reference.scores import tune_missing
-from agents.reference.table import better_plan
+from agents.reference.table import best_plan
 from agents.tuning.rules import tunable
 from grind_env.policies.choices import Array
 from grind_env.policies.evaluation import Evaluation
@@ -106,7 +106,7 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
     sees = {name: make_policy(name, simulation, configs).sees for name in found}
     rules = [name for name in found if sees[name] == "measurements"]
     policies = {
-        FIXED: better_plan(found),
+        FIXED: best_plan(found),
         SPEED: "adaptive_speed",
         DRESS: "adaptive_dress",
         BOTH: "adaptive_rule",

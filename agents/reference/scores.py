@@ -12,7 +12,7 @@ from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
 from agents.provenance import provenance
 from agents.reference.measuring import Places, measure_all
-from agents.reference.table import WIDTH, Row, better_plan, flat, rich_table, spread_names, table_rows
+from agents.reference.table import WIDTH, Row, best_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, environment_id, task_names
@@ -100,7 +100,7 @@ def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Eva
     planned = len(found[REFERENCE].cost)
     measured = {each.name: found[each.name] for each in policies if each.sees == "measurements"}
     best = min(measured, key=lambda name: float(measured[name].cost.mean()))
-    fixed = better_plan(found)
+    fixed = best_plan(found)
     zero, hundred = mean_return(task, found[fixed].first(planned)).value, mean_return(task, found[REFERENCE]).value
     return Reference(
         zero=zero,

@@ -53,7 +53,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
     """
     planner = results[REFERENCE]
     planned = len(planner.cost)
-    fixed = results[better_plan(results)]
+    fixed = results[best_plan(results)]
     rows = []
     for policy in policies:
         run = results[policy.name]
@@ -63,9 +63,9 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
     return rows
 
 
-def better_plan(results: Mapping[str, Evaluation]) -> str:
-    """Name of the fixed plan of lower mean cost."""
-    return min(FIXED_PLANS, key=lambda name: float(results[name].cost.mean()))
+def best_plan(results: Mapping[str, Evaluation]) -> str:
+    """Name of the fixed plan of least mean cost."""
+    return min((name for name in FIXED_PLANS if name in results), key=lambda name: float(results[name].cost.mean()))
 
 
 def rich_table(rows: Sequence[Row], title: str) -> Table:

@@ -60,6 +60,9 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     finished is scrap. `info["burn_ratio"]`, `info["power_ratio"]` and `info["roughness_ratio"]` say how near the block
     came to burning and to its limits of power and Ra, which are at 1; the last one is 0 where Ra has no limit.
 
+    A part is scrap by its size, its Ra, the highest temperature rise that it has felt, or a spindle that has
+    stalled. The burn ratio (Malkin) only warns of heat: it scraps nothing.
+
     ## Episode
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last

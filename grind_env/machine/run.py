@@ -261,7 +261,8 @@ class GrindingRun:
             for _ in due:
                 part.dress(dress.seconds, 0.0)
         stalled = int(np.argmax(rows["torque"] >= STALL)) if part.stalled and not had_stalled else count
-        rows["time"][stalled + 1 :] += part.p.stall_time
+        # as the clock has it stroke by stroke, to the bit
+        rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after

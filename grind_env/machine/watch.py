@@ -70,6 +70,8 @@ class _Cycle:
         deepest: depth of its deepest stroke, mm.
         over: whether one has passed over the part.
         removed: depth ground off, mm.
+        torque: highest over that at which the spindle stalls, of strokes in which it slowed.
+        overload: subject of the warning of that stroke, and what to say.
     """
 
     plan: CyclePlan
@@ -79,6 +81,8 @@ class _Cycle:
     deepest: float = -math.inf
     over: bool = False
     removed: float = 0.0
+    torque: float = 0.0
+    overload: tuple[str, str] | None = None
 
     @property
     def is_idle(self) -> bool:
@@ -228,15 +232,21 @@ class Watch:
         self._count(event, made)
 
     def spindle(self, rows: Table) -> None:
-        """Strokes have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed or stalled."""
-        assert self.part is not None
-        worst = rows[int(rows["torque"].argmax())]
-        p, line, number = self.part.p, int(worst["line"]), int(worst["number"])
-        if worst["torque"] >= STALL:
-            self.warn(line, "stall", advice.stalled_spindle(number, 0.001 * p.power, p.stall_time))
-        elif worst["torque"] > SLOWED * p.rs:
+        """Strokes of a cycle have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed or stalled.
+
+        The cycle ends with a word about the worst of them.
+        """
+        assert self.part is not None and self._cycle is not None
+        worst, cycle, p = rows[int(rows["torque"].argmax())], self._cycle, self.part.p
+        torque, number, limit = float(worst["torque"]), int(worst["number"]), 0.001 * p.power
+        if torque <= max(cycle.torque, SLOWED * p.rs):
+            return
+        cycle.torque = torque
+        if torque >= STALL:
+            cycle.overload = "stall", advice.stalled_spindle(number, limit, p.stall_time)
+        else:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            self.warn(line, "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, 0.001 * p.power))
+            cycle.overload = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit)
 
     def _judge_speed(self, line: int, feed: float, length: float) -> None:
         """Warn of a stroke of that length, mm, at a feed that the table does not make."""
@@ -375,6 +385,8 @@ class Watch:
         cycle, self._cycle = self._cycle, None
         if cycle is None or cycle.stroke is None:
             return
+        if cycle.overload is not None:
+            self.warn(cycle.plan.line, *cycle.overload)
         if cycle.is_idle:
             self._idle = self._idle or (cycle.plan.line, self._air(cycle, cycle.stroke))
             return

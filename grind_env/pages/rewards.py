@@ -1,8 +1,9 @@
 """Bounds on the reward of a step, term by term, worked out from a task.
 
 The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
-dress and as many as the task allows, a good part and scrap. Two of them need an assumption, since the
-normal distribution is unbounded and no bound on the wear of a wheel is known: `STOCK_SIGMAS` and `WORST_WEAR`.
+dress and as many as the task allows, no stall of the spindle and one, a good part and scrap. Two of them need an
+assumption, since the normal distribution is unbounded and no bound on the wear of a wheel is known: `STOCK_SIGMAS`
+and `WORST_WEAR`.
 """
 
 import math
@@ -21,7 +22,7 @@ WORST_WEAR = 0.01
 """Least G-ratio that is counted, over the reference one of wheel and material."""
 
 MEANINGS = {
-    "time": "hourly rate x time of strokes, dresses, loading and wheel change",
+    "time": "hourly rate x time of strokes, dresses, loading, wheel change and stall",
     "wheel": "price x wheel volume, worn and dressed off",
     "dress": "price of the dresser x executions",
     "scrap": "price of scrap x probability that the finished part is scrap",
@@ -94,14 +95,15 @@ def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
 
     Args:
         task: the task.
-        times: seconds of a block without its dresses, by kind.
+        times: seconds of a block without its dresses and without a stall, by kind.
     """
     rates, most = task.rates, float(task.action.executions)
     per_second = rates.hourly / 3600.0
     dressed = 0.5 * task.execution_depth * math.pi * task.wheel.diameter * task.wheel.width
     execution = per_second * task.dress_seconds + rates.wheel * dressed + rates.dress
     change = task.wheel_change
-    longest = {name: span.most + most * task.dress_seconds for name, span in times.items()}
+    stops = most * task.dress_seconds + task.machine.stall_time
+    longest = {name: span.most + stops for name, span in times.items()}
     spans = {
         "time": Span(
             per_second * min(span.least for span in times.values()),

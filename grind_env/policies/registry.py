@@ -23,8 +23,10 @@ from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fix
 from grind_env.policies.scripted.size_threshold import SizeThreshold
 from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 
-FIXED_PLANS = ("constant", "interval")
-"""The plans that a shop can write into a program without sensors; the better one scores 0."""
+UNIFORM_PLANS = ("constant", "interval")
+FIXED_PLANS = (*UNIFORM_PLANS, "constant_per_kind")
+"""The plans that a shop can write into a program without sensors; the best one scores 0. The last one is of tasks with
+several kinds of block."""
 REFERENCE = "hindsight"
 """Scores 100."""
 

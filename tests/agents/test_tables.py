@@ -203,7 +203,7 @@ def test_a_table_without_a_column_is_damaged(column, tmp_path):
         read_results(tmp_path)
 
 
-def test_a_table_of_reference_scores_is_anchored_at_the_better_fixed_plan():
+def test_a_table_of_reference_scores_is_anchored_at_the_best_fixed_plan():
     costs = {"constant": (4.0, 6.0), "interval": (5.0, 6.0), "hindsight": (2.0, 2.0), "learned": (3.5, 3.5)}
     results = {name: evaluation(cost) for name, cost in costs.items()}
     rows = {each.policy: each for each in table_rows([Fixed(9.0, 1, name=name) for name in costs], results)}

@@ -22,7 +22,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import FIXED_PLANS, make_policy
+from grind_env.policies.registry import UNIFORM_PLANS, make_policy
 from grind_env.policies.tuned import ConfigError
 from grind_env.scores import reference
 from tests.policies.harness import changed
@@ -59,10 +59,10 @@ def test_the_curve_tells_what_the_agent_costs_and_where_the_time_went(tmp_path: 
 def test_validation_scores_as_the_reference_scores_do():
     problem = find_problem("power_limited")
     validation, simulation = Validation(problem, 16), problem.simulation()
-    costs = {name: validation.score(make_policy(name, simulation)) for name in (*FIXED_PLANS, "adaptive_rule")}
-    assert max(costs[name][1] for name in FIXED_PLANS) == pytest.approx(0.0)
+    costs = {name: validation.score(make_policy(name, simulation)) for name in (*UNIFORM_PLANS, "adaptive_rule")}
+    assert max(costs[name][1] for name in UNIFORM_PLANS) == pytest.approx(0.0)
     scale = reference("grind/PowerLimited-v0")
-    fixed = min(costs[name][0] for name in FIXED_PLANS)
+    fixed = min(costs[name][0] for name in UNIFORM_PLANS)
     saved = (fixed - costs["adaptive_rule"][0]) / fixed
     assert costs["adaptive_rule"][1] == pytest.approx(100.0 * saved / (1.0 - scale.J_plan / scale.J_fix))
 

@@ -31,7 +31,7 @@ def test_the_film_ends_as_the_evaluation_does() -> None:
 @pytest.mark.parametrize("executions", [0, 1, 2, 3])
 def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(executions: int) -> None:
     frames = 12
-    views = list(watch(Fixed(10.0, executions), PLATES, SEED, frames))
+    views = list(watch(Fixed(4.0, executions), PLATES, SEED, frames))
     assert len(views) == 1 + PLATES.simulation().task.blocks * frames
     for start in (1, 1 + 7 * frames):
         *moving, rest = views[start : start + frames]
@@ -74,7 +74,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "stroke"])
 def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
-    problem, plan, frames = find_problem(name), Fixed(12.0, 1, 3), 3
+    problem, plan, frames = find_problem(name), Fixed(6.0, 1, 3), 3
     views = list(watch(plan, problem, SEED, frames))
     result = evaluate(plan, problem.simulation(), [SEED])
     assert len(views) == 1 + frames * result.speeds.shape[1]

@@ -71,7 +71,7 @@ def test_they_are_peaks_over_limits(name: str) -> None:
     strokes = record.strokes
     for part, number in enumerate(np.unique(strokes["part"])[:5]):
         mine = strokes[strokes["part"] == number]
-        assert found[part, 1] == pytest.approx(mine["power"].max() / limits.power, rel=1e-9)
+        assert found[part, 1] == pytest.approx(mine["load"].max() / limits.power, rel=1e-9)
         assert found[part, 0] <= mine["Br"].max() * (1.0 + 1e-9)
         assert np.isclose(mine["Br"], found[part, 0], rtol=1e-9).any()
         assert found[part, 2] == pytest.approx(record.parts["Ra"][part] / limits.roughness, rel=1e-9)
@@ -93,11 +93,11 @@ def test_a_stroke_and_a_block_of_a_program_have_those_of_their_own() -> None:
         _, _, over, _, info = stroke.step(stroke.codec.encode(9000.0, 0.0)[0])
         powers.append(info["power_ratio"])
     limit = stroke.task.limits(stroke.task.kinds[0]).power
-    assert powers == pytest.approx((machine_record(stroke).strokes["power"] / limit).tolist(), rel=1e-9)
+    assert powers == pytest.approx((machine_record(stroke).strokes["load"] / limit).tolist(), rel=1e-9)
     mine: Any = gym.make("grind/Job-v0", program=str(PLATE), spread=0.0).unwrapped
     mine.reset(seed=0)
     infos = [mine.step(mine.codec.encode(9000.0, 0.0)[0])[4] for _ in mine.blocks]
     record, limits = grind(read(mine.part_program()), mine.job), mine.job.limits
     highest = max(info["power_ratio"] for info in infos)
-    assert highest == pytest.approx(record.strokes["power"].max() / limits.power, rel=1e-9)
+    assert highest == pytest.approx(record.strokes["load"].max() / limits.power, rel=1e-9)
     assert infos[-1]["roughness_ratio"] == pytest.approx(record.parts["Ra"][-1] / limits.roughness, rel=1e-9)

@@ -129,13 +129,15 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
         fixed = fixed._replace(executions_left=left)
     episode = Episode(name, Given(fixed=fixed), seed, policy_seed, pre_dress)
     task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
-    parts, last = record.parts, episode.ends
+    parts, last, limit = record.parts, episode.ends, task.limits(task.kinds[0]).power
     # random speeds ask a lot of the spindle, and titanium so much of the wheel that its lag is ground deep at once
     told = ("the spindle s", "the process model holds up to")
     assert len(parts) == PARTS and all(any(text in each for text in told) for each in record.warnings)
     for block, strokes in enumerate(episode.by_block()):
         assert len(strokes) == result.strokes[block]
-        assert strokes["power"].max() == pytest.approx(result.peak_power[block], rel=1e-9)
+        assert strokes["load"].max() == pytest.approx(result.peak_load[block], rel=1e-9)
+        assert strokes["power"].max() == pytest.approx(outcome.peak_power[block], rel=1e-9)
+        assert strokes["load"].max() / limit == pytest.approx(outcome.power_ratio[block], rel=1e-9)
         assert strokes["Ra"][-1] == pytest.approx(outcome.roughness[block], rel=1e-9)
     assert parts["dresses"].tolist() == episode.by_part(result.dresses).tolist()
     exact = {"rtol": 1e-9, "atol": 1e-9}

@@ -79,7 +79,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
     lines = info["block"].split("\n")
     assert lines[0] == "G81.1 X330. I-30. E9487. P9100"
     assert [line.split()[0] for line in lines[1:]] == ["G01", "G04", "G01", "G04", "G80"]
-    assert lines[1].endswith(" F.5") and lines[2].endswith("(OPERATOR ASKS FOR A DRESS)")
+    assert lines[1].endswith(" F.4") and lines[2].endswith("(OPERATOR ASKS FOR A DRESS)")
     assert lines[3].startswith(f"G01 Y-{stock:.3f}".replace("-0.", "-."))
     plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"].split("\n")
     assert plain[0] == "G81 X330. I-30. E9487. P9100"
@@ -96,7 +96,7 @@ def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
         names = [reading.name for reading in env.observation_info()]
         picks.append(0.02 * float(observation[names.index("last_pick")]))
     E = np.array([3000.0, 9487.0, 21_275.0]) / 60.0
-    assert picks == pytest.approx(0.5 / 60.0 * (360.0 / E + E / 1000.0 + 0.15), rel=1e-3)
+    assert picks == pytest.approx(0.4 / 60.0 * (360.0 / E + E / 1000.0 + 0.15), rel=1e-3)
     assert "pick" not in names
 
 
@@ -131,7 +131,7 @@ def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
 
 
 def test_the_depth_of_a_stroke_follows_the_infeed_of_the_task() -> None:
-    task = dataclasses.replace(read_task("reciprocation"), infeed=0.25)
+    task = dataclasses.replace(read_task("reciprocation"), infeed=0.2)
     picks = []
     for each in (task, read_task("reciprocation")):
         simulation = ReciprocationSimulation(each)

@@ -136,7 +136,8 @@ def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     assert part["S"] == pytest.approx(parts["S"][0], rel=1e-9)
     assert part["Ra"] == pytest.approx(parts["Rs"][0], rel=1e-9)
     assert part["rise"] == pytest.approx(tally["finish_rise"], rel=1e-8)
-    for name in ("peak_power", "burn_ratio", "worn", "dressed_off"):
+    assert part["peak_power"] == pytest.approx(min(tally["peak_load"], shop.parameters.power), rel=1e-8)
+    for name in ("peak_torque", "burn_ratio", "worn", "dressed_off"):
         assert part[name] == pytest.approx(tally[name], rel=1e-8), name
     # all but the loading, which goes on until the first stroke
     assert part["seconds"] - shop.times.load == pytest.approx(tally["seconds"], rel=1e-9)

@@ -51,13 +51,13 @@ def noise_of(env: StrokeEnv) -> Array:
     return env.episodes.noise[0].copy()
 
 
-def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float) -> list[dict[str, Any]]:
-    """An episode at random speeds; every stroke has a dress before it with a probability."""
+def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float, fastest: float = 1.0) -> list[dict[str, Any]]:
+    """An episode at random speeds, up to an action; every stroke has a dress before it with a probability."""
     rng = np.random.default_rng(policy_seed)
     env.reset(seed=seed)
     infos, terminated = [], False
     while not terminated:
-        action = np.array([rng.uniform(-1, 1), 0.5 if rng.random() < dress else -0.5], np.float32)
+        action = np.array([rng.uniform(-1, fastest), 0.5 if rng.random() < dress else -0.5], np.float32)
         _, reward, terminated, truncated, info = env.step(action)
         assert not truncated
         assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
@@ -130,7 +130,7 @@ def test_what_is_seen() -> None:
     assert first["pick"] == pytest.approx(0.02, abs=1e-7)
     views = [seen(env, env.step(env.codec.encode(10_000.0, int(k == 3))[0])[0]) for k in range(6)]
     strokes, noise = ground(env).strokes, noise_of(env)
-    readings = strokes["power"] * (1.0 + 0.03 * noise[:6]) + 20.0 * noise[:6]
+    readings = strokes["load"] * (1.0 + 0.03 * noise[:6]) + 20.0 * noise[:6]
     assert [view["power"] for view in views] == pytest.approx(readings, rel=1e-5)
     assert views[2]["mean_power"] == pytest.approx(readings[:3].mean(), rel=1e-5)
     assert views[5]["mean_power"] == pytest.approx(readings[3:].mean(), rel=1e-5)
@@ -154,7 +154,7 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
     tape = tape_of(env)
     errors = [part["size_error"] + 0.7 * row.size_noise for part, row in zip(parts, tape, strict=True)]
     assert [view["size_error"] for view in views] == pytest.approx(np.clip(errors, -100.0, 100.0), rel=1e-4)
-    gauged = parts["Ra"][0] / 1.0 * (1.0 + 0.06 * tape[0].roughness_noise)
+    gauged = parts["Ra"][0] / env.task.kinds[0].roughness_limit * (1.0 + 0.06 * tape[0].roughness_noise)
     assert [view["roughness"] for view in views[:4]] == pytest.approx([0.0, gauged, gauged, gauged], rel=1e-5)
     assert [view["parts_since_gauged"] for view in views[:5]] == pytest.approx([1, 1, 2, 3, 1])
     assert [view["remaining"] for view in views] == pytest.approx(np.arange(9, -1, -1) / 10.0)
@@ -162,7 +162,7 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
 
 def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> None:
     env = StrokeEnv()
-    infos = play(env, 0, 0, 0.0)
+    infos = play(env, 0, 0, 0.03, fastest=0.2)
     record, task = ground(env), env.task
     strokes, parts = record.strokes, record.parts
     stalled = parts["peak_torque"] >= 1.0
@@ -295,6 +295,8 @@ def test_every_stroke_is_that_of_the_machine(seed: int, dress: float, material: 
     strokes, dresses = record.strokes, record.dresses
     assert len(strokes) == len(infos)
     assert shown.peak_power == pytest.approx(strokes["power"], rel=1e-12)
+    limit = env.task.limits(env.task.kinds[0]).power
+    assert shown.power_ratio == pytest.approx(strokes["load"] / limit, rel=1e-12)
     assert shown.roughness == pytest.approx(strokes["Ra"], rel=1e-12)
     lost = strokes["worn"].copy()
     lost[dresses["after"]] += dresses["removed"]

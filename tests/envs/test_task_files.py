@@ -178,15 +178,15 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
         ("[setup]", "[set_up]", "set_up", ["did you mean setup?"]),
         ("load = 20.0", "load = -20.0", "setup.load", ["-20.0", "0 to 86400 s"]),
-        ("lead = 0.10", "lead_mm = 0.10", "dress.lead_mm", ["did you mean lead?"]),
+        ("lead = 0.15", "lead_mm = 0.15", "dress.lead_mm", ["did you mean lead?"]),
         ("pick = 0.02", "picks = 0.02", "kind.picks", ["kind 1: ", "did you mean pick?"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "pick = 2.0", "kind.pick", ["half a stroke", "take less"]),
         ("pick = 0.02", 'pick = "thin"', "kind.pick", ["thin", "number"]),
         ("width = 50.0", "width = 66.0", "kind.width", ["66 mm wide, the wheel 65 mm", "cross_pick"]),
-        ("lot_growth = 0.45", "lot_grow = 0.45", "spread.lot_grow", ["did you mean lot_growth?"]),
-        ("lot_growth = 0.45", "lot_growth = nan", "spread.lot_growth", ["nan", "0 to 1"]),
+        ("lot_growth = 0.80", "lot_grow = 0.80", "spread.lot_grow", ["did you mean lot_growth?"]),
+        ("lot_growth = 0.80", "lot_growth = nan", "spread.lot_growth", ["nan", "0 to 1"]),
         ("width = 65.0", "widht = 65.0", "setup.wheel_overrides.widht", ["did you mean width?"]),
         ("width = 65.0", "width = 1000", "setup.wheel_overrides", ["width is 1000", "5 to 300 mm"]),
         (
@@ -202,7 +202,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("[spread]", "[factors]\nkA = 0\n\n[spread]", "factors", ["0.01 to 100"]),
         ("[spread]", "[start]\nwear = 0.1\n\n[spread]", "start.wear", ["there is no key"]),
         ("[spread]", "[start]\nwear_flat_area = 0.4\n\n[spread]", "start.wear_flat_area", ["below 0.15"]),
-        ("[spread]", "[start]\nexecutions_left = [1, 4000]\n\n[spread]", "start.executions_left", ["at most 1000"]),
+        ("[spread]", "[start]\nexecutions_left = [1, 4000]\n\n[spread]", "start.executions_left", ["at most 666"]),
         ("blocks = 60", "blocks = ", "", ["TOML"]),
         ('sequence = ["plate"]', "sequence = []", "sequence", ["sequence", "[orders]"]),
         ("[spread]", "[orders]\nmost_parts = 2\n\n[spread]", "sequence", ["sequence", "[orders]"]),
@@ -290,9 +290,10 @@ def test_the_flagship_has_the_published_parameters() -> None:
     task = load_task("power_limited")
     p = task.parameters(task.kinds[0])
     assert (p.ke, p.bs) == (50_000.0, 65.0)
-    assert task.machine.power_limit == 7500.0
+    assert task.machine.power_limit == 5000.0
     assert 60.0 * task.wheel_revolutions == pytest.approx(1910, abs=0.5)
-    assert task.dress_feed == pytest.approx(0.10 * 30000.0 / (math.pi * 300.0))
+    assert task.dress_feed == pytest.approx(0.15 * 30000.0 / (math.pi * 300.0))
+    assert (task.dress.passes, task.dress.depth, task.dress.setup) == (2, 0.03, 60.0)
     wheel = EpisodeGenerator(task).wheel(0.0)
     assert (wheel.ds, wheel.lam, wheel.V, wheel.W, wheel.wd) == (300.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -342,7 +343,7 @@ CBN_ROUGH = ("inconel_718", 0.20, 0.010, 0, 20, 200, 0, 0, 150, 200, 0.4)
         ("slot", [("aisi_52100", 1.6, 0.016, 4, 20, 200, 0.50, 12, 0, 40, 0.4)]),
         ("job_shop", [GAUGE, PLATE, WEAR_PLATE]),
         ("rush", [GAUGE, PLATE, WEAR_PLATE]),
-        ("power_limited", [("aisi_52100", 0.30, 0.020, 1, 50, 300, 1.0, 20, 150, 60, 0.4)]),
+        ("power_limited", [("aisi_52100", 0.30, 0.020, 1, 50, 300, 0.50, 20, 150, 60, 0.4)]),
         (
             "wide_rails",
             [
@@ -359,25 +360,25 @@ def test_the_blocks_are_those_published(name: str, kinds: list[tuple[object, ...
 
 
 @pytest.mark.parametrize(
-    ("name", "speeds", "executions", "rpm", "stiffness", "width"),
+    ("name", "speeds", "executions", "rpm", "stiffness", "power", "width"),
     [
-        ("slot", (6.0, 30.0), 4, 1909.86, 20_000, 25),
-        ("job_shop", (3.0, 30.0), 3, 1909.86, 20_000, 25),
-        ("rush", (3.0, 30.0), 3, 1909.86, 20_000, 25),
-        ("power_limited", (3.0, 30.0), 3, 1909.86, 50_000, 65),
-        ("wide_rails", (3.0, 30.0), 3, 1909.86, 50_000, 65),
-        ("blades", (3.0, 30.0), 3, 1591.55, 20_000, 25),
-        ("CBN", (3.0, 30.0), 3, 2228.17, 20_000, 25),
+        ("slot", (6.0, 30.0), 4, 1909.86, 20_000, 7500, 25),
+        ("job_shop", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
+        ("rush", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
+        ("power_limited", (3.0, 30.0), 3, 1909.86, 50_000, 5000, 65),
+        ("wide_rails", (3.0, 30.0), 3, 1909.86, 50_000, 5000, 65),
+        ("blades", (3.0, 30.0), 3, 1591.55, 20_000, 7500, 25),
+        ("CBN", (3.0, 30.0), 3, 2228.17, 20_000, 7500, 25),
     ],
 )
 def test_the_set_ups_are_those_published(
-    name: str, speeds: tuple[float, float], executions: int, rpm: float, stiffness: float, width: float
+    name: str, speeds: tuple[float, float], executions: int, rpm: float, stiffness: float, power: float, width: float
 ) -> None:
     task = load_task(name)
     p = task.parameters(task.kinds[0])
     assert (task.action.speed_range, task.action.executions) == (speeds, executions)
     assert 60.0 * task.wheel_revolutions == pytest.approx(rpm, rel=1e-5)
-    assert (p.ke, p.bs, task.machine.power_limit) == (stiffness, width, 7500.0)
+    assert (p.ke, p.bs, task.machine.power_limit) == (stiffness, width, power)
     assert p.dd == (0.005 if name == "CBN" else 0.010)
 
 

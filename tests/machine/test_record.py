@@ -16,7 +16,7 @@ def test_csv_has_every_number_rounded_and_its_unit_in_the_header(tmp_path: Path)
         rows = list(csv.DictReader(file))
     headers = list(rows[0])
     assert [header.partition(" [")[0] for header in headers] == list(record.strokes.dtype.names or ())
-    assert {"time [s]", "E [mm/min]", "Fn [N/mm]", "Ra [um]", "A", "line"} <= set(headers)
+    assert {"time [s]", "E [mm/min]", "Fn [N/mm]", "load [W]", "vs [m/s]", "Ra [um]", "A", "line"} <= set(headers)
     for header in headers:
         exact = record.strokes[header.partition(" [")[0]]
         assert [float(row[header]) for row in rows] == pytest.approx(exact, rel=1e-5, abs=5e-4)

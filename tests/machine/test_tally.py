@@ -225,7 +225,7 @@ def test_the_window_holds_six_full_plunges_where_every_second_stroke_is_one() ->
     (tally,) = grind_cycles(*tables(EVERY_SECOND))
     (_,), (log,) = log_cycles(*tables(EVERY_SECOND), 200)
     # the first stroke touches; after the odd ones the wheel goes down by 10 um
-    assert window(tally) == log["power"][[19, 17, 15, 13, 11, 9]].tolist()
+    assert window(tally) == log["load"][[19, 17, 15, 13, 11, 9]].tolist()
 
 
 def test_a_tally_goes_on_from_cycle_to_cycle() -> None:

@@ -16,7 +16,7 @@ from grind_env.machine.job import Job, Stage, Times, WheelStart
 from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord, Table
 from grind_env.machine.watch import Watch
-from tests.machine.harness import CYCLE, DRESS, HEAD, job, run
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
 
 LONG_AFTER = (1e12,)
 """s; an operator who asks for a dress at such a time has every stroke stepped."""
@@ -186,3 +186,18 @@ def test_a_whole_cycle_beyond_numbers_is_refused_in_its_line() -> None:
     beyond = PartConditions(factors={"kA": 1e300, "kL": 1e300})
     with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers"):
         run(HEAD + CYCLE + "M30\n", job(), conditions=(beyond,))
+
+
+@pytest.mark.parametrize(("power", "said"), [(1400.0, "the spindle slows to"), (900.0, "the spindle stalls")])
+@pytest.mark.parametrize("dress_requests", [(), LONG_AFTER])
+def test_the_worst_stroke_of_a_cycle_for_the_spindle_is_told_of_once(
+    power: float, said: str, dress_requests: tuple[float, ...]
+) -> None:
+    shop = job(setup={"machine": replace(CATALOGUE.machine("default"), power_limit=power)})
+    control = replace(shop.control, operator_dress_at=dress_requests)
+    record = grind(read(HEAD + CYCLE + "M30\n" + DRESS, "test.nc"), shop, control=control)
+    torque = record.strokes["torque"]
+    assert (torque > 1.01 * shop.parameters.rs).sum() > (torque >= 1.0).sum()
+    worst = record.strokes["number"][int(torque.argmax())]
+    (told,) = (each for each in record.warnings if "the spindle s" in each)
+    assert told.startswith(f"test.nc:3: in stroke {worst} {said}")

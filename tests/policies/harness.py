@@ -12,7 +12,7 @@ from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
-from grind_env.policies.registry import FIXED_PLANS, TUNED, UNTUNED
+from grind_env.policies.registry import TUNED, UNIFORM_PLANS, UNTUNED
 from grind_env.policies.tuned import arguments
 
 
@@ -61,7 +61,7 @@ def untuned(name: str, simulation: Simulation) -> Any:
     """The policy of that name where the search for its parameters would begin."""
     if name in UNTUNED:
         return UNTUNED[name]()
-    if name in FIXED_PLANS:
+    if name in UNIFORM_PLANS:
         return TUNED[name](E=12.0, D=1, every=2)
     if name == "mpc":
         return ModelPredictive(untuned("full_state_rule", simulation), horizon=2)

@@ -3,11 +3,13 @@ import math
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.policies.columns import AREA
 from grind_env.policies.columns import PRESSURE as PRESSURE_FACTOR
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from tests.policies.harness import observation, simulated
 
+TORQUE = Outcome._fields.index("peak_torque")
 PLATES = simulated("power_limited")
 
 # nominal values of the set-up: 52100 with an A60 J wheel, 30 m/s at 300 mm
@@ -134,32 +136,22 @@ def test_pressure_of_time_and_thrift_by_hand():
         assert (estimate.pressed[0], estimate.thrift[0]) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["slot", "job_shop", "wide_rails", "blades"])
+@pytest.mark.parametrize("name", ["slot", "job_shop", "wide_rails", "blades", "power_limited"])
 def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     simulation = simulated(name)
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
     estimator = SharpnessEstimator(simulation)
     estimator.begin(200)
     estimator.update(simulation.observe(episodes))
-    for _ in range(3 if name == "slot" else 6):
-        simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
+    stalled = np.zeros(200, bool)
+    for _ in range({"slot": 3, "power_limited": 4}.get(name, 6)):
+        outcomes, _ = simulation.step(episodes, np.full(200, 5000.0), np.zeros(200))
+        stalled |= outcomes[:, TORQUE] >= 1.0
         pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
         estimate = estimator.update(simulation.observe(episodes))
     true = episodes.wheels[:, AREA] * pressure
-    assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.75
-    assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.25)
-
-
-def test_the_estimate_follows_the_true_wear_flats():
-    simulation = PLATES
-    episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
-    estimator = started(200)
-    estimator.update(simulation.observe(episodes))
-    for _ in range(4):
-        simulation.step(episodes, np.full(200, 9000.0), np.zeros(200))
-        pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
-        estimate = estimator.update(simulation.observe(episodes))
-    true = episodes.wheels[:, AREA] * pressure
-    # less well of the dullest wheels, at which the spindle comes to its limit
-    assert np.corrcoef(np.log(estimate.wear_flat), np.log(true))[0, 1] > 0.75
-    assert np.median(estimate.wear_flat / true) == pytest.approx(1.0, abs=0.2)
+    ground = ~stalled  # a wheel that has stalled grinds no more of the part
+    assert ground.mean() > 0.7
+    assert np.corrcoef(np.log(estimate.wear_flat[ground]), np.log(true[ground]))[0, 1] > 0.9
+    # too dull where the spindle slows, whose load grows with the chips
+    assert np.median(estimate.wear_flat[ground] / true[ground]) == pytest.approx(1.0, abs=0.25)

@@ -99,13 +99,6 @@ def test_a_spindle_slows_until_it_has_the_power_that_is_asked_for(chip: float, r
         assert (kept, over) == (1.0, 1.0)
 
 
-def test_torque_over_that_at_which_the_spindle_stalls() -> None:
-    # 7500 W at 60 % of 30 m/s are 416.67 N: 20.83 N/mm over 20 mm
-    assert eq.torque_share(7500.0 / 18.0 / 20.0, 20.0, 30.0, 0.6 / 7500.0) == pytest.approx(1.0, rel=1e-12)
-    # at the power limit and the speed that is set: 60 % of it
-    assert eq.torque_share(250.0 / 20.0, 20.0, 30.0, 0.6 / 7500.0) == pytest.approx(0.6, rel=1e-12)
-
-
 # --- geometry of the contact --------------------------------------------------------------------------------
 
 

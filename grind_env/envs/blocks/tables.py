@@ -122,12 +122,13 @@ class Outcome(NamedTuple):
     """Of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
     rise: float
     peak_power: float
+    """Highest power that the spindle gave, W: at most its limit, however high its load."""
     peak_torque: float
     """Over that at which the spindle stalls."""
     roughness: float
     size_error: float
     power_ratio: float
-    """Highest power over its limit."""
+    """Highest load over the power limit."""
     roughness_ratio: float
     """Ra of the surface over its limit; 0 where there is none."""
 

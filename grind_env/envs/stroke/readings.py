@@ -49,7 +49,7 @@ def stroke_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
     low, high = task.action.speed_ends
     noise = f"{100.0 * POWER_NOISE:g} % + {POWER_NOISE_FLOOR:g} W"
     own = [
-        Reading("power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "power above idle of the last stroke"),
+        Reading("power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "load of the spindle above idle in the last stroke"),
         Reading("mean_power", "W", 0.0, power, 0.0, POWER_RANGE, noise,
                 "mean of the power readings of the last (up to 6) full plunges since the last dress; 0 if none"),
         Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, noise, "highest load reading on the part"),

@@ -1,5 +1,6 @@
 """What the tables of a task must keep together: whole parts, a wheel that suits them, blocks that a program can say."""
 
+import math
 from typing import TYPE_CHECKING
 
 from grind_env.control.rules import motion_time, picks_to
@@ -128,4 +129,6 @@ def _check_start(task: "Task") -> None:
         raise wrong("start.wear_flat_area", area, f"below {task.wheel.wear_flat_limit:g} for {task.wheel}", TaskError)
     most = (task.wheel.diameter - task.wheel.minimum_diameter) / task.execution_depth
     if left is not None and left[1] > most:
-        raise wrong("start.executions_left", left, f"at most {most:.0f}, which a new {task.wheel} has", TaskError)
+        raise wrong(
+            "start.executions_left", left, f"at most {math.floor(most)}, which a new {task.wheel} has", TaskError
+        )
