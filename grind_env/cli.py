@@ -202,7 +202,7 @@ def run(
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot, settings.limits)
+        plot_record(result, plot, settings, program.name)
     if as_json:
         print(json.dumps(as_data(result, settings, program.name)))
     else:
