@@ -183,16 +183,12 @@ def run(
 
     from grind_env import control
     from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import load_job
+    from grind_env.machine.job_file import job_beside, load_job
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
     programs = control.read_file(program)
-    if job is None:
-        job = program.with_suffix(".toml")
-        if not job.is_file():
-            raise GrindError(f"there is no job {job} beside the program; name one with --job")
-    settings = load_job(job)
+    settings = load_job(job_beside(program) if job is None else job)
     machine = replace(settings.control, block_delete=block_delete)
     if blocks is not None:
         machine = replace(machine, block_budget=blocks)

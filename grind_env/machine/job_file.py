@@ -44,7 +44,7 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 
 from pathlib import Path
 
-from grind_env.files import ReadError
+from grind_env.files import ReadError, is_file, shown
 from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
 from grind_env.process.catalogue import USUAL
 from grind_env.process.tables import Table, keys, refuse_missing, refuse_unknown, sub_table
@@ -52,6 +52,18 @@ from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
 VALUES = ("wheel_speed", "constant_surface_speed", "spindle", "coolant", "grooving_wheel")
+
+
+def job_beside(program: Path) -> Path:
+    """The job of a program for which none is named: the file of its name with `.toml`.
+
+    Raises:
+        JobError: there is none.
+    """
+    path = program.with_suffix(".toml")
+    if not is_file(path):
+        raise JobError(f"there is no job {shown(path)} beside the program; name one with --job")
+    return path
 
 
 def load_job(path: str | Path) -> Job:

@@ -3,6 +3,7 @@
 The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -154,7 +155,7 @@ def spans(record: GrindingRecord) -> list[Span]:
     firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
     return [
         Span(first, after, block_name(record, int(strokes["line"][first])))
-        for first, after in zip(firsts[:-1], firsts[1:], strict=True)
+        for first, after in itertools.pairwise(firsts)
     ]
 
 
@@ -176,7 +177,7 @@ def sparks_out(record: GrindingRecord) -> Array:
         Z = strokes["Z"][span.first : span.after]
         plan = record.cycles.get(int(strokes["line"][span.first]))
         if plan is not None and plan.plunges:
-            at_depth = int((Z >= Z[-1] - DEPTH_TOLERANCE).sum())
+            at_depth = int((Z[-1] - DEPTH_TOLERANCE <= Z).sum())
             found[span.after - at_depth * plan.spark_out // (1 + plan.spark_out) : span.after] = True
         elif not strokes["groove"][span.first]:
             found[span.first + 1 : span.after] = np.abs(np.diff(Z)) <= DEPTH_TOLERANCE
@@ -303,5 +304,3 @@ def joined_runs(values: Sequence[bool] | Array) -> list[tuple[int, int]]:
     padded = np.concatenate([[False], np.asarray(values, dtype=bool), [False]])
     changes = np.flatnonzero(np.diff(padded.astype(int)))
     return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))
-
-

@@ -71,6 +71,8 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
 
 
 def _draw(shown: Picture, figure: "Figure") -> None:
+    from matplotlib.ticker import MaxNLocator
+
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
     for panel, curve in zip(panels, shown.curves, strict=True):
         _draw_curve(panel, curve, shown)
@@ -82,7 +84,7 @@ def _draw(shown: Picture, figure: "Figure") -> None:
         _name_marks(panels[0], shown)
     panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
     panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
-    panels[-1].xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
 def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
