@@ -21,11 +21,9 @@ HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Simulator of the surface-grinding cycles of a 9/Series CNC grinder control.",
 )
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
@@ -56,9 +54,21 @@ GrooveRetract = Annotated[
 ]
 
 
-@app.callback()
-def commands() -> None:
-    """Make `grind` a group of commands, however many there are."""
+FIRST_STEPS = """\
+grind_env simulates the surface-grinding cycles of a CNC grinder. Three commands to begin with:
+
+  grind init my_part              a program, its job, a catalogue and a notebook to start from
+  grind run my_part/part.nc       grinds a part: time, size, Ra, power, temperature, cost
+  grind report my_part/part.nc    the same as one HTML page, to read and to print
+
+All commands: grind --help"""
+
+
+@app.callback(invoke_without_command=True)
+def commands(context: typer.Context) -> None:
+    """Simulator of the surface-grinding cycles of a 9/Series CNC grinder control."""
+    if context.invoked_subcommand is None:
+        print(FIRST_STEPS)
 
 
 @app.command(epilog="Example: grind check slot.nc --json")

@@ -39,9 +39,9 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
-from grind_env.machine.job import Job, JobError
+from grind_env.machine.job import Job, JobError, PartConditions
 from grind_env.machine.mounting import Mount
-from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import (
     DRESS_ROW,

@@ -93,7 +93,8 @@ def _row(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.nd
         str(dresses),
     )
     summary = (
-        f"{cells[3]} strokes, {cells[5]} s, up to {cells[8]} kW and {cells[10]} K, Ra {cells[12]} µm"
+        f"{cells[3]} stroke{'s' * (cells[3] != '1')}, {cells[5]} s, up to {cells[8]} kW and {cells[10]} K, "
+        f"Ra {cells[12]} µm"
         f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
     )
     return BlockRow(line=lines[0], cells=cells, summary=summary)

@@ -15,6 +15,8 @@ MOST_LABELS = 14
 MOST_MARKS = 100
 """Dresses, blocks or spark-outs up to which each has its line or shade."""
 SHADE = "#efe7da"
+FEW = 10
+"""Strokes or parts that are all numbered."""
 
 
 def run_figure(shown: Picture) -> Any:
@@ -48,6 +50,8 @@ def run_figure(shown: Picture) -> Any:
     _mark(figure, shown)
     figure.update_xaxes(range=[float(shown.edges[0]), float(shown.edges[-1])], gridcolor="#e3e3e3", zeroline=False)
     figure.update_xaxes(title_text=shown.axis, row=rows, col=1)
+    if len(shown.at) < FEW:
+        figure.update_xaxes(dtick=1)
     figure.update_yaxes(gridcolor="#e3e3e3", zeroline=False)
     figure.update_layout(
         plot_bgcolor="white",
@@ -78,7 +82,8 @@ def _traces(curve: Curve, shown: Picture) -> list[Any]:
     at = shown.at.astype(np.float32)
     low, mean, high = (side.astype(np.float32) for side in (curve.low, curve.mean, curve.high))
     if curve.downwards:
-        return [Scatter(x=at, y=mean, mode="lines", line=line | {"shape": "hvh", "width": 2}, hovertemplate=said)]
+        steps = line | {"shape": "hvh", "width": 2}
+        return [Scatter(x=at, y=mean, mode="lines+markers", line=steps, marker={"size": 3}, hovertemplate=said)]
     if shown.banded:
         edge: dict[str, Any] = {"x": at, "mode": "lines", "line": {"width": 0, "color": curve.color}}
         return [

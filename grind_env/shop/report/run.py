@@ -116,7 +116,8 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
         "good": f"The program grinds {whole} within the limits.",
     }[level]
     found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
-    warned = [f"{len(record.warnings)} warnings, listed below."] if record.warnings else []
+    told = len(record.warnings)
+    warned = [f"{told} warning{'s' * (told > 1)}, listed below."] if told else []
     return verdict(level, headline, [totals(record), *found, *warned])
 
 
