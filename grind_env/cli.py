@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.commands import register
-from grind_env.errors import GrindError, quoted, shortened
+from grind_env.errors import GrindError, printable, quoted, shortened
 from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
@@ -104,9 +104,9 @@ def check(
     if as_json:
         print(json.dumps(report_record(report, program.name)))
     elif not report.errors:
-        print(summary(report))
+        print(printable(summary(report)))
     for found in report.errors:
-        print(f"grind: {found}", file=sys.stderr)
+        print(printable(f"grind: {found}"), file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 

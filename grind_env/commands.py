@@ -57,6 +57,7 @@ def evaluate(
     A score is of the same episodes as those of the best fixed plan and of the planner, 0 and 100. It is called unpaired
     where the episodes are others than those of the reference scores.
     """
+    from grind_env.errors import printable
     from grind_env.policies.judging import evaluate as judge
     from grind_env.policies.problem import find_problem
 
@@ -66,7 +67,7 @@ def evaluate(
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
-        print(found)
+        print(printable(str(found)))
 
 
 def play(
@@ -117,7 +118,8 @@ def play(
             print(f"the operator asks for dresses at {times} s of this program; without them it is not the same")
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
-        f"{plays.name}, seed {seed}: {played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
+        f"{printable(plays.name)}, seed {seed}: "
+        f"{played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
         f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
     )
 
