@@ -65,12 +65,13 @@ from grind_env.machine.job import (
     wrong,
 )
 from grind_env.process.catalogue import USUAL, Catalogue
-from grind_env.process.tables import Content, Table, checked, keys, refuse_missing, refuse_unknown, sub_table
+from grind_env.process.entries import Quantity
+from grind_env.process.tables import Content, Table, checked, contents, keys, refuse_missing, refuse_unknown, sub_table
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
 VALUES = ("wheel_speed", "constant_surface_speed", "spindle", "coolant", "grooving_wheel")
-FACTORS = Content(Mapping, float)
+FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 
 def job_beside(program: Path) -> Path:
@@ -146,9 +147,9 @@ def _parts(document: Table, part: Table, catalogue: Catalogue) -> tuple[PartCond
 
 
 def _conditions(table: Table, part: Table, catalogue: Catalogue) -> PartConditions:
-    for key in ("factors", "new_wheel_factors"):
-        if key in table and not FACTORS.allows(table[key]):
-            raise wrong(f"parts.{key}", table[key], f"{FACTORS.legal}, by parameters of the process model")
+    for key, content in {"stock": contents(Part)["stock"], "factors": FACTORS, "new_wheel_factors": FACTORS}.items():
+        if key in table and not content.allows(table[key]):
+            raise wrong(f"parts.{key}", table[key], content.legal)
     own = None
     if "part" in table:
         differing = dict(sub_table(table, "part", keys(Part), JobError, "parts.part"))

@@ -95,7 +95,11 @@ def listing(lines: Sequence[Line]) -> "Markup":
     return _block(
         "listing",
         [
-            Line(line.number, printable(line.text), [Note(printable(note.text), note.kind) for note in line.notes])
+            Line(
+                printable(line.number),
+                printable(line.text),
+                [Note(printable(note.text), note.kind) for note in line.notes],
+            )
             for line in lines
         ],
     )
@@ -122,7 +126,7 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
         .get_template("page.html")
         .render(
             title=printable(title),
-            facts={name: printable(value) for name, value in (facts or {}).items()},
+            facts={printable(name): printable(value) for name, value in (facts or {}).items()},
             sections=[Section(printable(section.title), section.body) for section in sections],
             generator=GENERATOR,
             style=markup((TEMPLATES / "page.css").read_text("utf-8")),
