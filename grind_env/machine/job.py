@@ -8,7 +8,7 @@ edge on the minus side across the table.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
@@ -295,6 +295,11 @@ class Job:
         if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
+
+    def of_part(self, number: int) -> "Job":
+        """The job of a part by its number, from 1: another one where `parts` says that it is of another kind."""
+        own = self.parts[number - 1].part if number <= len(self.parts) else None
+        return self if own is None or own == self.part else replace(self, part=own)
 
     @cached_property
     def parameters(self) -> StrokeParameters:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.cost import NO_LIMIT
+from grind_env.process.cost import NO_LIMIT, Limits
 
 Array = NDArray[Any]
 
@@ -189,8 +189,10 @@ def behind(record: GrindingRecord, job: Job) -> Array:
 
     At the end of a part that the program grinds to its size it is the mean size error.
     """
-    strokes, part = record.strokes, job.part
-    removed = strokes["ae"] * strokes["b"] * strokes["Lw"] / (part.width * part.length)
+    strokes = record.strokes
+    ground = [job.of_part(number).part for number in record.parts["part"].tolist()]
+    areas = np.array([part.width * part.length for part in ground])
+    removed = strokes["ae"] * strokes["b"] * strokes["Lw"] / areas[strokes["part"] - 1]
     total = np.cumsum(removed)
     firsts = np.searchsorted(strokes["part"], strokes["part"])
     before = np.where(firsts > 0, total[firsts - 1], 0.0)
@@ -235,7 +237,7 @@ def _of_parts(record: GrindingRecord, job: Job | None) -> list[Curve]:
 def _loads(
     power: Array, rise: Array, burn: Array, flats: Array, roughness: Array, job: Job | None, which: str = ""
 ) -> list[Curve]:
-    limits = None if job is None else job.limits
+    limits = None if job is None else _common_limits(job)
     return [
         _curve(
             f"{which}power above idle",
@@ -249,7 +251,7 @@ def _loads(
             "K",
             RED,
             rise,
-            () if limits is None else (Limit(limits.rise, f"limit {limits.rise:.0f} K"),),
+            () if limits is None or limits.rise <= NO_LIMIT else (Limit(limits.rise, f"limit {limits.rise:.0f} K"),),
         ),
         _curve(f"{which}burn ratio", "-", GREY, burn, (Limit(1.0, "burn threshold"),)),
         _curve("wear-flat area", "%", GREEN, 100.0 * flats),
@@ -265,8 +267,14 @@ def _loads(
     ]
 
 
+def _common_limits(job: Job) -> Limits:
+    """The limits of all parts, without those that parts of several kinds do not share."""
+    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.parts) + 1))}
+    return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
+
+
 def _size(title: str, values: Array, job: Job) -> Curve:
-    size = job.limits.size
+    size = _common_limits(job).size
     limits = (Limit(size, f"limit {size:g} µm"), Limit(-size, f"limit -{size:g} µm")) if size > NO_LIMIT else ()
     return _curve(title, "µm", GREEN, values, limits)
 

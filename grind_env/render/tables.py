@@ -231,7 +231,8 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
         Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
         `earlier` of one that was not good at a gauging stop.
     """
-    passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], job.limits)
+    limits = job.of_part(int(part["part"])).limits
+    passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], limits)
     others = {"unground": part["unground"] > 0.0, "earlier": part["earlier"] < SCRAP_BELOW}
     return (*passed, *(name for name, is_so in others.items() if is_so))
 

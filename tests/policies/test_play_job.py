@@ -77,3 +77,16 @@ def test_a_job_that_lists_its_parts_is_no_batch(tmp_path: Path, capsys: pytest.C
     assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", path) == 0
     assert ended("play", "--program", path, "--policy", "E9D1", "--no-window") == 2
     assert "[[parts]]" in capsys.readouterr().err
+
+
+def test_parts_of_several_kinds_are_told_by_their_own_limits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "played.nc"
+    assert ended("play", "--task", "rush", "--policy", "E12D1", "--output", path) == 0
+    capsys.readouterr()
+    ended("run", path, "--json")
+    parts = json.loads(capsys.readouterr().out)["parts"]
+    scrap = [part for part in parts if part["survival"] < 0.5]
+    assert scrap and all(part["beyond"] for part in scrap)
+    assert all(part["survival"] < 0.6 for part in parts if part["beyond"])

@@ -123,13 +123,15 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
 
 def _margins(record: GrindingRecord, job: Job) -> "Markup":
     """The worst part by each limit."""
-    parts, limits, wheel = record.parts, job.limits, job.setup.wheel
+    parts, wheel = record.parts, job.setup.wheel
+    limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
+    rise, power, roughness, size = limits.T
     rows = [
-        _margin("temperature rise, K", parts["rise"], parts["part"], limits.rise, ".0f"),
+        _margin("temperature rise, K", parts["rise"], parts["part"], rise, ".0f"),
         _margin("spindle torque, % of stalling", 100.0 * parts["peak_torque"], parts["part"], 100.0, ".0f"),
-        _margin("spindle power, kW", 0.001 * parts["peak_power"], parts["part"], 0.001 * limits.power, ".2f"),
-        _margin("roughness Ra, µm", parts["Ra"], parts["part"], limits.roughness, ".2f"),
-        _margin("size error, µm", np.abs(parts["worst_error"]), parts["part"], limits.size, ".1f"),
+        _margin("spindle power, kW", 0.001 * parts["peak_power"], parts["part"], 0.001 * power, ".2f"),
+        _margin("roughness Ra, µm", parts["Ra"], parts["part"], roughness, ".2f"),
+        _margin("size error, µm", np.abs(parts["worst_error"]), parts["part"], size, ".1f"),
         _margin("burn ratio (a warning, no scrap)", parts["burn_ratio"], parts["part"], 1.0, ".2f"),
     ]
     used = first_diameter(job) - record.strokes["ds"]
@@ -138,9 +140,12 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
     return table(("limit", "worst", "limit is", "left, %", "in part"), rows)
 
 
-def _margin(name: str, values: np.ndarray, parts: np.ndarray, limit: float, form: str) -> list[str | Cell]:
-    worst = int(np.argmax(values))
-    value = float(values[worst])
+def _margin(name: str, values: np.ndarray, parts: np.ndarray, limits: np.ndarray | float, form: str) -> Cells:
+    """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    every = np.broadcast_to(limits, values.shape)
+    shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
+    worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))
+    value, limit = float(values[worst]), float(every[worst])
     if limit <= NO_LIMIT:
         return [name, f"{value:{form}}", "none", "–", str(parts[worst])]
     left = 1.0 - value / limit
