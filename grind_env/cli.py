@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.commands import register
-from grind_env.errors import GrindError, quoted, shortened
+from grind_env.errors import GrindError, printable, quoted, shortened
 from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
@@ -21,11 +21,9 @@ HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Simulator of the surface-grinding cycles of a 9/Series CNC grinder control.",
 )
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
@@ -56,9 +54,21 @@ GrooveRetract = Annotated[
 ]
 
 
-@app.callback()
-def commands() -> None:
-    """Make `grind` a group of commands, however many there are."""
+FIRST_STEPS = """\
+grind_env simulates the surface-grinding cycles of a CNC grinder. Three commands to begin with:
+
+  grind init my_part              a program, its job, a catalogue and a notebook to start from
+  grind run my_part/part.nc       grinds a part: time, size, Ra, power, temperature, cost
+  grind report my_part/part.nc    the same as one HTML page, to read and to print
+
+All commands: grind --help"""
+
+
+@app.callback(invoke_without_command=True)
+def commands(context: typer.Context) -> None:
+    """Simulator of the surface-grinding cycles of a 9/Series CNC grinder control."""
+    if context.invoked_subcommand is None:
+        print(FIRST_STEPS)
 
 
 @app.command(epilog="Example: grind check slot.nc --json")
@@ -94,9 +104,9 @@ def check(
     if as_json:
         print(json.dumps(report_record(report, program.name)))
     elif not report.errors:
-        print(summary(report))
+        print(printable(summary(report)))
     for found in report.errors:
-        print(f"grind: {found}", file=sys.stderr)
+        print(printable(f"grind: {found}"), file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 
@@ -183,16 +193,12 @@ def run(
 
     from grind_env import control
     from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import load_job
+    from grind_env.machine.job_file import job_beside, load_job
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
     programs = control.read_file(program)
-    if job is None:
-        job = program.with_suffix(".toml")
-        if not job.is_file():
-            raise GrindError(f"there is no job {job} beside the program; name one with --job")
-    settings = load_job(job)
+    settings = load_job(job_beside(program) if job is None else job)
     machine = replace(settings.control, block_delete=block_delete)
     if blocks is not None:
         machine = replace(machine, block_budget=blocks)
@@ -202,7 +208,7 @@ def run(
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot, settings.limits)
+        plot_record(result, plot, settings, program.name)
     if as_json:
         print(json.dumps(as_data(result, settings, program.name)))
     else:
