@@ -172,18 +172,20 @@ class DressText:
         """Whether a text dresses with another lead, depth or passes, and else as this one."""
         simulation, old = self.simulation, self.run.plan
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
-        position = next(
-            block.start for block in simulation.script.blocks if block.plan.program == self.number
-        ) if simulation.script else (0.0, 0.0, 0.0)
+        position = (
+            next(block.start for block in simulation.script.blocks if block.plan.program == self.number)
+            if simulation.script
+            else (0.0, 0.0, 0.0)
+        )
         try:
             new = run_dress(programs, self.number, simulation.job, simulation.job.control, position, self.run.axis).plan
         except (ControlError, DressProgramError):
             return False
-        unit = self.unit if name != "passes" else Decimal(1)
-        value = self.setting(name, float(level * unit))
-        fields = {"lead": "feed", "depth": "depth", "passes": "passes"}
-        asked = old._replace(**{fields[name]: value})
-        return new.passes == asked.passes and _same(new.feed, asked.feed) and _same(new.depth, asked.depth)
+        value = self.setting(name, float(level * (self.unit if name != "passes" else 1)))
+        passes = int(value) if name == "passes" else old.passes
+        feed = value if name == "lead" else old.feed
+        depth = value if name == "depth" else old.depth
+        return new.passes == passes and _same(new.feed, feed) and _same(new.depth, depth)
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
@@ -210,9 +212,7 @@ def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: D
     for stroke in run.strokes:
         feeds.append(_feed_word(sources, run.motions[stroke].line))
         moves = [
-            motion
-            for motion in run.motions[before:stroke]
-            if abs(motion.end[plunge] - motion.start[plunge]) >= STEP
+            motion for motion in run.motions[before:stroke] if abs(motion.end[plunge] - motion.start[plunge]) >= STEP
         ]
         if moves:
             last = moves[-1]

@@ -65,7 +65,6 @@ class ProgramText:
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
-
     def changed(self, changes: Iterable[Change]) -> "ProgramText":
         """The text with blocks changed, and a comment at the end of each of them."""
         said: dict[SourceText, list[str]] = {}

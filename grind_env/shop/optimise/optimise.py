@@ -14,14 +14,15 @@ from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
-from grind_env.machine.settings import DRESS_SECONDS
+from grind_env.machine.settings import DRESS_SECONDS, D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.editing import ProgramText, added_word, like, number_text, other_number, text_of, word_of
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.search import GENERATIONS, Point, Search
 from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, settings_like, trials_of
-from grind_env.shop.optimise.variables import Choices, DressText, Spot, Variable, choices_of
+from grind_env.shop.optimise.unrolling import unrolled
+from grind_env.shop.optimise.variables import Choices, Spot, Variable, choices_of
 from grind_env.shop.optimise.wishes import Wishes
 
 SEARCHED, CHOSEN, JUDGED = 32, 128, 256
@@ -31,6 +32,8 @@ INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
+WORTH_NAMING = 0.01
+"""Share of the cost of a part that a limit costs at least if it is said to bind."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
 
@@ -44,6 +47,8 @@ QUANTITIES = {
     "scrap": "%",
 }
 UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
+
+LEAST = {"passes": 1}
 
 Progress = Callable[[str, int], object]
 
@@ -109,9 +114,10 @@ def optimise(
     job: str | Path | None = None,
     wishes: Wishes | None = None,
     *,
-    parts: int = 20,
+    parts: int = 50,
     seconds: float = 60.0,
     seed: int = 1,
+    unroll: bool = False,
     progress: Progress = lambda label, count: None,
 ) -> Optimised:
     """Search better words for a program.
@@ -126,6 +132,7 @@ def optimise(
         parts: how often the program is run before the wheel is handed over; the wheel carries over.
         seconds: for the search.
         seed: of lots and search.
+        unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         progress: called with what is being done and by how many programs it has come on.
 
     Raises:
@@ -135,8 +142,12 @@ def optimise(
     job = program.with_suffix(".toml") if job is None else Path(job)
     if not job.is_file():
         raise GrindError(f"there is no job {job} beside the program; name one with --job")
-    problem = problem_of(read_file(program), text_of(read_bytes(program)), load_job(job), wishes or Wishes(), parts, seed)
-    return _optimised(problem, job.name, seconds, wishes or Wishes(), progress)
+    programs, text = read_file(program), text_of(read_bytes(program))
+    if unroll:
+        text = unrolled(programs, text)
+        programs = read(text.text, programs.name, programs.folder)
+    problem = problem_of(programs, text, load_job(job), wishes or Wishes(), parts, seed)
+    return _optimised(problem, job.name, seconds, progress)
 
 
 def problem_of(programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int) -> Problem:
@@ -199,7 +210,7 @@ def _ranges(choices: Choices) -> dict[str, tuple[float, ...]]:
     return {name: (min(values), max(values)) for name, values in named.items() if values}
 
 
-def _optimised(problem: Problem, job: str, seconds: float, wishes: Wishes, progress: Progress) -> Optimised:
+def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -> Optimised:
     deadline = time.monotonic() + seconds
     variables = problem.choices.variables
     start = tuple(each.start for each in variables)
@@ -229,7 +240,7 @@ def _optimised(problem: Problem, job: str, seconds: float, wishes: Wishes, progr
         words=tuple(_word(each, number) for each, number in zip(variables, point, strict=True)),
         quantities=quantities,
         limits=limits,
-        remarks=problem.choices.remarks,
+        remarks=(*problem.choices.remarks, *_undressed(before, after, problem.runs)),
         before=problem.text.text,
         after=text.text if better else problem.text.text,
         data=text.bytes() if better else problem.text.bytes(),
@@ -262,9 +273,7 @@ def _require_said(problem: Problem, before: Trials, after: Trials, point: Point)
         )
 
 
-def _verdict(
-    feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array
-) -> tuple[Verdict, str]:
+def _verdict(feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array) -> tuple[Verdict, str]:
     worst = limits[int(beyond.argmax())]
     if not feasible:
         return Verdict.INFEASIBLE, (
@@ -329,14 +338,13 @@ def _limits(problem: Problem, old: Measures, new: Measures, prices: dict[str, In
             before=float(old.ratios[0, k]),
             after=float(new.ratios[0, k]),
             price=prices.get(name),
+            binds=name in prices and prices[name].low > WORTH_NAMING * float(new.cost.mean()),
         )
         for k, name in enumerate(LIMITS)
     )
 
 
-def _prices(
-    problem: Problem, judged: Trials, best: Point, deadline: float, progress: Progress
-) -> dict[str, Interval]:
+def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, progress: Progress) -> dict[str, Interval]:
     """What each limit costs: what the best words without it save on unseen lots."""
     with_all, prices = problem.measure(judged, [best]).cost[0], {}
     for k, name in enumerate(LIMITS):
@@ -362,11 +370,32 @@ def without(job: Job, limit: str) -> Job | None:
     if limit == "temp":
         stages = tuple(replace(stage, rise_allowance=2000.0) for stage in part.stages)
         return replace(job, part=replace(part, rise_allowance=2000.0, stages=stages))
-    name = "roughness_limit" if limit == "Ra" else "tolerance"
-    if not any(getattr(each, name) > NO_LIMIT for each in (part, *part.stages)):
+    if limit == "Ra":
+        if max([part.roughness_limit, *(stage.roughness_limit for stage in part.stages)]) <= NO_LIMIT:
+            return None
+        stages = tuple(replace(stage, roughness_limit=NO_LIMIT) for stage in part.stages)
+        return replace(job, part=replace(part, roughness_limit=NO_LIMIT, stages=stages))
+    if max([part.tolerance, *(stage.tolerance for stage in part.stages)]) <= NO_LIMIT:
         return None
-    stages = tuple(replace(stage, **{name: NO_LIMIT}) for stage in part.stages)
-    return replace(job, part=replace(part, **{name: NO_LIMIT}, stages=stages))
+    stages = tuple(replace(stage, tolerance=NO_LIMIT) for stage in part.stages)
+    return replace(job, part=replace(part, tolerance=NO_LIMIT, stages=stages))
+
+
+def _undressed(before: Trials, after: Trials, runs: int) -> list[str]:
+    """A warning if the wheel is no longer dressed."""
+    if before.own[:, D].any() and not after.own[:, D].any():
+        return [
+            f"no block dresses the wheel any more: that holds for batches of {runs} runs, after which it is dressed; "
+            "let --parts be how many you grind with a wheel, or see with `grind sweep` how often to dress it"
+        ]
+    return []
+
+
+def _bound(variable: Variable, number: int) -> str:
+    """Which end of what was tried a value is; empty for none, and for the least that there can be."""
+    if number == len(variable.levels) - 1:
+        return "highest"
+    return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
 
 
 def _word(variable: Variable, number: int) -> WordChange:
@@ -378,4 +407,5 @@ def _word(variable: Variable, number: int) -> WordChange:
         before=f"{variable.own.normalize():f}",
         after=f"{variable.levels[number].normalize():f}",
         unit=units[variable.name][inch] if variable.name in units else "",
+        at_bound=_bound(variable, number),
     )

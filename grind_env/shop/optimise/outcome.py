@@ -24,6 +24,7 @@ class WordChange:
         before: in the units of the program.
         after: likewise.
         unit: of both.
+        at_bound: "lowest" or "highest" if it is an end of what was tried; else empty.
     """
 
     name: str
@@ -31,6 +32,7 @@ class WordChange:
     before: str
     after: str
     unit: str
+    at_bound: str
 
     @property
     def changed(self) -> bool:
@@ -71,6 +73,7 @@ class LimitUse:
         before: share that 95 of 100 parts keep, with the program as it was.
         after: the same with other words.
         price: $ a part that the best words without this limit save; None if that was not sought.
+        binds: whether that is worth naming, beyond chance.
     """
 
     name: str
@@ -80,16 +83,12 @@ class LimitUse:
     before: float
     after: float
     price: Interval | None
+    binds: bool
 
     @property
     def kept(self) -> bool:
         """Whether 95 of 100 parts keep it, with its margin, after the changes."""
         return self.after <= self.margin
-
-    @property
-    def binds(self) -> bool:
-        """Whether the words would be better without it, beyond chance."""
-        return self.price is not None and self.price.low > 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

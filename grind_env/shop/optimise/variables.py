@@ -1,4 +1,4 @@
-"""What can be varied in a program: the words of its cycle blocks, and what its dress programs say, with legal values."""
+"""What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
 
 import math
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from grind_env.machine import settings
 from grind_env.machine.dress_program import DEEPEST_INFEED
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
-from grind_env.shop.optimise.wishes import Wishes, WishError
+from grind_env.shop.optimise.wishes import WishError, Wishes
 
 COLUMNS = {
     "E": settings.E,
@@ -243,14 +243,10 @@ def _dresses(
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
             continue
         unit = MILLIMETRE if name == "passes" else at.unit
-        yield Variable(
-            name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at
-        )
+        yield Variable(name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at)
 
 
-def _levels(
-    name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation
-) -> tuple[Decimal, ...]:
+def _levels(name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation) -> tuple[Decimal, ...]:
     """Multiples of the step between the bounds, and the program's own value where it is legal."""
     inch = unit != MILLIMETRE
     turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
@@ -300,4 +296,3 @@ def _label(outline: BlockOutline) -> str:
     place = outline.block.place
     labelled = outline.block.source.text.lstrip("/").lstrip().upper().startswith("N")
     return f"N{place.block}" if labelled else f"line {place.line}"
-

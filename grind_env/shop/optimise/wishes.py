@@ -1,4 +1,4 @@
-"""What a user asks of a search: the words to be varied, bounds and steps of their values, blocks to be kept, margins."""
+"""What a user asks of a search: words to be varied, bounds and steps of their values, blocks to be kept, margins."""
 
 import re
 from collections.abc import Mapping, Sequence
