@@ -58,9 +58,9 @@ class ProgramText:
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
-        """The text with its words changed; no two edits overlap."""
+        """The text with its words changed; no two edits overlap, and what comes last in one place stands first."""
         lines = list(self.lines)
-        for line, column, length, text in sorted(set(edits), reverse=True):
+        for line, column, length, text in sorted(edits, key=lambda edit: edit[:2], reverse=True):
             old = lines[line - 1]
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
@@ -72,7 +72,8 @@ class ProgramText:
         for source, edit, each in dict.fromkeys(changes):
             edits.append(edit)
             said.setdefault(source, []).append(each)
-        return self.edited([*edits, *(comment_edit(source, ", ".join(texts)) for source, texts in said.items())])
+        comments = [comment_edit(source, ", ".join(texts)) for source, texts in said.items()]
+        return self.edited([*comments, *edits])
 
 
 def text_of(data: bytes) -> ProgramText:

@@ -25,7 +25,7 @@ from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variables import Choices, Spot, Variable, choices_of
 from grind_env.shop.optimise.wishes import Wishes
 
-SEARCHED, CHOSEN, JUDGED = 32, 128, 256
+SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged."""
 FINALISTS = 12
 INFEASIBLE = 1e9
@@ -217,7 +217,7 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     search = problem.search(problem.trials(1, SEARCHED), deadline, progress, "searching")
     search.run(start, problem.seed)
     feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
-    point = _chosen(problem, feasible) if feasible else search.ranked[0]
+    point = _chosen(problem, feasible[:FINALISTS]) if feasible else search.ranked[0]
     text = with_words(problem, point)
     programs = read(text.text, problem.programs.name, problem.programs.folder)
     after = trials_of(programs, problem.job, problem.runs, lots_of(problem.seed, 3, JUDGED))
@@ -252,9 +252,8 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     )
 
 
-def _chosen(problem: Problem, feasible: list[Point]) -> Point:
-    """The best of the finalists on lots that the search has not seen; the best of the search if none keeps limits."""
-    finalists = feasible[:FINALISTS]
+def _chosen(problem: Problem, finalists: list[Point]) -> Point:
+    """The best of some programs on lots that the search has not seen; the nearest to the limits if none keeps them."""
     found = problem.measure(problem.trials(2, CHOSEN), finalists)
     beyond = found.violation(problem.margins).sum(axis=1)
     cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
@@ -355,7 +354,8 @@ def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, prog
         margins[k] = np.inf
         other = problem._replace(job=free, margins=margins)
         search = other.search(other.trials(1, SEARCHED), deadline, progress, f"without the limit of {name}")
-        point = search.run(best, problem.seed, GENERATIONS // FEWER)
+        search.run(best, problem.seed, GENERATIONS // FEWER)
+        point = _chosen(other, [best, *search.ranked[:FINALISTS]])
         found = other.measure(other.trials(3, JUDGED), [point]).cost[0]
         prices[name] = _paired(with_all - found)
     return prices

@@ -1,7 +1,7 @@
 """What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
 from typing import NamedTuple
@@ -175,10 +175,10 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         own = _own(name, outline, spot, unit)
         yield Variable(
             name=name,
-            place=_label(outline),
+            place=_place(outline, simulation.blocks),
             blocks=tuple(blocks[place]),
             own=own,
-            levels=_levels(name, own, unit, wishes, simulation),
+            levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
             unit=unit,
             at=spot,
         )
@@ -246,14 +246,16 @@ def _dresses(
         yield Variable(name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at)
 
 
-def _levels(name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation) -> tuple[Decimal, ...]:
+def _levels(
+    name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation, fastest: float = math.inf
+) -> tuple[Decimal, ...]:
     """Multiples of the step between the bounds, and the program's own value where it is legal."""
     inch = unit != MILLIMETRE
     turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
     step = wishes.steps.get(name, STEPS.get(name, (ONE, ONE))[inch])
     if name == "lead" and name in wishes.steps:
         step = (step * turns).quantize(STEPS[name][inch], ROUND_HALF_UP) or STEPS[name][inch]
-    low, high = _usual_bounds(name, own, unit, simulation)
+    low, high = _usual_bounds(name, own, unit, fastest)
     if name in wishes.bounds:
         low, high = (bound * turns for bound in wishes.bounds[name])
         _refuse_bounds(name, high, unit, simulation)
@@ -271,14 +273,21 @@ def _levels(name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: 
     return tuple(sorted(values))
 
 
-def _usual_bounds(name: str, own: Decimal, unit: Decimal, simulation: JobSimulation) -> tuple[Decimal, Decimal]:
+def _fastest(simulation: JobSimulation, blocks: Sequence[int]) -> float:
+    """Table speed that is reached in some blocks, mm/min, by what the machine makes and on the way to accelerate."""
+    machine, control = simulation.job.setup.machine, simulation.job.control
+    plans = [simulation.blocks[number].plan for number in blocks]
+    way = min(abs(plan.primary - plan.secondary) for plan in plans)
+    return min(machine.maximum_table_speed, 60.0 * math.sqrt(control.acceleration * way))
+
+
+def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tuple[Decimal, Decimal]:
     whole = {"D": (0, MOST_DRESSES), "L": (0, MOST_SPARK_OUTS), "passes": (1, MOST_PASSES)}
     if name in whole:
         low, high = map(Decimal, whole[name])
         return min(low, own), max(high, own)
     if name == "E":
-        fastest = min(SPEEDS[1], simulation.job.setup.machine.maximum_table_speed)
-        return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(fastest) / unit, own)
+        return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(min(SPEEDS[1], fastest)) / unit, own)
     low, high = own / WIDTH, own * WIDTH
     return low, max(own, min(high, Decimal(str(DEEPEST_INFEED)) / unit)) if name == "depth" else high
 
@@ -290,6 +299,12 @@ def _refuse_bounds(name: str, high: Decimal, unit: Decimal, simulation: JobSimul
     limit = most.get(name, math.inf)
     if float(high * unit) > limit:
         raise WishError(f"--bounds: {name} goes up to {high:f}, but {Decimal(limit) / unit:.6g} is the most here")
+
+
+def _place(outline: BlockOutline, blocks: Sequence[BlockOutline]) -> str:
+    """Its label, with the line where blocks of other lines have the same."""
+    same = {each.block.source.line for each in blocks if _label(each) == _label(outline)}
+    return f"{_label(outline)}, line {outline.block.source.line}" if len(same) > 1 else _label(outline)
 
 
 def _label(outline: BlockOutline) -> str:
