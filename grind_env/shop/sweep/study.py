@@ -19,6 +19,8 @@ POINTS = 9
 """Values of a range of E, lead or depth."""
 FASTEST = 30_000.0
 """E up to which is swept where the user does not say it, mm/min."""
+LONGEST = 20
+"""Parts from dress to dress up to which is swept where the user does not say it."""
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
 LOT_USE = 4

@@ -24,6 +24,9 @@ HEADINGS = {
     "limits": "limits",
 }
 
+VARIED = ("E", "every", "lead", "depth")
+"""Columns that are left out where all rows have the same; the table of the program as it is has them."""
+
 
 def print_sweep(found: Sweep, console: "Console") -> None:
     """Print the best point of each dress interval, the grid of lead and depth, and what is best."""
@@ -90,7 +93,8 @@ def _print(title: str, points: Sequence[SweepPoint], console: "Console") -> None
     from rich.table import Column, Table
 
     rows = [_cells(point) for point in points]
-    used = [name for name in HEADINGS if any(row[name] for row in rows)]
+    same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
+    used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
     columns = (Column(HEADINGS[name], justify="right", no_wrap=True) for name in used)
     table = Table(*columns, title=title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for row in rows:
