@@ -17,13 +17,13 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.settings import DRESS_SECONDS, D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT
-from grind_env.shop.optimise.editing import ProgramText, added_word, like, number_text, other_number, text_of, word_of
+from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, text_of, word_of
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.search import GENERATIONS, Point, Search
 from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, settings_like, trials_of
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variables import Choices, Spot, Variable, choices_of
-from grind_env.shop.optimise.wishes import Wishes
+from grind_env.shop.optimise.wishes import WishError, Wishes
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged."""
@@ -53,6 +53,13 @@ LEAST = {"passes": 1}
 Progress = Callable[[str, int], object]
 
 
+class ScriptRanges(NamedTuple):
+    """The lowest and the highest J, mm, and L that may be chosen; empty where they are not varied."""
+
+    picks: tuple[float, ...] = ()
+    spark_outs: tuple[int, ...] = ()
+
+
 class Problem(NamedTuple):
     """A program of which some words are varied.
 
@@ -65,6 +72,7 @@ class Problem(NamedTuple):
         choices: what is varied.
         ranges: of J and L, as `trials_of` takes them.
         margins: of the limits, shape (4,).
+        spread: factor on all that is random in the lots.
     """
 
     programs: Programs
@@ -73,13 +81,19 @@ class Problem(NamedTuple):
     runs: int
     seed: int
     choices: Choices
-    ranges: dict[str, tuple[float, ...]]
+    ranges: ScriptRanges
     margins: Array
+    spread: float = 1.0
 
-    def trials(self, use: int, lots: int, job: Job | None = None) -> Trials:
+    def trials(self, use: int, lots: int) -> Trials:
         """The program as it is, on lots of its own for each use."""
+        return self.trials_of(self.programs, use, lots)
+
+    def trials_of(self, programs: Programs, use: int, lots: int) -> Trials:
+        """The same with another text."""
         seeds = lots_of(self.seed, use, lots)
-        return trials_of(self.programs, job or self.job, self.runs, seeds, **self.ranges)  # type: ignore[arg-type]
+        picks, spark_outs = self.ranges
+        return trials_of(programs, self.job, self.runs, seeds, picks=picks, spark_outs=spark_outs, spread=self.spread)
 
     @property
     def besides(self) -> bool:
@@ -161,12 +175,14 @@ def problem_of(programs: Programs, text: ProgramText, job: Job, wishes: Wishes, 
     margins = np.array([wishes.margin(name) for name in LIMITS])
     problem = Problem(programs, text, job, runs, seed, choices, _ranges(choices), margins)
     why = problem.trials(0, 1).simulation.why
-    if why is None or not problem.ranges:
+    if why is None or not any(problem.ranges):
         return problem
     others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
-    choices = choices_of(once.simulation, text, others)
     remark = f"J and L are kept as they are: {why}"
-    return problem._replace(choices=Choices(choices.variables, (*choices.remarks, remark)), ranges={})
+    if not others.words:
+        raise WishError(remark)
+    choices = choices_of(once.simulation, text, others)
+    return problem._replace(choices=Choices(choices.variables, (*choices.remarks, remark)), ranges=ScriptRanges())
 
 
 def with_words(problem: Problem, point: Point) -> ProgramText:
@@ -175,19 +191,20 @@ def with_words(problem: Problem, point: Point) -> ProgramText:
     Raises:
         GrindError: the text cannot be made to say it.
     """
+    chosen = [(each, each.levels[number]) for each, number in zip(problem.choices.variables, point, strict=True)]
+    moved = {each.name for each, level in chosen if level != each.own}
     changes, passes = [], []
-    for variable, number in zip(problem.choices.variables, point, strict=True):
-        level, at = variable.levels[number], variable.at
-        if level == variable.own:
+    for variable, level in chosen:
+        at = variable.at
+        # a block that would take over what has changed in the one before needs a word of its own
+        takes_over = isinstance(at, Spot) and at.missing and variable.name in INHERITED and variable.name in moved
+        if level == variable.own and not takes_over:
             continue
         if isinstance(at, Spot):
-            word = word_of(at.source, at.letter)
-            if word is None:
-                sign = "-" if variable.name == "J" and _plunges_down(problem, variable) else ""
-                metric_length = "." if variable.name in ("E", "J") else ""
-                changes.append(added_word(at.source, at.letter, like(level, f"{sign}{metric_length}")))
-            else:
-                changes.append(other_number(at.source, word, like(level, number_text(at.source, word))))
+            word, number = word_of(at.source, at.letter), like(level, at.form)
+            changes.append(
+                added_word(at.source, at.letter, number) if word is None else other_number(at.source, word, number)
+            )
         elif variable.name == "passes":
             passes.append((at, level))
         else:
@@ -198,16 +215,12 @@ def with_words(problem: Problem, point: Point) -> ProgramText:
     return text
 
 
-def _plunges_down(problem: Problem, variable: Variable) -> bool:
-    plan = problem.trials(0, 1).simulation.blocks[variable.blocks[0]].plan
-    return plan.depth_target < plan.plunge_start
-
-
-def _ranges(choices: Choices) -> dict[str, tuple[float, ...]]:
-    picks = [value for each in choices.variables if each.name == "J" for value in each.settings]
-    spark_outs = [value for each in choices.variables if each.name == "L" for value in each.settings]
-    named = {"picks": picks, "spark_outs": spark_outs}
-    return {name: (min(values), max(values)) for name, values in named.items() if values}
+def _ranges(choices: Choices) -> ScriptRanges:
+    picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
+    spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
+    return ScriptRanges(
+        (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
+    )
 
 
 def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -> Optimised:
@@ -220,7 +233,7 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     point = _chosen(problem, feasible[:FINALISTS]) if feasible else search.ranked[0]
     text = with_words(problem, point)
     programs = read(text.text, problem.programs.name, problem.programs.folder)
-    after = trials_of(programs, problem.job, problem.runs, lots_of(problem.seed, 3, JUDGED))
+    after = problem._replace(ranges=ScriptRanges()).trials_of(programs, 3, JUDGED)
     before = problem.trials(3, JUDGED)
     _require_said(problem, before, after, point)
     progress("judging", 0)

@@ -60,6 +60,8 @@ class Spot(NamedTuple):
 
     source: SourceText
     letter: str
+    form: str
+    """Its number as it is written, or what a new one is to look like."""
     missing: bool
 
 
@@ -168,7 +170,8 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         governing = place if usable else None
         if usable:
             blocks.setdefault(place, []).append(number)
-            spots[place] = Spot(source, letter, word is None), number
+            form = _form(name, outline) if word is None else number_text(source, word)
+            spots[place] = Spot(source, letter, form, word is None), number
     for place, (spot, number) in spots.items():
         outline = simulation.blocks[number]
         unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
@@ -213,10 +216,16 @@ def _usable(
     return True
 
 
+def _form(name: str, outline: BlockOutline) -> str:
+    """What the number of a new word is to look like."""
+    plan = outline.plan
+    sign = "-" if name == "J" and plan.depth_target < plan.plunge_start else ""
+    return f"{sign}." if name in INHERITED else ""
+
+
 def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal:
-    word = word_of(spot.source, spot.letter)
-    if word is not None:
-        return abs(Decimal("".join(number_text(spot.source, word).split())))
+    if not spot.missing:
+        return abs(Decimal("".join(spot.form.split())))
     plan = outline.plan
     value = {"E": plan.feed, "D": plan.dresses, "J": plan.primary_pick, "L": plan.spark_out}[name]
     return Decimal(str(value)) / unit if unit == MILLIMETRE else round(Decimal(str(value)) / unit, 4)

@@ -14,7 +14,7 @@ from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LINES = ("#9ecae1", BLUE, "#6a51a3", ORANGE, "#8c564b", GREY, RED)
+LINES = (BLUE, "#9ecae1", "#6a51a3", ORANGE, "#8c564b", GREY, RED)
 """Of the dress intervals that are shown over E."""
 COLOURS = dict(zip(LIMITS, (BLUE, RED, GREEN, ORANGE), strict=True))
 DEAREST = 4.0
@@ -102,7 +102,7 @@ def _speeds(axes: "Axes", found: Sweep) -> None:
         name = f"dress every {every}" if every else "D as it is"
         _cost(axes, np.array([point.E for point in row]) / 1000.0, row, color, name)
     axes.plot(best.E / 1000.0, best.cost.value, "*", ms=15, color=GREEN, zorder=5)
-    axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2)
+    axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
     _finish(axes, best, found)
     axes.set(xlabel="E of the first cycle block, m/min", ylabel="$ a part")
 
