@@ -6,13 +6,14 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress() -> Iterator[Callable[[str, int], None]]:
-    """Show a count for each thing that is being done; `advance(what, count)` adds to it."""
+    """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it."""
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TextColumn("{task.description}: {task.completed:.0f}"), TimeElapsedColumn())
     tasks: dict[str, TaskID] = {}
-    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
 
         def advance(what: str, count: int) -> None:
             if what not in tasks:

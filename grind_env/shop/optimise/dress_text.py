@@ -7,6 +7,7 @@ numbers in its words is refused.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 
 from grind_env.control import ControlError, read
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
@@ -172,20 +173,26 @@ class DressText:
         """Whether a text dresses with another lead, depth or passes, and else as this one."""
         simulation, old = self.simulation, self.run.plan
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
-        position = (
-            next(block.start for block in simulation.script.blocks if block.plan.program == self.number)
-            if simulation.script
-            else (0.0, 0.0, 0.0)
-        )
+        begin = self.run.motions[0].start
         try:
-            new = run_dress(programs, self.number, simulation.job, simulation.job.control, position, self.run.axis).plan
+            run = run_dress(programs, self.number, simulation.job, simulation.job.control, begin, self.run.axis)
         except (ControlError, DressProgramError):
+            return False
+        new = run.plan
+        if not _goes_on(run) and _goes_on(self.run):
             return False
         value = self.setting(name, float(level * (self.unit if name != "passes" else 1)))
         passes = int(value) if name == "passes" else old.passes
         feed = value if name == "lead" else old.feed
         depth = value if name == "depth" else old.depth
         return new.passes == passes and _same(new.feed, feed) and _same(new.depth, depth)
+
+
+def _goes_on(run: DressRun) -> bool:
+    """Whether every pass is deeper than the one before; what goes out and in again is measured as an infeed, too."""
+    depths = [run.motions[k].start[plunge_axis(run.axis)] for k in run.strokes]
+    steps = [after - before for before, after in pairwise(depths)]
+    return all(step < 0.0 for step in steps) or all(step > 0.0 for step in steps)
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:

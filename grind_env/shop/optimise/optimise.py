@@ -22,7 +22,7 @@ from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdi
 from grind_env.shop.optimise.search import GENERATIONS, Point, Search
 from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, settings_like, trials_of
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variables import Choices, Spot, Variable, choices_of
+from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, Variable, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
