@@ -161,6 +161,13 @@ def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() ->
     np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
 
 
+def test_strokes_that_are_warned_of_may_have_a_missed_dress_between_them() -> None:
+    deep = CYCLE.replace("P9100", "P9100 D2").replace("J-.01", "J-.15").replace("Y-.05", "Y-.9")
+    found = run(HEAD + deep + "M30\n", replace(job(stock=0.9), diamond=Diamond(x=-100.0, y=10.0, z=-10.0)))
+    assert any("dresses nothing" in warning for warning in found.warnings)
+    assert len(found.dresses) == 2 and len(found.warnings) > 1
+
+
 def test_a_program_that_misses_the_diamond_has_no_script() -> None:
     text = f"G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n{CYCLE}M30\n{DRESS}"
     simulation = JobSimulation(read(text), replace(job(stock=0.08), diamond=Diamond(x=0.0, y=10.0, z=-10.0)), 0.0)

@@ -28,6 +28,8 @@ from grind_env.shop.optimise.wishes import WishError, Wishes
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged."""
 FINALISTS = 12
+STEP_BY_STEP = 3, 8
+"""Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 FEWER = 4
@@ -230,7 +232,7 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     search = problem.search(problem.trials(1, SEARCHED), deadline, progress, "searching")
     search.run(start, problem.seed)
     feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
-    point = _chosen(problem, feasible[:FINALISTS]) if feasible else search.ranked[0]
+    point = _chosen(problem, feasible) if feasible else search.ranked[0]
     text = with_words(problem, point)
     programs = read(text.text, problem.programs.name, problem.programs.folder)
     after = problem._replace(ranges=ScriptRanges()).trials_of(programs, 3, JUDGED)
@@ -240,7 +242,8 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     old, new = before.measure(before.own[None]), after.measure(after.own[None])
     difference = _paired(new.cost[0] - old.cost[0])
     beyond = new.violation(problem.margins)[0]
-    prices = _prices(problem, before, point, time.monotonic() + 0.5 * seconds, progress) if feasible else {}
+    sought = feasible and before.simulation.compiled
+    prices = _prices(problem, before, point, time.monotonic() + 0.5 * seconds, progress) if sought else {}
     limits = _limits(problem, old, new, prices)
     verdict, reason = _verdict(bool(feasible), difference, limits, beyond)
     better = verdict is Verdict.BETTER
@@ -265,9 +268,12 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     )
 
 
-def _chosen(problem: Problem, finalists: list[Point]) -> Point:
-    """The best of some programs on lots that the search has not seen; the nearest to the limits if none keeps them."""
-    found = problem.measure(problem.trials(2, CHOSEN), finalists)
+def _chosen(problem: Problem, ranked: list[Point]) -> Point:
+    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them."""
+    compiled = problem.trials(0, 1).simulation.compiled
+    count, lots = (FINALISTS, CHOSEN) if compiled else STEP_BY_STEP
+    finalists = ranked[:count]
+    found = problem.measure(problem.trials(2, lots), finalists)
     beyond = found.violation(problem.margins).sum(axis=1)
     cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
     return finalists[int(cost.argmin())]
@@ -289,12 +295,12 @@ def _verdict(feasible: bool, difference: Interval, limits: tuple[LimitUse, ...],
     worst = limits[int(beyond.argmax())]
     if not feasible:
         return Verdict.INFEASIBLE, (
-            f"the limit of {worst.name} forbids all programs tried: of the nearest one 95 of 100 parts keep "
-            f"{100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+            f"the limit of {worst.name} forbids all programs tried: with the nearest one 95 of 100 parts stay "
+            f"below {100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
     if beyond.max() > 0.0:
         return Verdict.NOT_BETTER, (
-            f"the best one is beyond the limit of {worst.name} on unseen lots: 95 of 100 parts keep "
+            f"the best one is beyond the limit of {worst.name} on unseen lots: 95 of 100 parts stay below "
             f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
     said = f"{difference.value:+.3f} $ a part ({difference.low:+.3f} to {difference.high:+.3f})"
@@ -368,7 +374,7 @@ def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, prog
         other = problem._replace(job=free, margins=margins)
         search = other.search(other.trials(1, SEARCHED), deadline, progress, f"without the limit of {name}")
         search.run(best, problem.seed, GENERATIONS // FEWER)
-        point = _chosen(other, [best, *search.ranked[:FINALISTS]])
+        point = _chosen(other, [best, *search.ranked])
         found = other.measure(other.trials(3, JUDGED), [point]).cost[0]
         prices[name] = _paired(with_all - found)
     return prices

@@ -4,7 +4,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from grind_env.policies.statistics import Interval
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -85,7 +85,7 @@ def _words(found: Optimised) -> "Table":
 def _quantities(found: Optimised) -> "Table":
     table = _table("of a part", "before", "after", "change (95 %)", "grind run", "after")
     for each in found.quantities:
-        digits = DIGITS[each.name]
+        digits = _digits(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         table.add_row(
             NAMES[each.name],
@@ -96,6 +96,12 @@ def _quantities(found: Optimised) -> "Table":
             other,
         )
     return table
+
+
+def _digits(quantity: Quantity) -> int:
+    """Decimals of a quantity: fewer of one with many integer digits."""
+    largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
+    return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
 def _limits(found: Optimised) -> "Table":

@@ -135,9 +135,9 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
         known = ", ".join(f"N{each}" for each in sorted(labels))
         raise WishError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
     names = wishes.words
-    if simulation.script is None and (left := [name for name in names if name in IN_SCRIPTS]):
+    if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
-        remarks.append(f"{', '.join(left)} cannot be varied here: {simulation.why}")
+        remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
     found: list[Variable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
@@ -146,7 +146,8 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
             found += _dresses(name, simulation, text, wishes, remarks)
     varied = tuple(each for each in found if len(each.levels) > 1 or each.levels != (each.own,))
     if not varied:
-        why = f": {remarks[0]}" if remarks else f"; it has no word {' or '.join(wishes.words)} of a {codes_said('or')}"
+        lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
+        why = f": {remarks[0]}" if remarks else lacks
         raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
     return Choices(varied, tuple(dict.fromkeys(remarks)))
 
