@@ -82,6 +82,8 @@ def optimise(
         print(json.dumps(as_data(found)))
     else:
         print_optimised(found, Console())
+        if found.verdict is Verdict.BETTER:
+            print("name a file with -o to have it" if output is None else f"written to {output}")
     statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
     if found.verdict in statuses:
         raise typer.Exit(statuses[found.verdict])
