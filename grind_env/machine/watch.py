@@ -279,7 +279,7 @@ class Watch:
             extremes: what they have come to.
             before: the wheel before the first one.
             after: the wheel after the last one.
-            dressed: the dresses between them, shape (dresses, fields of `Dressed`).
+            dressed: the dresses between them, shape (dresses, fields of `Dressed`); none where they miss the diamond.
         """
         assert self.part is not None and self._cycle is not None
         plan, least = event.plan, self.job.setup.wheel.minimum_diameter
@@ -289,7 +289,7 @@ class Watch:
         self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary))
         if inside or not (shallow and alive):
             made, A = 0, before.A
-            for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=True):
+            for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
                 self._judge_strokes(event, made, rows[made:upto], A)
                 self.diameter(ds)
                 made, A = upto, dressed_A

@@ -1,12 +1,18 @@
 """The commands of `grind` for one's own programs, jobs and logs."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+NOT_BETTER, INFEASIBLE = 3, 4
+"""Exit statuses of `optimise`."""
+
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given.")]
+Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of lots and search; the same seed finds the same.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -15,6 +21,8 @@ def register(app: typer.Typer) -> None:
     app.command(epilog="Example: grind job --template > plate.toml")(job)
     app.command(epilog="Example: grind catalogue wheel a60j")(catalogue)
     app.command(epilog="Example: grind report plate.nc --job plate.toml -o plate.html")(report)
+    app.command(epilog="Example: grind optimise plate.nc --vary E,D,J --margin power=.85 -o plate_opt.nc")(optimise)
+    app.command(epilog="Example: grind sweep plate.nc --E 8000..24000 --dress-every 1..20 --plot plate.png")(sweep)
 
 
 def report(
@@ -89,3 +97,129 @@ def catalogue(
         print(json.dumps(catalogue_data(kind, name, file or ())))
     else:
         print_catalogue(kind, name, file or (), Console(markup=False, highlight=False))
+
+
+def optimise(
+    program: ProgramFile,
+    job: JobFile = None,
+    vary: Annotated[
+        str | None,
+        typer.Option(
+            help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; words that a "
+            "block lacks are then added. If not given, those E and D that are there."
+        ),
+    ] = None,
+    bounds: Annotated[
+        list[str] | None, typer.Option(help="As E=5000..25000,J=.002..02, in units of the program; lead a revolution.")
+    ] = None,
+    rounding: Annotated[
+        list[str] | None, typer.Option("--round", help="Of what values are multiples: E=100,J=.001.")
+    ] = None,
+    margin: Annotated[
+        list[str] | None,
+        typer.Option(help="Share of a limit that 95 of 100 parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
+    ] = None,
+    keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
+    unroll: Annotated[
+        bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
+    ] = False,
+    parts: Runs = 50,
+    budget: Annotated[str, typer.Option(help="Time of the search: 60s, 2min.")] = "60s",
+    seed: Seed = 1,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> None:
+    """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
+
+    The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over. The best
+    one is judged on 256 lots that the search has not seen, each ground with both programs. It is written only if the
+    upper end of the 95 % interval of the difference is below 0, and if 95 of 100 parts keep every limit with its
+    margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
+    that runs several times keeps one value for all its runs.
+
+    Exit status 3: no better program was found. 4: no program keeps the limits.
+    """
+    from rich.console import Console
+
+    from grind_env.files import write_atomically
+    from grind_env.shop.optimise.optimise import optimise as search
+    from grind_env.shop.optimise.outcome import Verdict
+    from grind_env.shop.optimise.table import as_data, print_optimised
+    from grind_env.shop.optimise.wishes import seconds_of, wishes_of
+    from grind_env.shop.progress import progress
+
+    wishes = wishes_of(vary, bounds or (), rounding or (), keep or (), margin or ())
+    seconds = seconds_of(budget)
+    with progress() as advance:
+        found = search(program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance)
+    if found.verdict is Verdict.BETTER and output is not None:
+        write_atomically(output, lambda path: path.write_bytes(found.data))
+    if as_json:
+        print(json.dumps(as_data(found)))
+    else:
+        print_optimised(found, Console())
+        if found.verdict is Verdict.BETTER:
+            print("name a file with -o to have it" if output is None else f"written to {output}")
+    statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
+    if found.verdict in statuses:
+        raise typer.Exit(statuses[found.verdict])
+
+
+def sweep(
+    program: ProgramFile,
+    job: JobFile = None,
+    speed: Annotated[
+        str | None, typer.Option("--E", help="As 8000..24000, mm/min, of the first block; others keep their ratio.")
+    ] = None,
+    every: Annotated[
+        str | None, typer.Option("--dress-every", help="As 1..20: D on every n-th part only, instead of on each.")
+    ] = None,
+    lead: Annotated[str | None, typer.Option(help="Of the dress, as .05..0.2, mm a revolution.")] = None,
+    depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
+    parts: Runs = 50,
+    seed: Seed = 1,
+    plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> None:
+    """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
+
+    Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over.
+    Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
+    value, and dress intervals from 1 to 20.
+
+    Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
+    (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
+    limit; if not, what they keep of the worst one.
+    """
+    from rich.console import Console
+
+    from grind_env.shop.optimise.wishes import range_of
+    from grind_env.shop.progress import progress
+    from grind_env.shop.sweep.figure import plot_sweep
+    from grind_env.shop.sweep.study import Ranges
+    from grind_env.shop.sweep.study import sweep as study
+    from grind_env.shop.sweep.table import as_data, print_sweep
+
+    def ends(option: str, text: str | None) -> tuple[float, float] | None:
+        if text is None:
+            return None
+        low, high = range_of(f"--{option}", option, text)
+        return float(low), float(high)
+
+    intervals = ends("dress-every", every)
+    ranges = Ranges(
+        E=ends("E", speed),
+        every=None if intervals is None else (int(intervals[0]), int(intervals[1])),
+        lead=ends("lead", lead),
+        depth=ends("depth", depth),
+    )
+    with progress() as advance:
+        found = study(program, job, ranges, parts=parts, seed=seed, progress=advance)
+    if plot is not None:
+        plot_sweep(found, plot)
+    if as_json:
+        print(json.dumps(as_data(found)))
+    else:
+        print_sweep(found, Console())
