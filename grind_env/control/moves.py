@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from grind_env.control import numbers
 from grind_env.control.compensation.state import SIDES, Compensation, Piece
-from grind_env.control.control import Control
+from grind_env.control.control import ORIGIN, Control
 from grind_env.control.coordinates import WorkSystems
 from grind_env.control.decode import Command
 from grind_env.control.dressing import REMEMBERED, Recorder
@@ -98,6 +98,7 @@ class Mover:
         """What a program can write for later ones."""
         work = self.work
         written = dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
+        written = *written, work.external, work.local, dict(self.tooling.radii)
         return *written, self.turning, self.coolant
 
     def begin_block(self, command: Command) -> None:
@@ -155,7 +156,8 @@ class Mover:
         if not command.lengths:
             return []
         start = self.position
-        path = Straight(start, target(command, start, self._origin(command), self._reciprocating))
+        origin = ORIGIN if command.in_machine else self._origin(command)
+        path = Straight(start, target(command, start, origin, self._reciprocating))
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def circular(self, command: Command, ahead: Ahead) -> list[Section]:
