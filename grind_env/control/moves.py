@@ -15,7 +15,7 @@ from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modes import PLANES, Modes
-from grind_env.control.motions import Event, Hold, Position, Source, Spindle, Switch
+from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -84,6 +84,7 @@ class Mover:
         self.turning = self.coolant = False
         self.detour: Position | None = None
         self.passed: Position | None = None
+        self._told: set[Place] = set()
 
     @property
     def position(self) -> Position:
@@ -125,6 +126,23 @@ class Mover:
         if spindle != self.spindle:
             self.spindle = spindle
             yield Spindle(self.timeline.time, *spindle)
+
+    def tell_clamped(self, command: Command) -> Iterator[Event]:
+        """Tell the operator, once a block, that a feed beyond the maximum is clamped (12-60), and what may be meant."""
+        feeds = {"E": command.reciprocation_feed}
+        if "F" in command.words and not command.modes.per_revolution:
+            feeds["F"] = command.modes.feed
+        for letter, feed in feeds.items():
+            highest = self.control.maximum_feed
+            if feed is None or feed <= highest or self.place in self._told:
+                continue
+            self._told.add(self.place)
+            inch = float(numbers.MILLIMETRES_PER_INCH)
+            text = f"line {self.place.line}: {command.words[letter]} is {feed:g} mm/min and clamped to {highest:g}"
+            if command.modes.inch and feed / inch <= highest:
+                meant = f"{letter}{feed / inch / inch:.4g}"
+                text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
+            yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
         """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""

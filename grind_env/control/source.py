@@ -171,11 +171,8 @@ class Scanner:
             return data.decode(errors="surrogateescape")
         self._handle.seek(0)
         line = 1 + len(_LINE_END.findall(self._handle.read(offset + data.index(b"\0"))))
-        raise ControlError(
-            "file",
-            f"line {line} of {self._text.title} holds a byte 0, as no text in UTF-8 or Latin-1 does; save the part "
-            "program as text",
-        )
+        message = "a byte 0 stands in this line, as in no text in UTF-8 or Latin-1; save the part program as text"
+        raise Place(self._text.name, line, 1, line).error("file", message)
 
 
 def _unreadable(error: ReadError) -> ControlError:
