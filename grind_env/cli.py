@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.commands import register
-from grind_env.errors import GrindError, quoted, shortened
+from grind_env.errors import GrindError, quoted
 from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
@@ -59,8 +59,8 @@ Variables = Annotated[
 DressAt = Annotated[
     list[float] | None,
     typer.Option(
-        help="The operator asks for a dress at this time, s on the clock of the control, which loading and set-up do not "
-        "count; repeatable."
+        help="The operator asks for a dress at this time, s on the clock of the control, which counts no loading or "
+        "set-up; repeatable."
     ),
 ]
 Interrupts = Annotated[

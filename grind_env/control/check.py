@@ -58,9 +58,7 @@ def _reading_error(programs: Programs, control: Control) -> ControlError | None:
     try:
         for program in programs:
             for source in program.blocks:
-                block = foreseen(read_block(source))
-                if not block.calls_macro:
-                    recognise(block, control.number_format)
+                recognise(foreseen(read_block(source)), control.number_format)
     except ControlError as error:
         return error
     return None

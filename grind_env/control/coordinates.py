@@ -104,7 +104,9 @@ class WorkSystems:
         """
         command.allow_only(AXES, "a G52 block")
         if not command.lengths:
-            message = "G52 lacks X, Y or Z; it takes the way from the work system's origin to the local one, 0 to end it"
+            message = (
+                "G52 lacks X, Y or Z; it takes the way from the work system's origin to the local one, 0 to end it"
+            )
             raise command.error("missing-parameter", message)
         local = list(self.local)
         for letter, value in command.lengths.items():

@@ -145,12 +145,12 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
     return Command(*read, in_machine=in_machine is not None)
 
 
-def _require_machine_move(
-    block: Block, word: Word, action: str, lengths: Mapping[str, Value], modes: Modes
-) -> None:
+def _require_machine_move(block: Block, word: Word, action: str, lengths: Mapping[str, Value], modes: Modes) -> None:
     """Refuse a G53 that no straight absolute motion without radius compensation goes with (D)."""
     if action not in ("G00", "G01"):
-        raise block.error("block-format", f"{word} goes with G00 or G01, but not with {action}; program one of them", word)
+        raise block.error(
+            "block-format", f"{word} goes with G00 or G01, but not with {action}; program one of them", word
+        )
     if modes.compensation != "G40":
         raise block.error("compensation", f"{word} is programmed under {modes.compensation}; program G40 before", word)
     wrong = next((value.word for value in lengths.values() if value.incremental), None)
@@ -165,6 +165,8 @@ def recognise(block: Block, form: NumberFormat) -> None:
     Raises:
         ControlError: unknown-word, not-supported, number-format or out-of-range.
     """
+    if block.calls_macro:
+        return
     for word in block.words:
         if word.expression and not (word.whole or word.decimals):
             continue  # its value is known when it is executed

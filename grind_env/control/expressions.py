@@ -7,7 +7,7 @@ from grind_env.control.formulas import FormulaFault, Read, VariableFault, number
 from grind_env.control.reader import Block, Word
 from grind_env.control.variables import Variables
 
-MORE_DIGITS = "a value has more digits than the control can hold; use smaller numbers"
+MORE_DIGITS = "has more digits than the control can hold; use smaller numbers"
 
 
 def evaluated(block: Block, variables: Variables) -> Block:
@@ -69,7 +69,7 @@ def _evaluated(block: Block, word: Word, read: Read) -> Word:
     except FormulaFault as fault:
         raise fault_in(block, fault, first) from None
     except DecimalException:
-        raise block.error("expression", f"the value of {word.letter}: {MORE_DIGITS}", word) from None
+        raise block.error("expression", f"the value of {word.letter} {MORE_DIGITS}", word) from None
     whole, _, decimals = f"{value.copy_abs():f}".partition(".")
     return word._replace(sign="-" if value < 0 else "", whole=whole, point=True, decimals=decimals.rstrip("0"))
 

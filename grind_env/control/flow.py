@@ -145,7 +145,7 @@ def _assign(block: Block, assign: Assign, variables: Variables) -> None:
     except FormulaFault as fault:
         raise fault_in(block, fault, 0) from None
     except DecimalException:
-        raise block.error("expression", MORE_DIGITS) from None
+        raise block.error("expression", f"a value {MORE_DIGITS}") from None
 
 
 def _holds(block: Block, condition: Tree, variables: Variables) -> bool:
@@ -158,7 +158,7 @@ def _number(block: Block, tree: Tree, variables: Variables) -> Decimal:
     except FormulaFault as fault:
         raise fault_in(block, fault, 0) from None
     except DecimalException:
-        raise block.error("expression", MORE_DIGITS) from None
+        raise block.error("expression", f"a value {MORE_DIGITS}") from None
 
 
 def _go_to(block: Block, label: Decimal, call: Call) -> None:
@@ -188,7 +188,7 @@ def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
         if any(other.number == number for other in call.loops):
             raise block.error("jump", f"DO {number} stands within another DO {number}; number the inner one otherwise")
         if around is not None and end > around.end:
-            message = f"DO {number} ends behind END {around.number} of the loop that it stands in; let END {number} come first"
+            message = f"DO {number} ends behind the END {around.number} around it; let END {number} come first"
             raise block.error("jump", message)
     if loop.condition is None or _holds(block, loop.condition, variables):
         call.loops.append(Loop(number, begin, end))

@@ -10,8 +10,8 @@ from grind_env.control.errors import Place
 from grind_env.control.expressions import evaluated
 from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
 from grind_env.control.interruptions import Interruptions
-from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
+from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.modes import CYCLES, Modes
 from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
@@ -24,8 +24,6 @@ from grind_env.control.variables import DEEPEST_MACRO, Variables
 
 DEEPEST = 4
 """Levels of subprograms, a dress program being one; macros do not count (lathe manual 10-15)."""
-DEEPEST_OF_ALL = 8
-"""Levels of subprograms and macros together (lathe manual 10-15)."""
 
 GROOVES = ("G76", "G77")
 
@@ -136,7 +134,9 @@ class Interpreter:
         place, variables = call.block.place, self.variables
         self.mover.place = place
         if variables.level == DEEPEST_MACRO:
-            raise place.error("nesting", f"G65 would be level {DEEPEST_MACRO + 1}; macros nest {DEEPEST_MACRO} levels deep")
+            raise place.error(
+                "nesting", f"G65 would be level {DEEPEST_MACRO + 1}; macros nest {DEEPEST_MACRO} levels deep"
+            )
         return (yield from self._repeatedly(call))
 
     def _repeatedly(self, called: MacroCall) -> Generator[Event, None, str | None]:
@@ -169,12 +169,6 @@ class Interpreter:
                 "nesting",
                 f"O{program.number} would be level {DEEPEST + 1}; subprograms and dress programs nest at most "
                 f"{DEEPEST} levels deep",
-            )
-        if len(self.calls) > DEEPEST_OF_ALL:
-            raise place.error(
-                "nesting",
-                f"O{program.number} would be level {DEEPEST_OF_ALL + 1}; macros and subprograms together nest at most "
-                f"{DEEPEST_OF_ALL} levels deep",
             )
         return (yield from self._program(call))
 

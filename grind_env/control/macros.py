@@ -41,7 +41,9 @@ def macro_call(block: Block) -> MacroCall:
     words: dict[str, Word] = {}
     for word in block.words:
         if word.letter in words:
-            raise block.error("block-format", f"{word} repeats the letter {word.letter}; G65 takes each letter once", word)
+            raise block.error(
+                "block-format", f"{word} repeats the letter {word.letter}; G65 takes each letter once", word
+            )
         words[word.letter] = word
     if "P" not in words:
         raise block.error("missing-parameter", "G65 lacks P; it takes the number of the macro program")

@@ -41,6 +41,9 @@ ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
 MACHINE_COORDINATES = "G53"
 """Makes the axis words of its own block machine coordinates."""
 
+MACRO_CALL = "G65"
+"""Makes the words of its block arguments of a macro."""
+
 LATER = frozenset({"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"})
 """Codes of the 9/Series control that this simulator does not support."""
 MODAL_MACROS = frozenset({"G66", "G66.1", "G67"})

@@ -98,9 +98,9 @@ class Mover:
     def tables(self) -> tuple[object, ...]:
         """What a program can write for later ones."""
         work = self.work
-        written = dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
-        written = *written, work.external, work.local, dict(self.tooling.radii)
-        return *written, self.turning, self.coolant
+        shifts = dict(work.offsets), work.external, work.shift, work.local, work.length
+        chosen = self.tooling.entry, dict(self.tooling.radii), self.passed, self.remembered
+        return *shifts, *chosen, self.turning, self.coolant
 
     def begin_block(self, command: Command) -> None:
         """Put modes in force, and what a block switches besides: T, M800, M801, M900 to M904 (mill manual 29-7)."""

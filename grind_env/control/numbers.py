@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import ACTIONS, SWITCHES, listed
+from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SWITCHES, listed
 from grind_env.control.reader import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
@@ -165,7 +165,7 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
 
 def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
     """The error of a G word that no code answers to; without a hint it says which codes there are."""
-    legal = hint or f"{listed(SWITCHES.keys() | ACTIONS)} are"
+    legal = hint or f"{listed((*SWITCHES, *ACTIONS, MACHINE_COORDINATES, MACRO_CALL))} are"
     return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 

@@ -20,6 +20,8 @@ from grind_env.files import ReadError, contents, open_file
 
 CHUNK = 1 << 16
 """Bytes read at a time; a block longer than that is read whole."""
+LONGEST_LINE = CHUNK
+"""Bytes of a line from which on it is read in pieces, in which remarks behind ``;`` are not known as such."""
 LONGEST_BLOCK = 10_000
 HELD = 1 << 20
 """Bytes up to which a file is kept in memory instead of being read again."""
@@ -29,9 +31,7 @@ _REMARK = (
     r"(?:[A-Za-z][ \t]*[^-+.0-9\[# \t\r\n();%]|[^A-Za-z(/#;%\s])[^\r\n]*)?"
 )
 """What follows a ``;`` in its line and begins no block: a letter without a number, but not the O of a mistyped X0."""
-_BLOCK = re.compile(
-    r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|;" + _REMARK + r"|[%\r\n]|\Z)"
-)
+_BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|;" + _REMARK + r"|[%\r\n]|\Z)")
 _LINE_ENDS = ("\r\n", "\r", "\n")
 _EIGHT_BIT = {0xDC00 + byte: byte for byte in range(0x80, 0x100)}
 """Bytes that are not UTF-8 are decoded to half surrogates, and shown as the letters of Latin-1."""
@@ -161,7 +161,7 @@ class Scanner:
         while more := self._handle.read(max(CHUNK, len(rest))):
             data = rest + more
             line_end = max(data.rfind(b"\n"), data.rfind(b"\r", 0, -1))
-            end = 1 + (line_end if line_end >= 0 else data.rfind(b";"))
+            end = 1 + (line_end if line_end >= 0 or len(data) < LONGEST_LINE else data.rfind(b";"))
             yield offset, self._decoded(data[:end], offset)
             offset, rest = offset + end, data[end:]
         yield offset, self._decoded(rest, offset)

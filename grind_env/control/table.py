@@ -36,7 +36,9 @@ class Reciprocator:
         if table is not None:
             named = [letter for letter in (AXES[table.axis], INTEGRANDS[table.axis]) if letter in command.words]
             if command.in_machine and named:
-                message = f"{command.words[named[0]]} is for {AXES[table.axis]}, which reciprocates; program G80 before G53"
+                message = (
+                    f"{command.words[named[0]]} is for {AXES[table.axis]}, which reciprocates; program G80 before G53"
+                )
                 raise command.error("axis-conflict", message, named[0])
             origin = self.mover.work.origin(command.modes.work_system)[table.axis]
             self.memory = redirect(command, self.memory, table, origin, self.control.maximum_feed)

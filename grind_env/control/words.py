@@ -118,10 +118,11 @@ def read_block(source: SourceText) -> Block:
             position = _after_blank_or_comment(text, position, place, column + position)
             continue
         if said is not None:
-            raise place.error("block-format", f"{word} stands in the block of a paramacro statement; {ALONE}", word.column)
-        if letter == "E" and words and words[-1].letter not in REPEATABLE and _EXPONENT.match(text, position):
-            if text[position - 1] in ".0123456789":
-                raise _exponent(words[-1], word, text[position:end], place)
+            raise place.error(
+                "block-format", f"{word} stands in the block of a paramacro statement; {ALONE}", word.column
+            )
+        if letter == "E" and words and _is_exponent(text, position, words[-1]):
+            raise _exponent(words[-1], word, text[position:end], place)
         if letter in seen and letter not in REPEATABLE:
             raise place.error(
                 "block-format", f"{word} repeats the letter {letter}; only G and M may repeat", column + position
@@ -141,11 +142,19 @@ def _statement(text: str, start: int, place: Place, column: int, *, alone: bool)
         found = BEGIN.match(text, start)
         assert found is not None  # it has been seen
         name = found[0].rstrip(" \t[#0123456789").upper() or "#"
-        raise place.error("block-format", f"{name} begins a paramacro statement within a block; {ALONE}", column + start)
+        raise place.error(
+            "block-format", f"{name} begins a paramacro statement within a block; {ALONE}", column + start
+        )
     try:
         return statement(text, start)
     except FormulaFault as fault:
         raise place.error(fault.name, fault.message, column + fault.position) from None
+
+
+def _is_exponent(text: str, position: int, before: Word) -> bool:
+    """Whether an E stands directly behind the number of a word, as that of an exponent does."""
+    number = before.letter not in REPEATABLE and text[position - 1] in ".0123456789"
+    return number and _EXPONENT.match(text, position) is not None
 
 
 def _exponent(before: Word, word: Word, power: str, place: Place) -> ControlError:

@@ -26,7 +26,7 @@ from grind_env.control.errors import Place
 HELD = 200
 """Elements behind the wheel that are compared with each new one."""
 NEAR = 1e-6
-"""mm; a crossing so close to the end of an element is none, for elements that follow each other meet there."""
+"""mm; a crossing so close to the end of a new element is none, for it may end beside the wheel's old path."""
 PARALLEL = 1e-6
 """Sine of the angle below which two paths touch and do not cross."""
 
@@ -90,10 +90,10 @@ def _overlap(a: tuple[float, float, float, float], b: tuple[float, float, float,
 
 
 def _cross(a: Element, b: Element) -> bool:
-    """Whether two elements cross, each within its length."""
+    """Whether the first element crosses the second one or passes through its end."""
     return any(
         _within(a, point, -NEAR)
-        and _within(b, point, -NEAR)
+        and _within(b, point, NEAR)
         and abs(cross(_direction(a, point), _direction(b, point))) > PARALLEL
         for point in _common(a, b)
     )

@@ -190,8 +190,8 @@ class Compensation:
         if gouged is not None:
             raise command.error(
                 "interference",
-                f"block {own.block} is closer to block {gouged.block}{_seen_from(own, gouged)} than a wheel of radius "
-                f"{radius:.4f} mm is wide, which cuts into it; use a smaller radius or leave more room",
+                f"between block {own.block} and block {gouged.block}{_seen_from(own, gouged)} there is no room for a "
+                f"wheel of radius {radius:.4f} mm, which cuts into one; use a smaller radius or leave more room",
             )
 
     def _junction(
