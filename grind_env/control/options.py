@@ -10,8 +10,9 @@ from grind_env.errors import shortened
 HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
-_ASSIGNMENT = re.compile(r"#?([0-9]+)=([-+0-9.]+)")
-_INTERRUPT = re.compile(r"[Oo]?([0-9]+)@([0-9.]+)(?::([0-9]+))?")
+_NUMBER = r"[0-9]+\.?[0-9]*|\.[0-9]+"
+_ASSIGNMENT = re.compile(rf"#?([0-9]+)=([-+]?(?:{_NUMBER}))")
+_INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")
 
 
 def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
@@ -24,15 +25,16 @@ def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
     for option in options:
         entry, _, size = option.rpartition("=")
         try:
-            if entry and int(entry) not in range(HIGHEST_ENTRY + 1):
-                raise ControlError("setting", f"--radius {shortened(option)} names no entry; T is 0 to {HIGHEST_ENTRY}")
-            if entry:
-                radii[int(entry)] = float(size)
-            else:
-                every = float(size)
+            number, radius = int(entry) if entry else None, float(size)
         except ValueError:
             message = f"--radius {shortened(option)} is no radius; write R or T=R, such as 2.5 or 1=2.5"
             raise ControlError("setting", message) from None
+        if number is None:
+            every = radius
+        elif number in range(HIGHEST_ENTRY + 1):
+            radii[number] = radius
+        else:
+            raise ControlError("setting", f"--radius {shortened(option)} names no entry; T is 0 to {HIGHEST_ENTRY}")
     return every, radii
 
 
@@ -45,13 +47,10 @@ def variables_of(options: Sequence[str]) -> Mapping[int, float]:
     variables = {}
     for option in options:
         match = _ASSIGNMENT.fullmatch("".join(option.split()))
-        try:
-            if match is None:
-                raise ValueError
-            variables[int(match[1])] = float(match[2])
-        except ValueError:
+        if match is None:
             message = f"--set {shortened(option)} is no assignment; write a number for a variable, as in '#101=15000'"
-            raise ControlError("setting", message) from None
+            raise ControlError("setting", message)
+        variables[int(match[1])] = float(match[2])
     return variables
 
 
@@ -64,13 +63,8 @@ def interrupts_of(options: Sequence[str]) -> tuple[Interrupt, ...]:
     found = []
     for option in options:
         match = _INTERRUPT.fullmatch(option.strip())
-        try:
-            if match is None:
-                raise ValueError
-            found.append(Interrupt(int(match[1]), kind=int(match[3] or 2), at=float(match[2])))
-        except ControlError:
-            raise
-        except ValueError:
+        if match is None:
             legal = "write O number and seconds, and the type if it is not 2, as in 9200@12.5 or 9200@12.5:1"
-            raise ControlError("setting", f"--interrupt {shortened(option)} is no request; {legal}") from None
+            raise ControlError("setting", f"--interrupt {shortened(option)} is no request; {legal}")
+        found.append(Interrupt(int(match[1]), kind=int(match[3] or 2), at=float(match[2])))
     return tuple(sorted(found, key=lambda interrupt: interrupt.at))

@@ -26,9 +26,9 @@ from grind_env.control import (
 )
 from grind_env.control.compensation.corners import CompensationFault
 from grind_env.control.decode import decode
+from grind_env.control.flow import MOST_BLOCKS
 from grind_env.control.formulas import FormulaFault, VariableFault
 from grind_env.control.functions import FunctionFault
-from grind_env.control.flow import MOST_BLOCKS
 from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.modes import Modes
 from grind_env.control.options import interrupts_of
