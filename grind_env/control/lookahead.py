@@ -26,6 +26,8 @@ from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, SourceText
 from grind_env.control.variables import DEEPEST_MACRO, Foreseen, Variables
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
+MOST_STATEMENTS = 1000
+"""Paramacro blocks in a row beyond which the view ends; they do not count as blocks without motion."""
 PRESET_CODES = ("G52", "G92", "G92.1")
 
 
@@ -94,6 +96,7 @@ def upcoming(
         ControlError: a system variable is read or assigned in what comes next.
     """
     modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
+    obeyed = 0
     foreseen = Foreseen()
     walk = _Walk(calls, find, variables.ahead(foreseen))
     walk.follow(outlook.command)
@@ -106,6 +109,9 @@ def upcoming(
         try:
             block = evaluated(read_block(source), walk.variables)
             if walk.obeys(block):
+                gap, obeyed = gap - 1, obeyed + 1
+                if obeyed > MOST_STATEMENTS:
+                    break
                 continue
             command = decode(block, modes, control.number_format)
             if command.tool is not None:
@@ -132,7 +138,7 @@ def upcoming(
             position = moved.end
             if in_plane(moved, modes.plane):
                 yield Prospect(command, moved)
-                gap = 0
+                gap = obeyed = 0
             elif command.action in REFERENCE_MOVES:
                 break
         if walk.ended:

@@ -140,7 +140,7 @@ class Mover:
             inch = float(numbers.MILLIMETRES_PER_INCH)
             text = f"line {self.place.line}: {command.words[letter]} is {feed:g} mm/min and clamped to {highest:g}"
             if command.modes.inch and feed / inch <= highest:
-                meant = f"{letter}{feed / inch / inch:.4g}"
+                meant = f"{letter}{feed / inch / inch:.1f}"
                 text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
             yield Message(self.timeline.time, text)
 

@@ -82,6 +82,12 @@ def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) ->
     Raises:
         ControlError: number-format, or out-of-range when the value is not positive once it has its format.
     """
+    if inch and len(word.whole) > form.inch[0] and (word.point or form.zero_suppression == "neither"):
+        meant = f"{word.letter}{Decimal(f'{word.whole}.{word.decimals}') / MILLIMETRES_PER_INCH:.1f}"
+        message = (
+            f"{word} has {len(word.whole)} integer digits; {form.inch[0]} are allowed under G70 in inches per minute"
+        )
+        raise block.error("number-format", f"{message}: write {meant} if mm/min are meant, or G71 before it", word)
     value = length(block, word, inch, form)
     if value <= 0.0:
         least = Decimal(1).scaleb(-(form.inch if inch else form.metric)[1])
