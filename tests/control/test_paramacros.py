@@ -1,7 +1,6 @@
 """Paramacros: variables, jumps, loops and calls, by what the programs written with them do."""
 
 import math
-import time
 from collections.abc import Callable
 
 import pytest
@@ -237,11 +236,9 @@ def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
     assert error.name == "block-budget" and "comes to more than 2000 blocks and strokes" in error.message
 
 
-def test_a_jump_costs_no_more_in_a_long_program() -> None:
-    filling = "(A)\n" * 15_000
-    began = time.process_time()
+def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
+    filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
     assert refusal(f"{filling}DO 1\nEND 1\n{filling[:400]}", block_budget=60_000).name == "block-budget"
-    assert time.process_time() - began < 20.0  # seconds a jump if each read the program from its beginning
 
 
 def test_loops_over_parts_end_as_parts_written_out() -> None:
@@ -265,7 +262,8 @@ def test_g65_passes_its_arguments() -> None:
 
 
 def test_local_variables_are_of_their_level_and_common_ones_of_all() -> None:
-    text = "#1=1\n#100=5\nG65 P8 A7 L2\nX#1\nX#100\nM98 P9\nX#2\nM30\nO8\n#1=#1+1\n#100=#100+#1\nX#1\nM99\nO9\n#2=#1*3\nM99"
+    text = "#1=1\n#100=5\nG65 P8 A7 L2\nX#1\nX#100\nM98 P9\nX#2\nM30\n"
+    text += "O8\n#1=#1+1\n#100=#100+#1\nX#1\nM99\nO9\n#2=#1*3\nM99"
     assert xs(text) == [8.0, 1.0, 21.0, 3.0]
 
 
@@ -367,7 +365,7 @@ def test_a_feed_beyond_the_maximum_is_told_with_the_unit_that_may_be_meant() -> 
     events = run(COMMON + "G70\nG82 X8. I-1. Y-.001 J-.001 F20. E9000.\nG71 G80\nG01 X5. F70000.\nM30" + DRESS)
     told = [event.text for event in events if type(event).__name__ == "Message"]
     assert told == [
-        "line 3: E9000. is 228600 mm/min and clamped to 60000; G70 is in force, so write E354.3 if mm/min are meant, or "
-        "G71 before it",
+        "line 3: E9000. is 228600 mm/min and clamped to 60000; G70 is in force, so write E354.3 if mm/min are meant, "
+        "or G71 before it",
         "line 5: F70000. is 70000 mm/min and clamped to 60000",
     ]
