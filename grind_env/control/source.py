@@ -86,6 +86,11 @@ def text_of(text: str, name: str) -> Text:
     return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
 
 
+def readable(text: str) -> str:
+    """A text of a program that was decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
+    return text if text.isascii() else text.translate(_EIGHT_BIT)
+
+
 def text_in(path: Path) -> Text:
     """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
 
@@ -122,7 +127,7 @@ class Scanner:
         for offset, piece in pieces:
             for match in _BLOCK.finditer(piece):
                 text, end = match.groups()
-                block = text.strip().translate(_EIGHT_BIT) if not text.isascii() else text.strip()
+                block = readable(text.strip())
                 if block:
                     self._last = match, offset, line, line_begin
                     column = match.start() + len(text) - len(text.lstrip()) - line_begin + 1
