@@ -209,3 +209,12 @@ def test_grind_run_takes_requests_and_variables(capsys: pytest.CaptureFixture[st
     assert dressed["parts"][0]["dresses"] == plain["parts"][0]["dresses"] + 1  # type: ignore[index]
     longer = interrupted["parts"][0]["seconds"] - plain["parts"][0]["seconds"]  # type: ignore[index]
     assert 60.0 < longer < 62.0
+
+
+def test_a_speed_beyond_the_table_is_told_with_the_unit_that_may_be_meant(tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    text = NARROW["inches"].decode().replace("E[480.+#1*20]", "E2000.")
+    path.write_text(text, encoding="utf-8")
+    said = [warning for warning in grind(read_file(path), shop()).warnings if "the table of" in warning]
+    assert len(said) == 1 and "E50800 is more than" in said[0]
+    assert said[0].endswith("lower E, or write E78.7 if E2000 is meant in mm/min")
