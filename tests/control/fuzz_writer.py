@@ -61,6 +61,8 @@ class Writer:
             (self._calls, 2),
             (self._reference, 1),
             (self._expressions, 1),
+            (self._loop, 1),
+            (self._macro, 1),
             (self._stray, 1 if self.rng.random() < 0.3 else 0),
         ]
         writers, weights = zip(*choices, strict=True)
@@ -253,6 +255,23 @@ class Writer:
         numbers = [*self.subprograms, *([999] if self.rng.random() < 0.05 else [])]
         times = self._maybe(0.3, f"L{self.rng.choice([0, 2, 5])}")
         return [f"M98 P{self.rng.choice(numbers)} {times}"] if numbers else []
+
+    def _loop(self) -> list[str]:
+        """A section gone through some times by one of the ways there are, or without end."""
+        rng, number = self.rng, self.rng.randint(1, 3)
+        count, label, body = rng.choice([0, 1, 2, 2, 9999]), rng.randint(500, 520), self._section()
+        if rng.random() < 0.5:
+            return [f"#{number}=0", f"WHILE [#{number} LT {count}] DO {number}", *body, f"#{number}=#{number}+1"] + (
+                [f"END {number}"] if rng.random() < 0.95 else []
+            )
+        return [f"#{number}=0", f"N{label} #{number}=#{number}+1", *body, f"IF [#{number} LT {count}] GOTO {label}"]
+
+    def _macro(self) -> list[str]:
+        rng = self.rng
+        number = rng.choice([*self.subprograms, *self.dressers, 999])
+        lines = [f"G65 P{number} A{self._number(5.0)} X{self._number(5.0)} L{rng.choice([1, 2])}", "G52 X1. Z[#1+1]"]
+        lines += [f"G53 G0{rng.randint(0, 1)} Z{self._number(20.0)}", f"#5{rng.choice(['221', '203', '041'])}=2.5"]
+        return rng.sample(lines, rng.randint(1, 2))
 
     def _reference(self) -> list[str]:
         return [self.rng.choice(["G28 X1. Y2.", "G30 P3 Z4.", "G30 X1.", "G28 Z0"]), self._maybe(0.5, "G29 X3. Z2.")]
