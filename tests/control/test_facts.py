@@ -18,7 +18,8 @@ FACTS = load_facts()
 ROWS = {
     **{"16-13.": 28, "22-11.": 17, "15-20.": 12, "L23-7.": 27},
     **{"PD-": 24, "ruling-": 13},
-    **{"grammar-D": 19, "dressing-D": 22, "grooving-D": 18, "compensation-D": 18, "paramacro-D": 17},
+    **{"grammar-D": 19, "paramacro-D": 17, "dressing-D": 22},
+    **{"grooving-D": 18, "compensation-D": 18},
 }
 PAGES = """
 10-6 10-7 10-23 11-10 12-41 12-53 12-54 12-55 12-56 12-60 15-2 15-5 15-11 15-12 15-17 15-19 15-20 15-26 15-27 15-37
