@@ -26,6 +26,7 @@ COMPARISONS = ("EQ", "NE", "GT", "GE", "LT", "LE")
 LOGIC = ("AND", "OR", "XOR")
 PRODUCTS = ("*", "/", "MOD")
 SUMS = ("+", "-", *LOGIC)
+BEHIND_CONDITIONS = ("GOTO", "THEN", "DO")
 KNOWN = (*functions.FUNCTIONS, "ATAN", *COMPARISONS, *LOGIC, "MOD")
 
 _LAST_DECIMAL = Decimal(1).scaleb(-DECIMALS)
@@ -353,6 +354,8 @@ class _Reader:
         name = _NAME.match(self._text, self.position)
         if name is not None:
             word = name[0].upper()
+            if word in BEHIND_CONDITIONS:
+                return FormulaFault(f"']' is missing before {word}; a condition stands in brackets", self.position)
             close = did_you_mean(word, KNOWN)
             message = f"{shortened(word)} is no part of an expression here{close}; it has {', '.join(KNOWN)}"
             return FormulaFault(message, self.position, "not-supported")
@@ -360,6 +363,9 @@ class _Reader:
             return FormulaFault(f"{character!r} follows an operand; + - * or / must stand between", self.position)
         if not character:
             return FormulaFault("'[' is not closed; a ']' is missing", self.position)
+        if character in "=<>":
+            message = f"{character!r} compares nothing here; comparisons are {', '.join(COMPARISONS)}"
+            return FormulaFault(message, self.position)
         message = f"{character!r} has no place in an expression; numbers, # variables, + - * / and brackets have"
         return FormulaFault(message, self.position)
 
