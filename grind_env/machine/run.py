@@ -191,7 +191,9 @@ class GrindingRun:
 
     def _start_cycle(self, event: CycleStart) -> None:
         plan = event.plan
-        dress = None if plan.program is None else self.dressing.plan(plan.program, self.position, plan.axis)
+        dress = None
+        if plan.program is not None:
+            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
