@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.step import Found, settle_jobs
 from grind_env.envs.job.tape import NEW_LOT
 from grind_env.envs.observations import gauged_diameter, measured_roughness
@@ -61,7 +61,9 @@ class MeasuredEpisode:
         self.simulation = simulation.without_spread()
         self.simulation.change_shop(simulation.shop._replace(least_diameter=0.0))
         self._shops = np.array([self.simulation.shop])
-        self._episodes = self.simulation.start([np.random.default_rng(0)])
+        episodes = self.simulation.start([np.random.default_rng(0)])
+        assert isinstance(episodes, JobEpisodes)
+        self._episodes = episodes
         self._episodes.tape[..., NEW_LOT] = 0.0
         self._episodes.tape[0, 0, NEW_LOT] = 1.0
 

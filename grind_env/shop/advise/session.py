@@ -8,7 +8,7 @@ from pathlib import Path
 
 from grind_env.shop.advise.adviser import Advice, Adviser
 from grind_env.shop.advise.forecast import sentences
-from grind_env.shop.advise.readings import Readings, ReadingError, check_readings, readings_of
+from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
 from grind_env.shop.advise.sources import Row, Source
 from grind_env.shop.advise.state import ANEW, Origin, StateError, Step, read_state, write_log, write_state
 from grind_env.shop.advise.values import write_values
@@ -157,10 +157,12 @@ class Session:
             said = {"block": advice.block + 1, "part": block.part + 1, **advice.words, "reason": reasons}
             self.say(json.dumps(said))
             return
-        if self.steps and self.steps[-1].readings.mean_power is None and (block.starts_part or not self.by_part):
-            self.say(f"  no mean_power was read: {self.adviser.policy.name} sees 0 W, and the belief follows the model")
         words = " ".join(f"{letter}{value}" for letter, value in advice.words.items())
         self.say(f"block {advice.block + 1} of {len(simulation.blocks)}, part {block.part + 1}: {words}")
+        if self.steps and self.steps[-1].readings.mean_power is None and (block.starts_part or not self.by_part):
+            self.say(
+                f"  no mean_power was read before: {self.adviser.policy.name} sees 0 W, the belief follows the model"
+            )
         if forecast is None:
             self.say(f"  nothing is believed of the wheel: {simulation.why}")
         else:

@@ -1,7 +1,7 @@
 """What an adviser has been told so far, in a file that is whole whenever it is stopped; and the log beside it.
 
-The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy and
-belief are functions of what was measured.
+The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy
+and belief are functions of what was measured.
 """
 
 import csv
@@ -12,7 +12,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import csv_cell, is_file, read_bytes, read_text, shown, write_atomically
 from grind_env.policies.policy import Policy
@@ -47,7 +50,7 @@ class Step:
     """
 
     time: str
-    words: dict[str, str]
+    words: Words
     readings: Readings
 
 
@@ -61,8 +64,8 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> O
     """
     texts = [block.block.source.text for block in simulation.blocks]
     shop = simulation.shop._replace(reference_cost=1.0)
-    numbers = [simulation.kinds, simulation.base, simulation.first_wheels(1), [shop]]
-    tables = [[list(map(float, row)) for row in table] for table in numbers]
+    numbers = simulation.kinds, simulation.base, simulation.first_wheels(1), np.array([shop])
+    tables = [table.tolist() for table in numbers]
     job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
     rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))
     return Origin(
