@@ -33,9 +33,9 @@ class StateError(GrindError):
 class Origin:
     """What the advice of a file rests on, as hashes; each field is named in messages."""
 
+    parts: int
     program: str
     job: str
-    parts: int
     policy: str
 
 
@@ -69,9 +69,9 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> O
     job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
     rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))
     return Origin(
+        parts=simulation.parts,
         program=_hash(json.dumps(texts)),
         job=_hash(json.dumps(job)),
-        parts=simulation.parts,
         policy=f"{policy.name} {rule}",
     )
 
