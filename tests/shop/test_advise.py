@@ -25,12 +25,12 @@ from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.scripted.belief_rule import BeliefRule
-from grind_env.policies.scripted.rules import AdaptiveRule, Handbook, PowerThreshold
+from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, Handbook, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast import Forecaster
-from grind_env.shop.advise.readings import readings_of
+from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.session import Files, Session
-from grind_env.shop.advise.sources import CsvSource, Row
+from grind_env.shop.advise.sources import CsvSource, Prompt, Row
 from grind_env.shop.advise.state import Origin, origin_of, read_state
 from grind_env.shop.advise.values import check_variables, variables_of, write_values
 from grind_env.task_version import TASK_VERSION
@@ -42,6 +42,15 @@ G00 X-30. Y0 Z0
 G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100
 G80
 G00 Y20.
+M30
+"""
+INCHES = """G70 G94 G90 G19 S1910 M03 M08
+G00 Y.1 Z-.1
+G00 X-1.2
+G01 Y0 F20.
+G82 X9. I-1.2 Y-.006 J-.0004 F2.4 E500. P9100 D1
+G80
+G00 Y1. M09 M05
 M30
 """
 DRESS = PLATE.read_text()[PLATE.read_text().index("O9100") :].rstrip("%\n")
@@ -147,6 +156,27 @@ def test_the_same_measurements_give_the_advice_of_the_policy_in_the_environment(
     # policies that never changed their mind would show nothing
     for name in {"power_threshold", "adaptive_rule", "belief_rule", "agent"} & chosen.keys():
         assert len({speed for speed, _ in chosen[name]}) > 2 and len({each for _, each in chosen[name]}) > 1, name
+
+
+def test_changed_wheels_and_new_lots_are_seen_as_in_the_environment(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_bytes(PLATE.read_bytes())
+    job = PLATE.with_suffix(".toml").read_text().replace("load = 20", "load = 20\nwheel_change = 300")
+    lots = "[lots]\nprobability = 0.5\nstock = 0.2\n[wheel]\ndiameter = 220.1\n"
+    program.with_suffix(".toml").write_text(f"{job}\n{lots}")
+    problem = batch(program, 8)
+    simulation: Any = problem.simulation()
+    episode = MeasuredEpisode(simulation)
+    before, changes, lots_seen, chosen = 0.0, 0, 0, (0.0, 0)
+    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14.0, 1), SEED)):
+        diameter = float(simulation.read(observation[None])["diameter"][0])
+        if number:
+            row = told(simulation, observation, number - 1) | {"new_wheel": int(diameter > before + 1.0)}
+            changes, lots_seen = changes + row["new_wheel"], lots_seen + row.get("new_lot", 0)
+            episode.take(*chosen, readings_of(row, "here").measured())
+        np.testing.assert_array_equal(episode.observation()[0], observation)
+        before, chosen = diameter, (speed, executions)
+    assert changes > 0 and lots_seen > 1
 
 
 def test_a_program_that_the_control_executes_is_advised_on_without_belief(tmp_path: Path) -> None:
@@ -351,6 +381,34 @@ def test_a_faulty_reading_is_refused_with_one_sentence(row: dict[str, Any], mess
         session.run()
     assert "\n" not in str(caught.value)
     assert not session_steps(tmp_path)
+
+
+def test_what_is_typed_is_asked_for_again_until_it_fits(tmp_path: Path) -> None:
+    lines = iter(["peak_power", "peak_power=much", "size_error=3", "peak_power=2400 mean_power=2100", "stop"])
+    said: list[str] = []
+    session = session_of(tmp_path, [], said)
+    session.source = Prompt(lambda text: next(lines))
+    session.run()
+    assert session_steps(tmp_path) == [{"mean_power": 2100.0, "peak_power": 2400.0}]
+    refused = [
+        line for line in said if "write name=value" in line or "must be a number" in line or "of a finished" in line
+    ]
+    assert len(refused) == 3
+
+
+def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text(INCHES + DRESS)
+    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    simulation: Any = batch(program, 2).simulation()
+    adviser = Adviser(simulation, policy_for("E12D1", simulation))
+    assert adviser.advice is not None and adviser.advice.words == {"E": "472.4409", "D": "1"}
+    write_values(tmp_path / "values.nc", simulation, [adviser.advice])
+    assert "#101=472.4409 (E, INCH/MIN, PART 1, BLOCK 1)" in (tmp_path / "values.nc").read_text()
+    adviser.take(readings_of({"E": 500.0}, "here"))
+    assert simulation.read(adviser.episode.observation())["last_speed"][0] == pytest.approx(12.7)
+    with pytest.raises(GrindError, match=r"E is 9000, but must lie between 118\.11 and 1181\.1 inch/min"):
+        check_readings(readings_of({"E": 9000}, "here"), simulation, 1, "here")
 
 
 def rows_of(path: Path, text: str, *, follow: bool = False) -> list[dict[str, Any]]:
