@@ -117,7 +117,8 @@ def sentences(seen: Forecast) -> list[str]:
     """A forecast as sentences."""
     relative = seen.dullness / REFERENCE_AREA
     state = "sharp" if relative < SHARP else "dull" if relative > DULL else "neither sharp nor dull"
-    dulling = f"{seen.growth:.2g} times as fast as usual (x/: {np.exp(seen.growth_spread):.2g})"
+    slow, fast = (seen.growth * np.exp(sign * seen.growth_spread) for sign in (-1.0, 1.0))
+    dulling = f"{seen.growth:.1f} times as fast as usual ({slow:.1f} to {fast:.1f})"
     said = [
         f"the wheel is believed {state}: wear flats {100.0 * seen.dullness:.2f} % of it, "
         f"+/- {100.0 * seen.dullness_spread:.2f}; it dulls {dulling}",
