@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -443,9 +444,26 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
     assert adviser.advice is not None
     write_values(tmp_path / "O77.nc", simulation, [adviser.advice])
     lines = (tmp_path / "O77.nc").read_text().splitlines()
-    assert lines == ["O77", "#101=12000. (E, MM/MIN, PART 1, BLOCK 1)", "#102=1 (D)", "M99"]
+    assert lines == [
+        "O77",
+        "#101=12000. (E, MM/MIN, PART 1, BLOCK 1)",
+        "#102=1 (D)",
+        "#103=9000. (E, MM/MIN, AS PROGRAMMED)",
+        "#104=0 (D)",
+        "M99",
+    ]
     assert variables_of(simulation.blocks[1], 1) == (103, 104)
     check_variables(simulation)
+
+    def block(text: str) -> Any:
+        return SimpleNamespace(part=0, block=SimpleNamespace(source=SimpleNamespace(text=text, line=7)))
+
+    assert variables_of(block("N50 g82 Y-.17 e#500 P9100 D # 7"), 3) == (500, 7)
+    assert variables_of(block("N50 G82 Y-.17 E9000. P9100 D#7"), 3) == (107, 7)
+    with pytest.raises(GrindError, match=r"line 7: E is an expression.* such as E#101"):
+        variables_of(block("G82 Y-.17 E[#500*2]"), 0)
+    with pytest.raises(GrindError, match="blocks 1 and 2 of one part both read #101"):
+        check_variables(SimpleNamespace(blocks=[block("E#101 D#102"), block("E#101")]))  # type: ignore[arg-type]
 
 
 # --- the command ----------------------------------------------------------------------------------------------

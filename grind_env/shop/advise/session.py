@@ -52,7 +52,7 @@ class Session:
     by_part: bool = False
     as_json: bool = False
     steps: list[Step] = field(default_factory=list)
-    shown: list[Advice] = field(default_factory=list)
+    given: list[Advice] = field(default_factory=list)
 
     def begin(self) -> None:
         """Forget what the state file has kept."""
@@ -144,14 +144,13 @@ class Session:
 
     def _told(self, advice: Advice, readings: Readings) -> None:
         self.adviser.take(readings)
-        self.shown.append(advice)
+        self.given.append(advice)
 
     def _show(self, advice: Advice) -> None:
         simulation = self.adviser.simulation
         block, forecast = simulation.blocks[advice.block], self.adviser.forecast()
         if self.files.values is not None:
-            part = [each for each in self.shown if simulation.blocks[each.block].part == block.part]
-            write_values(self.files.values, simulation, [*part, advice] if self.by_part else [advice])
+            write_values(self.files.values, simulation, [*self.given, advice])
         if self.as_json:
             reasons = None if forecast is None else forecast._asdict()
             said = {"block": advice.block + 1, "part": block.part + 1, **advice.words, "reason": reasons}
