@@ -1,0 +1,304 @@
+"""Where the strokes of a program lie in a log: the program's runs of strokes, found by their shape, in their order.
+
+Run by run and for every place in the log, the power that the model expects is compared with the power there, whatever
+the idle power and the scale of the meter are; dynamic programming then puts all runs in order. How long is waited for a
+dress, a gauge or the next part does not matter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, optimize
+
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.pattern import Numbers, Pattern
+from grind_env.shop.calibrate.sheet import Floats
+
+FINE, COARSE = 0.05, 0.2
+"""s; steps of places in the log: as its rows lie, between these."""
+MARGIN = 2.0
+"""s before and after a run that must look like no stroke."""
+LOWEST, HIGHEST = 0.5, 1.5
+"""Feed overrides that are looked for."""
+USUAL_OVERRIDE = 0.2
+"""Logarithmic spread of overrides: what else explains the log is preferred."""
+SAME_FEED = 0.04
+"""An override by which a machine may differ from its model without one."""
+SHORTEST_PAUSE = 0.3
+"""Of the pause that the program makes between two runs."""
+FEWEST = 5
+"""Samples of which a correlation tells anything."""
+MATCHES = 0.5
+"""Correlation from which on a run or a part is taken to be in the log."""
+MOST_EXECUTIONS = 150
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """Where the runs of a program lie in a log; arrays have shape (executions, runs).
+
+    Attributes:
+        begin: of each run, s of the log.
+        override: of the feed in it.
+        correlation: of the power expected in it with that of the log; NaN if the log has no samples there.
+        time_unit: s of a unit of the log's time; 1 unless it was found out.
+    """
+
+    begin: Floats
+    override: Floats
+    correlation: Floats
+    time_unit: float = 1.0
+
+    @property
+    def executions(self) -> int:
+        """How often the program was run."""
+        return len(self.begin)
+
+    @property
+    def quality(self) -> float:
+        """Median of the correlations, from 0 to 1."""
+        return float(np.nanmedian(self.correlation)) if np.isfinite(self.correlation).any() else 0.0
+
+    @property
+    def overrides(self) -> Floats:
+        """Of each execution; 1 where the feed is as programmed but for what the machine differs from its model."""
+        found = np.nanmedian(np.where(self.correlation > MATCHES, self.override, np.nan), axis=1)
+        return np.where(np.abs(found - 1.0) < SAME_FEED, 1.0, np.nan_to_num(found, nan=1.0))
+
+
+def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
+    """Find the strokes of a program in a log.
+
+    Args:
+        log: the log.
+        pattern: of the program.
+        expected: power of each of its strokes above idle, W.
+
+    Raises:
+        CalibrationError: they are not in it.
+    """
+    units = (1.0,) if log.sure_of_time else (1.0, 1e-3)
+    found = [_aligned(log.time * unit, log.power, pattern, expected, unit) for unit in units]
+    best = max(found, key=lambda each: each.quality * np.isfinite(each.correlation).sum())
+    if best.executions == 0 or best.quality < MATCHES:
+        reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
+        raise CalibrationError(
+            f"the log does not match the program: where they agree best the correlation is {reached}, and {MATCHES} is needed; "
+            "check that it is the log of this program and job, and that the right column is taken for the power"
+        )
+    return best
+
+
+class _Binned(NamedTuple):
+    """A log in even steps, and the transforms of what is needed for correlations."""
+
+    origin: float
+    step: float
+    size: int
+    filled: NDArray[np.complex128]
+    sums: NDArray[np.complex128]
+    squares: NDArray[np.complex128]
+    length: int
+
+
+def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, unit: float) -> Alignment:
+    step = float(np.clip(np.median(np.diff(time)), FINE, COARSE))
+    bin_time, bin_power = _averaged(time, power, step)
+    spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
+    total = float(spans.sum() + pattern.pause.sum())
+    none = np.empty((0, pattern.runs))
+    if bin_time.size < FEWEST or not 0.3 * spans.max() < bin_time[-1] - bin_time[0] < MOST_EXECUTIONS * 20.0 * total:
+        return Alignment(none, none, none, unit)
+    binned = _transformed(bin_time, bin_power, step, total)
+    scores, overrides = zip(*(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True)
+    most = min(int((bin_time[-1] - bin_time[0]) / (0.6 * total)) + 2, MOST_EXECUTIONS)
+    best = Alignment(none, none, none, unit)
+    for begin, override in _placed(scores, overrides, binned, pattern, most):
+        found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
+        if not np.all(_of_executions(found, pattern, expected) >= MATCHES):
+            break
+        best = found
+    return _refined(best, bin_time, bin_power, pattern, expected)
+
+
+def _averaged(time: Floats, power: Floats, step: float) -> tuple[Floats, Floats]:
+    """Rows closer together than a step as their mean."""
+    number = np.floor((time - time[0]) / step).astype(np.int64)
+    _, where = np.unique(number, return_inverse=True)
+    count = np.bincount(where)
+    return np.bincount(where, time) / count, np.bincount(where, power) / count
+
+
+def _transformed(time: Floats, power: Floats, step: float, around: float) -> _Binned:
+    """Bins with an empty span of `around` s before and after the log, into which a part may reach."""
+    origin = float(time[0]) - around
+    size = int(np.ceil((time[-1] - time[0] + 2.0 * around) / step)) + 1
+    length = fft.next_fast_len(size + int(np.ceil((around + 2.0 * MARGIN) / step * 2.5)), real=True)
+    place = np.round((time - origin) / step).astype(np.int64)
+    filled, sums = np.zeros(length), np.zeros(length)
+    np.add.at(filled, place, 1.0)
+    np.add.at(sums, place, power - np.median(power))
+    sums /= np.maximum(filled, 1.0)
+    filled = np.minimum(filled, 1.0)
+    return _Binned(origin, step, size, fft.rfft(filled), fft.rfft(sums), fft.rfft(sums * sums), length)
+
+
+def _template(pattern: Pattern, expected: Floats, run: int, override: float, at: Floats, width: float) -> Floats:
+    """Mean power that is expected in intervals of `width` s around times from the begin of a run on."""
+    on, off, _ = pattern.times(run, override)
+    height = expected[pattern.run == run]
+    edges = np.ravel(np.column_stack([on, off]))
+    work = np.concatenate([[0.0], np.cumsum(np.ravel(np.column_stack([height * (off - on), np.zeros(on.size)])))])[:-1]
+    upper, lower = (np.interp(at + half, edges, work) for half in (0.5 * width, -0.5 * width))
+    return np.asarray((upper - lower) / width, np.float64)
+
+
+def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats]:
+    """How likely a run begins at each place (logarithm, over that of a constant power there), and with which override."""
+    span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
+    apart = np.clip(0.25 / strokes, 0.004, 0.05)
+    tried = np.exp(np.arange(np.log(LOWEST), np.log(HIGHEST), apart))
+    tried = np.append(tried[np.abs(np.log(tried)) > 0.4 * apart], 1.0)
+    best, override = np.full(binned.size, -np.inf), np.ones(binned.size)
+    for each in tried.tolist():
+        at = np.arange(-MARGIN, pattern.times(run, each)[2] + MARGIN, binned.step)
+        if at.size > binned.length - binned.size:
+            continue
+        shape = _template(pattern, expected, run, each, at, binned.step)
+        shape = shape / max(shape.max(), 1e-9)
+        box, form, square = (np.conj(fft.rfft(values, binned.length)) for values in (np.ones(at.size), shape, shape * shape))
+        n, s, ss, y, ys, yy = (
+            fft.irfft(first * second, binned.length)
+            for first, second in (
+                (binned.filled, box),
+                (binned.filled, form),
+                (binned.filled, square),
+                (binned.sums, box),
+                (binned.sums, form),
+                (binned.squares, box),
+            )
+        )
+        n = np.maximum(n, 1.0)
+        covariance, spread, variance = ys - y * s / n, ss - s * s / n, yy - y * y / n
+        squared = np.where(
+            (covariance > 0.0) & (spread > 1e-3) & (variance > 1e-9 * np.abs(yy).max()) & (n >= FEWEST),
+            covariance**2 / np.maximum(spread * variance, 1e-300),
+            0.0,
+        )
+        likely = -0.5 * n * np.log1p(-np.minimum(squared, 0.9999)) - 0.5 * (np.log(each) / USUAL_OVERRIDE) ** 2
+        # a place of the array is that of the margin before the run
+        likely = np.roll(likely, int(round(MARGIN / binned.step)))[: binned.size]
+        better = likely > best
+        best, override = np.where(better, likely, best), np.where(better, each, override)
+    assert span > 0.0
+    return np.maximum(best, 0.0), override
+
+
+def _placed(
+    scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
+) -> "list[tuple[Floats, Floats]]":
+    """Begins and overrides of the most likely 1, 2, ... executions in a row, each of shape (executions, runs)."""
+    reached = np.zeros(binned.size)  # the best score of all before, if they end by then
+    came: Numbers = np.zeros(binned.size, np.int64)
+    chains: list[tuple[Numbers, Numbers]] = []
+    found = []
+    places = np.arange(binned.size)
+    lengths = [_lengths(pattern, run, overrides[run], binned.step) for run in range(pattern.runs)]
+    for number in range(most * pattern.runs):
+        run = number % pattern.runs
+        total = reached + scores[run]
+        chains.append((came.copy(), places))
+        end = np.minimum(places + lengths[run], binned.size - 1)
+        next_reached, next_came = np.full(binned.size, -np.inf), np.zeros(binned.size, np.int64)
+        order = np.argsort(total, kind="stable")
+        next_reached[end[order]], next_came[end[order]] = total[order], order  # of several the last, which is the best
+        running = np.maximum.accumulate(next_reached)
+        latest = np.maximum.accumulate(np.where(next_reached >= running, places, 0))
+        reached, came = running, next_came[latest]
+        if run == pattern.runs - 1:
+            found.append(_traced(chains, int(np.argmax(total)), binned, overrides, pattern.runs))
+    return found
+
+
+def _lengths(pattern: Pattern, run: int, overrides: Floats, step: float) -> Numbers:
+    """Steps from the begin of a run to the soonest begin of the next one."""
+    span, after = pattern.times(run)[2], pattern.pause[(run + 1) % pattern.runs]
+    lengths: Numbers = np.floor((0.98 * span / overrides + SHORTEST_PAUSE * after) / step).astype(np.int64)
+    return np.maximum(lengths, 1)
+
+
+def _traced(
+    chains: Sequence[tuple[Numbers, Numbers]], last: int, binned: _Binned, overrides: Sequence[Floats], runs: int
+) -> tuple[Floats, Floats]:
+    places = [last]
+    for came, _ in reversed(chains[1:]):
+        places.append(int(came[places[-1]]))
+    order = np.array(places[::-1])
+    chosen = np.array([overrides[number % runs][place] for number, place in enumerate(order.tolist())])
+    return (binned.origin + binned.step * order).reshape(-1, runs), chosen.reshape(-1, runs)
+
+
+def _correlation(
+    time: Floats, power: Floats, pattern: Pattern, expected: Floats, run: int, begin: float, override: float, width: float
+) -> float:
+    end = begin + pattern.times(run, override)[2]
+    first, last = np.searchsorted(time, (begin - MARGIN, end + MARGIN))
+    if last - first < FEWEST:
+        return float("nan")
+    shape = _template(pattern, expected, run, override, time[first:last] - begin, width)
+    y = power[first:last]
+    if np.ptp(shape) == 0.0 or np.ptp(y) == 0.0:
+        return 0.0
+    return float(np.corrcoef(shape, y)[0, 1])
+
+
+def _judged(
+    begin: Floats, override: Floats, time: Floats, power: Floats, pattern: Pattern, expected: Floats, unit: float
+) -> Alignment:
+    """Executions that lie in the log at least in part, with their correlations."""
+    width = max(float(np.median(np.diff(time))) * 0.1, FINE)
+    each = [
+        [_correlation(time, power, pattern, expected, run, b, o, width) for run, (b, o) in enumerate(zip(*row, strict=True))]
+        for row in zip(begin.tolist(), override.tolist(), strict=True)
+    ]
+    correlation = np.array(each)
+    inside = np.isfinite(correlation).any(axis=1)
+    return Alignment(begin[inside], override[inside], correlation[inside], unit)
+
+
+def _of_executions(found: Alignment, pattern: Pattern, expected: Floats) -> Floats:
+    """Mean correlation of each execution, its runs weighted by what they make the power differ."""
+    weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
+    weight = np.where(np.isfinite(found.correlation), weights, 0.0)
+    mean: Floats = (np.nan_to_num(found.correlation) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
+    return mean
+
+
+def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, expected: Floats) -> Alignment:
+    """The same with begins and overrides between the steps."""
+    begin, override, correlation = found.begin.copy(), found.override.copy(), found.correlation.copy()
+    width = max(float(np.median(np.diff(time))) * 0.1, FINE)
+    for row, run in np.argwhere(np.isfinite(correlation)).tolist():
+        span = pattern.times(run)[2]
+
+        def misses(x: Floats, row: int = row, run: int = run, span: float = span) -> float:
+            changed = override[row, run] * np.exp(x[1] * 0.2 / span)
+            at = begin[row, run] + 0.1 * x[0]
+            value = _correlation(time, power, pattern, expected, run, at, changed, width)
+            return 1.0 - (value if np.isfinite(value) else 0.0)
+
+        best = optimize.minimize(
+            misses, (0.0, 0.0), method="Nelder-Mead", options={"xatol": 0.02, "fatol": 1e-6, "maxfev": 80, "initial_simplex": SIMPLEX}
+        )
+        begin[row, run] += 0.1 * best.x[0]
+        override[row, run] *= np.exp(best.x[1] * 0.2 / span)
+        correlation[row, run] = 1.0 - best.fun
+    return Alignment(begin, override, correlation, found.time_unit)
+
+
+SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
+"""0.2 s later; a feed by which the end of the run comes 0.2 s sooner."""

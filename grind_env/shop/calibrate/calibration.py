@@ -1,0 +1,266 @@
+"""`calibrate`: from the files of a shop to a calibration."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import read_file
+from grind_env.machine.job import Job
+from grind_env.machine.job_file import load_job
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.user_catalogue import OVERRIDES
+from grind_env.shop.calibrate.align import MATCHES, Alignment, align
+from grind_env.shop.calibrate.columns import GAUGE_COLUMNS, LOG_COLUMNS, Map, read_map
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, without
+from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.gauge import Gauge, read_gauge
+from grind_env.shop.calibrate.logs import Log, read_log
+from grind_env.shop.calibrate.observe import Observations, observe
+from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
+from grind_env.shop.calibrate.pattern import Numbers, Pattern, pattern_of
+from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
+from grind_env.shop.calibrate.sheet import Floats
+from grind_env.toml import read_toml
+
+DISCREPANCY = 0.01
+"""Of the power of a stroke that no model of it does better than."""
+LEAST_POWER = 0.002
+"""The same, of the root mean square of all strokes."""
+SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
+"""Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
+BURN_WIDTH = 0.05
+"""Of the step in temperature rise at which burn is seen, of the rise that tempers."""
+HELD_OUT = 4
+"""One part in so many judges the fit, the last ones; from `ENOUGH_PARTS` on."""
+ENOUGH_PARTS = 3
+SCATTERS = 3.0
+"""Enlargement of errors that is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Gauged:
+    """What was gauged, one value after the other.
+
+    Attributes:
+        value: as of `fit.Data`, like the next two.
+        error: see there.
+        kind: see there.
+        part: of each, from 1.
+        origin: part from whose wheel diameter that of the value is the difference; 0 of other kinds.
+    """
+
+    value: Floats
+    error: Floats
+    kind: NDArray[np.str_]
+    part: Numbers
+    origin: Numbers
+
+
+def calibrate(
+    log: Path,
+    program: Path,
+    job: Path,
+    *,
+    gauge: Path | None = None,
+    map_file: Path | None = None,
+    names: str = "auto",
+    told: Callable[[str], None] = lambda stage: None,
+) -> Calibration:
+    """Fit the process model to a log of the spindle's power.
+
+    Args:
+        log: text of rows with time and power.
+        program: part program that was run, once or several times.
+        job: what was ground on which machine.
+        gauge: text with a row for every part that was measured.
+        map_file: what the columns are, where their names do not say it.
+        names: of the constants to fit, with commas between; `auto` for those of the usual ones that the log tells.
+        told: is told what is being done.
+
+    Raises:
+        CalibrationError: nothing can be fitted; the message says why, and what to do.
+        GrindError: program or job cannot be used.
+    """
+    said = read_map(map_file, {"log": tuple(LOG_COLUMNS), "gauge": tuple(GAUGE_COLUMNS)})
+    settings, programs = load_job(job), read_file(program)
+    parameters = chosen_parameters(settings, names)
+    told("reading the log")
+    rows = read_log(log, settings.setup.machine, said)
+    gauged = None if gauge is None else read_gauge(gauge, said)
+    pattern = pattern_of(programs, settings)
+    twice = powers(Forward(programs, settings, (1.0, 1.0)).run(settings)).reshape(2, -1)
+    told("looking for the program in the log")
+    found = align(rows, pattern, twice[1])
+    seen = observe(rows, pattern, found)
+    told("fitting")
+    forward = Forward(programs, settings, found.overrides.tolist())
+    parts = found.executions * forward.parts_each
+    extra = _gauged(gauged, parts, settings)
+    nominal = seen.weights @ powers(forward.run(settings))
+    unit = 1.0 if rows.known_scale else float(nominal @ seen.power / (nominal @ nominal))
+    data = _data(seen, unit, extra, forward.parts_each, found.executions)
+
+    def predict(changes: Changes) -> Floats:
+        changed = with_entries(settings, changes)
+        record = forward.run(changed)
+        return np.concatenate([seen.weights @ powers(record), _predicted(record, changed, extra)])
+
+    scales = {"power": rows.scale_spread}
+    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), predict, told)
+    held_out = _held_out(parameters, scales, data, predict, found.executions, told)
+    return Calibration(
+        source=log.name,
+        program=program.name,
+        job=settings,
+        fitted=with_entries(settings, changes_of(fitted.parameters, fitted.z)),
+        estimates=estimates_of(fitted),
+        scales=scales_of(fitted),
+        data=data,
+        fit=fitted,
+        label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
+        part=np.concatenate([seen.execution * forward.parts_each + 1, extra.part]),
+        time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
+        errors=errors_of(fitted, data, fitted.used),
+        held_out=held_out,
+        quality=found.quality,
+        idle=_idle(seen, math.exp(fitted.scales["power"])) if rows.known_scale else None,
+        by_stroke=seen.by_stroke,
+        remarks=(
+            *rows.remarks,
+            *(() if gauged is None else _gauge_remarks(gauged, parts)),
+            *_remarks(rows, found, seen),
+            *fit_remarks(fitted),
+            *overridden(job, fitted),
+        ),
+    )
+
+
+def fit_remarks(fitted: Fit) -> list[str]:
+    """What is to be known of the errors of a fit."""
+    remarks = []
+    for kind, factor in fitted.factors.items():
+        if factor > SCATTERS:
+            remarks.append(
+                f"the {kind} scatters {factor:.1f} times as much as its samples say; the intervals allow for it, but the model "
+                "does not follow all that happened"
+            )
+    return remarks
+
+
+def overridden(job: Path, fitted: Fit) -> list[str]:
+    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
+    setup = read_toml(job).get("setup", {})
+    fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
+    names = [each.name for each, told in zip(fitted.parameters, fitted.told.tolist(), strict=True) if told and each.name in fixed]
+    return [f"the job sets {', '.join(names)} itself; take it out there, or the calibrated value has no effect"] if names else []
+
+
+def _data(seen: Observations, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
+    power = seen.power / unit
+    error = np.sqrt(
+        np.square(seen.error / unit) + np.square(DISCREPANCY * power) + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
+    )
+    kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
+    execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
+    return Data(
+        value=np.concatenate([power, extra.value]),
+        error=np.concatenate([error, extra.error]),
+        kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
+        held_out=execution >= kept,
+    )
+
+
+def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
+    """What was gauged of the parts that are in the log."""
+    rows: list[tuple[float, float, str, int, int]] = []
+    if gauge is not None:
+        errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 1.0}
+        inside = gauge.part <= parts
+        for kind, error in errors.items():
+            values = getattr(gauge, kind)
+            rows += [(values[k], error, kind, gauge.part[k], 0) for k in np.flatnonzero(np.isfinite(values) & inside)]
+        wheels = np.flatnonzero(np.isfinite(gauge.diameter) & inside)
+        for k in wheels[1:]:
+            less = gauge.diameter[k] - gauge.diameter[wheels[0]]
+            rows.append((less, DIAMETER_ERROR * math.sqrt(2.0), "diameter", gauge.part[k], gauge.part[wheels[0]]))
+    value, error_, kind_, part, origin = zip(*rows, strict=True) if rows else ((), (), (), (), ())
+    return _Gauged(
+        np.array(value, np.float64),
+        np.array(error_, np.float64),
+        np.array(kind_, "U10"),
+        np.array(part, np.int64),
+        np.array(origin, np.int64),
+    )
+
+
+def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
+    """What the gauges would show."""
+    parts, at = record.parts, extra.part - 1
+    if not extra.part.size:
+        return np.empty(0)
+    last = np.searchsorted(record.strokes["part"], np.arange(1, len(parts) + 1), side="right") - 1
+    diameter = record.strokes["ds"][last]
+    limit = job.limits.rise
+    values: Mapping[str, Floats] = {
+        "size": parts["size_error"][at],
+        "Ra": parts["Ra"][at],
+        YES_OR_NO: (parts["rise"][at] - limit) / (BURN_WIDTH * limit),
+        "diameter": diameter[at] - diameter[np.maximum(extra.origin - 1, 0)],
+    }
+    return np.select([extra.kind == kind for kind in values], list(values.values()))
+
+
+def _held_out(
+    parameters: tuple[Parameter, ...],
+    scales: Mapping[str, float],
+    data: Data,
+    predict: Callable[[Changes], Floats],
+    executions: int,
+    told: Callable[[str], None],
+) -> HeldOut | None:
+    if not data.held_out.any() or data.held_out.all():
+        return None
+    told("fitting without the last parts")
+    others = fit(parameters, scales, data, predict)
+    last = max(executions // HELD_OUT, 1)
+    what = "the last part" if last == 1 else f"the last {last} parts"
+    return HeldOut(f"{what} of {executions}", errors_of(others, data, data.held_out))
+
+
+def _idle(seen: Observations, scale: float) -> Idle:
+    idle = seen.idle[np.isfinite(seen.idle)] / scale
+    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()))
+
+
+def _labels(seen: Observations, pattern: Pattern) -> list[str]:
+    firsts = np.array([np.flatnonzero(pattern.run == run)[0] for run in range(pattern.runs)])
+    return [
+        f"part {execution + 1}, line {pattern.line[stroke]}, "
+        + (f"stroke {stroke - firsts[run] + 1} of run {run + 1}" if seen.by_stroke else f"run {run + 1}")
+        for execution, run, stroke in zip(seen.execution.tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True)
+    ]
+
+
+def _gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
+    beyond = int((gauge.part > parts).sum())
+    more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
+    return [*gauge.remarks, *more]
+
+
+def _remarks(log: Log, found: Alignment, seen: Observations) -> list[str]:
+    executions = f"{found.executions} times" if found.executions > 1 else "once"
+    remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
+    if not log.sure_of_time:
+        remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
+    changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides.tolist(), 1) if each != 1.0]
+    if changed:
+        remarks.append(f"the feed was overridden: {', '.join(changed)}")
+    if seen.left_out:
+        remarks.append(f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were left out")
+    if not seen.by_stroke:
+        remarks.append("the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted")
+    return remarks

@@ -1,0 +1,155 @@
+"""From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.idle import SCATTER, idle_at
+from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.pattern import Numbers, Pattern
+from grind_env.shop.calibrate.sheet import Floats
+
+EDGE = 0.2
+"""Share of the time on the part, and of that beside it, which is left out at either end: the wheel runs in and out, and
+meters lag."""
+ENOUGH = 5
+"""Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+FEWEST = 3
+"""Samples of a stroke or run without which it is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """What a log says; arrays have a value for each stroke, or for each run if strokes are too short for the log.
+
+    Attributes:
+        execution: of the program, from 0.
+        run: of the program.
+        stroke: of the program; the first of its run where the run has one mean.
+        time: of its middle, s of the log.
+        power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
+        error: its standard error.
+        samples: of which it is the mean.
+        idle: power of the idling spindle under it.
+        weights: of the strokes of all executions in it, shape (observations, executions x strokes).
+        by_stroke: whether each is of one stroke.
+        left_out: runs that are not in the log as expected.
+    """
+
+    execution: Numbers
+    run: Numbers
+    stroke: Numbers
+    time: Floats
+    power: Floats
+    error: Floats
+    samples: Numbers
+    idle: Floats
+    weights: Floats
+    by_stroke: bool
+    left_out: int
+
+
+def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
+    """Read the means of strokes or runs.
+
+    Raises:
+        CalibrationError: no stroke has samples, or none lie between the strokes.
+    """
+    time, power = log.time * found.time_unit, log.power
+    strokes, executions = pattern.run.size, found.executions
+    on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
+    for row, run in np.argwhere(found.correlation >= MATCHES).tolist():
+        chosen = pattern.run == run
+        begins, ends, _ = pattern.times(run, float(found.override[row, run]))
+        on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends
+    on[off <= on] = np.nan
+    numbers = np.flatnonzero(np.isfinite(on.ravel()))
+    numbers = numbers[np.argsort(on.ravel()[numbers])]
+    starts, stops = on.ravel()[numbers], off.ravel()[numbers]
+    of, idling = _sorted_out(time, starts, stops, log.dressing)
+    counts = np.bincount(of[of >= 0], minlength=numbers.size)
+    by_stroke = bool(np.median(counts) >= ENOUGH)
+    middle = 0.5 * (starts + stops)
+    idle, idle_error = idle_at(middle, time[idling], power[idling])
+    above = np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan)
+    noise = _noise(of, power)
+    run_of = (numbers // strokes) * pattern.runs + pattern.run[numbers % strokes]
+    group = np.arange(numbers.size) if by_stroke else np.unique(run_of, return_inverse=True)[1]
+    rows = []
+    for each in range(int(group.max(initial=-1)) + 1):
+        members = np.flatnonzero(group == each)
+        total = counts[members].sum()
+        if total < FEWEST or not np.isfinite(idle[members[counts[members] > 0]]).all():
+            continue
+        inside = np.isin(of, members) if members.size > 1 else of == each
+        weights = np.zeros(executions * strokes)
+        weights[numbers[members]] = counts[members] / total
+        share = counts[members] / total
+        error = np.hypot(noise / np.sqrt(total), np.sum(share * np.nan_to_num(idle_error[members])))
+        first = int(numbers[members[0]])
+        rows.append(
+            (
+                first // strokes,
+                pattern.run[first % strokes],
+                first % strokes,
+                float(middle[members].mean()),
+                float(np.mean(above[inside])),
+                float(error),
+                int(total),
+                float(np.nansum(share * np.nan_to_num(idle[members]))),
+                weights,
+            )
+        )
+    if not rows:
+        raise CalibrationError("no stroke of the program has samples in the log; log faster, or for longer")
+    execution, run, stroke, when, mean, error_, samples, idle_, weights_ = zip(*rows, strict=True)
+    return Observations(
+        execution=np.array(execution),
+        run=np.array(run),
+        stroke=np.array(stroke),
+        time=np.array(when),
+        power=np.array(mean),
+        error=np.array(error_),
+        samples=np.array(samples),
+        idle=np.array(idle_),
+        weights=np.array(weights_),
+        by_stroke=by_stroke,
+        left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
+    )
+
+
+def _sorted_out(
+    time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]
+) -> tuple[Numbers, NDArray[np.bool_]]:
+    """Of each sample the number of the stroke that it is well within, or -1; and whether it is well between two."""
+    last = np.searchsorted(starts, time, side="right") - 1
+    here = np.maximum(last, 0)
+    length = stops[here] - starts[here]
+    within = (last >= 0) & (time >= starts[here] + EDGE * length) & (time <= stops[here] - EDGE * length) & ~dressing
+    following = np.minimum(last + 1, starts.size - 1)
+    gap = starts[following] - stops[here]
+    usual = float(np.median(np.diff(starts))) if starts.size > 1 else 1.0
+    # a longer gap may hold a dress, or the spindle may stand still: only its ends tell
+    edge = EDGE * np.minimum(np.where((last >= 0) & (following > last), gap, usual), usual)
+    after = (last >= 0) & (time >= stops[here] + edge) & (time <= stops[here] + usual)
+    before = (following > last) & (time <= starts[following] - edge) & (time >= starts[following] - usual)
+    clear_after, clear_before = (last < 0) | (time >= stops[here] + edge), (following == last) | (time <= starts[following] - edge)
+    between = (after | before) & clear_after & clear_before & ~dressing
+    return np.where(within, last, -1), between
+
+
+def _noise(of: Numbers, power: Floats) -> float:
+    """Standard deviation of a sample within a stroke, W, made larger as far as neighbours are alike."""
+    same = (of[1:] >= 0) & (of[1:] == of[:-1])
+    if same.sum() < 2 * ENOUGH:
+        inside = power[of >= 0]
+        return SCATTER * float(np.median(np.abs(inside - np.median(inside)))) if inside.size else 0.0
+    count = np.maximum(np.bincount(of[of >= 0]), 1)
+    mean = np.bincount(of[of >= 0], power[of >= 0]) / count
+    rest = np.where(of >= 0, power - mean[np.maximum(of, 0)], 0.0)
+    variance = float(np.mean(np.square(rest[of >= 0]))) * float(np.mean(count)) / max(float(np.mean(count)) - 1.0, 0.5)
+    alike = float(np.clip(np.mean((rest[1:] * rest[:-1])[same]) / max(variance, 1e-12), 0.0, 0.95))
+    return float(np.sqrt(variance * (1.0 + alike) / (1.0 - alike)))
