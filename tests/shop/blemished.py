@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control import Programs, Stroke, execute
+from grind_env.control import Programs, ProgramStop, Stroke, execute
 from grind_env.envs.job.text import repeated
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
@@ -65,11 +65,13 @@ class Style:
     extra: Mapping[str, str] = field(default_factory=dict)
 
 
-def strokes_of(programs: Programs, job: Job, override: float) -> list[tuple[float, np.ndarray, float]]:
-    """Begin of each stroke of one execution, where the table is TICK by TICK, and when the next may begin."""
+def strokes_of(programs: Programs, job: Job, override: float, stops: list[float]) -> list[tuple[float, np.ndarray, float]]:
+    """Begin of each stroke of one execution, where the table is TICK by TICK, its time; and when the program stops."""
     control = replace(job.control, whole_cycles=False)
     table = []
     for event in execute(programs, control):
+        if isinstance(event, ProgramStop):
+            stops.append(event.time)
         if isinstance(event, Stroke):
             a, b = event.start[event.axis], event.end[event.axis]
             table.append((event.begin, _positions(a, b, event.feed / 60.0 * override, control.acceleration), event.seconds))
@@ -78,13 +80,12 @@ def strokes_of(programs: Programs, job: Job, override: float) -> list[tuple[floa
 
 def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndarray:
     """Where the table is, by small steps: it speeds up, and brakes as late as it can."""
-    way, s, v, places = abs(b - a), 0.0, 0.0, [0.0]
-    while way - s > 1e-3 and len(places) < 100_000:
-        braking = v * v / (2.0 * acceleration)
-        v = min(v + acceleration * TICK, speed) if way - s > braking + v * TICK else max(v - acceleration * TICK, 2.0)
-        s = min(s + v * TICK, way)
+    way, s, v, places, step = abs(b - a), 0.0, 0.0, [0.0], TICK / 20
+    while way - s > 1e-3 and len(places) < 1_000_000:
+        v = min(v + acceleration * step, speed, max((2.0 * acceleration * (way - s)) ** 0.5, 1.0))
+        s = min(s + v * step, way)
         places.append(s)
-    return a + np.sign(b - a) * np.array(places)
+    return a + np.sign(b - a) * np.array(places)[::20]
 
 
 def power_of(programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator) -> tuple[np.ndarray, Any, np.ndarray]:
@@ -96,7 +97,8 @@ def power_of(programs: Programs, truth: Job, parts: int, style: Style, rng: np.r
     timeline: list[np.ndarray] = [np.zeros(int(rng.uniform(5.0, 30.0) / TICK))]
     turns: list[np.ndarray] = [np.zeros(timeline[0].size, bool)]
     for part in range(parts):
-        strokes = strokes_of(programs, truth, overrides[part])
+        stops: list[float] = []
+        strokes = strokes_of(programs, truth, overrides[part], stops)
         timeline.append(np.zeros(int(rng.uniform(3.0, 6.0) / TICK)))
         for number, (begin, places, seconds) in enumerate(strokes):
             over = (places >= truth.part.start) & (places <= truth.part.start + truth.part.length)
@@ -104,7 +106,7 @@ def power_of(programs: Programs, truth: Job, parts: int, style: Style, rng: np.r
             following = strokes[number + 1][0] if number + 1 < len(strokes) else begin + seconds
             pause = following - begin - seconds
             rest = dwell if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
-            if record.strokes["line"][number] != record.strokes["line"][min(number + 1, len(strokes) - 1)]:
+            if any(begin < stop <= following for stop in stops):
                 rest += rng.uniform(2.0, 25.0)  # the operator gauges
             timeline.append(np.zeros(int(round(rest / TICK))))
         timeline.append(np.zeros(int(rng.uniform(1.5, 3.0) / TICK)))
@@ -178,3 +180,15 @@ def _stamp(t: float, style: Style) -> str:
     t = t % 86_400.0
     whole = int(t)
     return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}.{int((t - whole) * 1000):03d}"
+
+
+def write_gauge(path: Path, record: Any, rng: np.random.Generator, *, filled: float = 0.6) -> None:
+    """Write what was gauged of the parts of a run: Ra with its scatter, size, burn; many cells are empty."""
+    lines = ["Teil;Ra [µm];Abmaß [µm];Schleifbrand"]
+    for row in record.parts:
+        Ra = row["Ra"] * np.exp(0.15 * rng.standard_normal()) * np.exp(0.05 * rng.standard_normal())
+        size = row["size_error"] + 2.0 * rng.standard_normal()
+        cells = [f"{Ra:.2f}", f"{size:.1f}", "nein"]
+        shown = [cell.replace(".", ",") if rng.random() < filled else "" for cell in cells]
+        lines.append(";".join((f"{row['part']}", *shown)))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -26,7 +26,7 @@ LOWEST, HIGHEST = 0.5, 1.5
 """Feed overrides that are looked for."""
 USUAL_OVERRIDE = 0.2
 """Logarithmic spread of overrides: what else explains the log is preferred."""
-SAME_FEED = 0.04
+SAME_FEED = 1.04
 """An override by which a machine may differ from its model without one."""
 SHORTEST_PAUSE = 0.3
 """Of the pause that the program makes between two runs."""
@@ -34,6 +34,8 @@ FEWEST = 5
 """Samples of which a correlation tells anything."""
 MATCHES = 0.5
 """Correlation from which on a run or a part is taken to be in the log."""
+WORTH = 0.3
+"""Of the likelihood that each execution before has added: what one more must add, or it is noise."""
 MOST_EXECUTIONS = 150
 
 
@@ -67,7 +69,7 @@ class Alignment:
     def overrides(self) -> Floats:
         """Of each execution; 1 where the feed is as programmed but for what the machine differs from its model."""
         found = np.nanmedian(np.where(self.correlation > MATCHES, self.override, np.nan), axis=1)
-        return np.where(np.abs(found - 1.0) < SAME_FEED, 1.0, np.nan_to_num(found, nan=1.0))
+        return np.where(np.abs(np.log(found)) < np.log(SAME_FEED), 1.0, np.nan_to_num(found, nan=1.0))
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
@@ -117,11 +119,13 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
     scores, overrides = zip(*(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True)
     most = min(int((bin_time[-1] - bin_time[0]) / (0.6 * total)) + 2, MOST_EXECUTIONS)
     best = Alignment(none, none, none, unit)
-    for begin, override in _placed(scores, overrides, binned, pattern, most):
+    so_far = 0.0
+    for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
-        if not np.all(_of_executions(found, pattern, expected) >= MATCHES):
+        worth_it = number == 0 or likely - so_far >= WORTH * so_far / number
+        if not (worth_it and np.all(_of_executions(found, pattern, expected) >= MATCHES)):
             break
-        best = found
+        best, so_far = found, likely
     return _refined(best, bin_time, bin_power, pattern, expected)
 
 
@@ -161,7 +165,8 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
     """How likely a run begins at each place (logarithm, over that of a constant power there), and with which override."""
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
     apart = np.clip(0.25 / strokes, 0.004, 0.05)
-    tried = np.exp(np.arange(np.log(LOWEST), np.log(HIGHEST), apart))
+    low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
+    tried = np.exp(np.arange(np.log(low), np.log(high), apart))
     tried = np.append(tried[np.abs(np.log(tried)) > 0.4 * apart], 1.0)
     best, override = np.full(binned.size, -np.inf), np.ones(binned.size)
     for each in tried.tolist():
@@ -200,8 +205,8 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 
 def _placed(
     scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
-) -> "list[tuple[Floats, Floats]]":
-    """Begins and overrides of the most likely 1, 2, ... executions in a row, each of shape (executions, runs)."""
+) -> list[tuple[Floats, Floats, float]]:
+    """The most likely 1, 2, ... executions in a row: begins and overrides of shape (executions, runs), and how likely."""
     reached = np.zeros(binned.size)  # the best score of all before, if they end by then
     came: Numbers = np.zeros(binned.size, np.int64)
     chains: list[tuple[Numbers, Numbers]] = []
@@ -220,7 +225,8 @@ def _placed(
         latest = np.maximum.accumulate(np.where(next_reached >= running, places, 0))
         reached, came = running, next_came[latest]
         if run == pattern.runs - 1:
-            found.append(_traced(chains, int(np.argmax(total)), binned, overrides, pattern.runs))
+            last = int(np.argmax(total))
+            found.append((*_traced(chains, last, binned, overrides, pattern.runs), float(total[last])))
     return found
 
 

@@ -26,8 +26,8 @@ from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimate
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.toml import read_toml
 
-DISCREPANCY = 0.01
-"""Of the power of a stroke that no model of it does better than."""
+DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
+"""Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
 LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
@@ -102,7 +102,7 @@ def calibrate(
     extra = _gauged(gauged, parts, settings)
     nominal = seen.weights @ powers(forward.run(settings))
     unit = 1.0 if rows.known_scale else float(nominal @ seen.power / (nominal @ nominal))
-    data = _data(seen, unit, extra, forward.parts_each, found.executions)
+    data = _data(seen, pattern, unit, extra, forward.parts_each, found.executions)
 
     def predict(changes: Changes) -> Floats:
         changed = with_entries(settings, changes)
@@ -110,8 +110,13 @@ def calibrate(
         return np.concatenate([seen.weights @ powers(record), _predicted(record, changed, extra)])
 
     scales = {"power": rows.scale_spread}
-    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), predict, told)
-    held_out = _held_out(parameters, scales, data, predict, found.executions, told)
+    jumps = bool(pattern.crosses.any())
+    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), predict, told, jumps=jumps)
+    held_out = None
+    if data.held_out.any() and not data.held_out.all():
+        told("fitting without the last parts")
+        others = fit(parameters, scales, data, predict, jumps=jumps)
+        held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,
         program=program.name,
@@ -132,7 +137,7 @@ def calibrate(
         remarks=(
             *rows.remarks,
             *(() if gauged is None else _gauge_remarks(gauged, parts)),
-            *_remarks(rows, found, seen),
+            *_remarks(rows, found, seen, pattern),
             *fit_remarks(fitted),
             *overridden(job, fitted),
         ),
@@ -159,10 +164,13 @@ def overridden(job: Path, fitted: Fit) -> list[str]:
     return [f"the job sets {', '.join(names)} itself; take it out there, or the calibrated value has no effect"] if names else []
 
 
-def _data(seen: Observations, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
+def _data(
+    seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int
+) -> Data:
     power = seen.power / unit
+    discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
-        np.square(seen.error / unit) + np.square(DISCREPANCY * power) + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
+        np.square(seen.error / unit) + np.square(discrepancy * power) + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
     )
     kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
     execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
@@ -214,21 +222,10 @@ def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
     return np.select([extra.kind == kind for kind in values], list(values.values()))
 
 
-def _held_out(
-    parameters: tuple[Parameter, ...],
-    scales: Mapping[str, float],
-    data: Data,
-    predict: Callable[[Changes], Floats],
-    executions: int,
-    told: Callable[[str], None],
-) -> HeldOut | None:
-    if not data.held_out.any() or data.held_out.all():
-        return None
-    told("fitting without the last parts")
-    others = fit(parameters, scales, data, predict)
+def _last(executions: int) -> str:
+    """Which parts are held out, as it is said."""
     last = max(executions // HELD_OUT, 1)
-    what = "the last part" if last == 1 else f"the last {last} parts"
-    return HeldOut(f"{what} of {executions}", errors_of(others, data, data.held_out))
+    return f"the last of {executions} parts" if last == 1 else f"the last {last} of {executions} parts"
 
 
 def _idle(seen: Observations, scale: float) -> Idle:
@@ -240,9 +237,15 @@ def _labels(seen: Observations, pattern: Pattern) -> list[str]:
     firsts = np.array([np.flatnonzero(pattern.run == run)[0] for run in range(pattern.runs)])
     return [
         f"part {execution + 1}, line {pattern.line[stroke]}, "
-        + (f"stroke {stroke - firsts[run] + 1} of run {run + 1}" if seen.by_stroke else f"run {run + 1}")
+        + _strokes(seen, pattern, stroke, run, stroke - firsts[run] + 1)
         for execution, run, stroke in zip(seen.execution.tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True)
     ]
+
+
+def _strokes(seen: Observations, pattern: Pattern, stroke: int, run: int, number: int) -> str:
+    if pattern.crosses[stroke]:
+        return "all strokes"
+    return f"stroke {number} of run {run + 1}" if seen.by_stroke else f"run {run + 1}"
 
 
 def _gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
@@ -251,7 +254,7 @@ def _gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
     return [*gauge.remarks, *more]
 
 
-def _remarks(log: Log, found: Alignment, seen: Observations) -> list[str]:
+def _remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
     executions = f"{found.executions} times" if found.executions > 1 else "once"
     remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
     if not log.sure_of_time:
@@ -261,6 +264,8 @@ def _remarks(log: Log, found: Alignment, seen: Observations) -> list[str]:
         remarks.append(f"the feed was overridden: {', '.join(changed)}")
     if seen.left_out:
         remarks.append(f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were left out")
+    if pattern.crosses.any():
+        remarks.append("of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not tell")
     if not seen.by_stroke:
         remarks.append("the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted")
     return remarks

@@ -26,9 +26,9 @@ OUTLIER = 5.0
 """Errors from which on a measurement is left out."""
 MOST_OUTLIERS = 0.1
 """Share of the measurements of a kind that may be left out."""
-STEP = 0.03
-"""Of derivatives, in spreads of the prior."""
-ROUNDS = 3
+STEP, LONG_STEP = 0.03, 0.5
+"""Of derivatives, in spreads of the prior; of a model with jumps, over which the long one takes the mean."""
+ROUNDS = 2
 """Of enlarging errors."""
 HOPELESS = 1e3
 """Residual of constants with which the process model has no numbers."""
@@ -113,6 +113,8 @@ def fit(
     data: Data,
     predict: Predict,
     told: Callable[[str], None] = lambda stage: None,
+    *,
+    jumps: bool = False,
 ) -> Fit:
     """Fit constants to measurements.
 
@@ -122,11 +124,12 @@ def fit(
         data: the measurements.
         predict: what would be measured with changed constants, shape as of `data.value`.
         told: is told what is being done.
+        jumps: whether what is predicted jumps where constants change, as under a wheel that crosses.
 
     Raises:
         CalibrationError: there are fewer measurements than two, or the catalogue itself predicts none.
     """
-    solver = _Solver(tuple(parameters), dict(scales), data, predict)
+    solver = _Solver(tuple(parameters), dict(scales), data, predict, LONG_STEP if jumps else STEP)
     used = ~data.held_out & np.isfinite(data.value) & np.isfinite(data.error)
     if used.sum() < 2:
         raise CalibrationError("there are fewer than two measurements to fit; log more strokes or parts")
@@ -167,18 +170,23 @@ def fit(
 class _Solver:
     """Residuals and their derivatives; the variables are those of parameters, then those of scales, in prior spreads."""
 
-    def __init__(self, parameters: tuple[Parameter, ...], scales: dict[str, float], data: Data, predict: Predict) -> None:
-        self.parameters, self.scales, self.data, self._predict = parameters, scales, data, predict
+    def __init__(
+        self, parameters: tuple[Parameter, ...], scales: dict[str, float], data: Data, predict: Predict, step: float
+    ) -> None:
+        self.parameters, self.scales, self.data, self._predict, self._step = parameters, scales, data, predict, step
         self.size = len(parameters) + len(scales)
         self._of_kind = {kind: data.kind == kind for kind in data.kinds}
+        self._known: dict[bytes, Floats] = {}  # derivatives are asked for again where a fit has ended
 
     def predicted(self, x: Floats) -> Floats:
-        count = len(self.parameters)
-        try:
-            predicted = np.array(self._predict(changes_of(self.parameters, x[:count])), np.float64)
-        except GrindError:
-            return np.full(self.data.value.size, np.nan)
-        return self._scaled(predicted, x)
+        z = x[: len(self.parameters)]
+        key = z.tobytes()
+        if key not in self._known:
+            try:
+                self._known[key] = np.array(self._predict(changes_of(self.parameters, z)), np.float64)
+            except GrindError:
+                self._known[key] = np.full(self.data.value.size, np.nan)
+        return self._scaled(self._known[key], x)
 
     def _scaled(self, predicted: Floats, x: Floats) -> Floats:
         for k, (kind, spread) in enumerate(self.scales.items(), len(self.parameters)):
@@ -222,17 +230,18 @@ class _Solver:
     def _slopes(
         self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], free: NDArray[np.bool_], *, central: bool = False
     ) -> Floats:
+        """Derivatives of the residuals, shape (used, free)."""
         count, raw = len(self.parameters), self.predicted(x)
-        here = self.residuals(raw, used, factors)
+        here, signs = self.residuals(raw, used, factors), (1.0, -1.0) if central or self._step == LONG_STEP else (1.0,)
         columns = []
         for k in np.flatnonzero(free).tolist():
             ends = []
-            for sign in (1.0, -1.0) if central else (1.0,):
+            for sign in signs:
                 moved = x.copy()
-                moved[k] += sign * STEP
-                predicted = self.predicted(moved) if k < count else self._rescaled(raw, k, sign * STEP)
+                moved[k] += sign * self._step
+                predicted = self.predicted(moved) if k < count else self._rescaled(raw, k, sign * self._step)
                 ends.append(self.residuals(predicted, used, factors))
-            columns.append((ends[0] - ends[1]) / (2.0 * STEP) if central else (ends[0] - here) / STEP)
+            columns.append((ends[0] - ends[-1]) / (2.0 * self._step) if len(ends) == 2 else (ends[0] - here) / self._step)
         return np.column_stack(columns)
 
     def _rescaled(self, predicted: Floats, k: int, step: float) -> Floats:

@@ -23,19 +23,20 @@ FEWEST = 3
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """What a log says; arrays have a value for each stroke, or for each run if strokes are too short for the log.
+    """What a log says; arrays have a value for each stroke, or for each run if strokes are too short for the log, and for
+    each block of a cycle that crosses.
 
     Attributes:
         execution: of the program, from 0.
         run: of the program.
-        stroke: of the program; the first of its run where the run has one mean.
+        stroke: of the program; the first of those of which it is the mean.
         time: of its middle, s of the log.
         power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
         error: its standard error.
         samples: of which it is the mean.
         idle: power of the idling spindle under it.
         weights: of the strokes of all executions in it, shape (observations, executions x strokes).
-        by_stroke: whether each is of one stroke.
+        by_stroke: whether each is of one stroke, but for those of cycles that cross.
         left_out: runs that are not in the log as expected.
     """
 
@@ -76,8 +77,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     idle, idle_error = idle_at(middle, time[idling], power[idling])
     above = np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan)
     noise = _noise(of, power)
-    run_of = (numbers // strokes) * pattern.runs + pattern.run[numbers % strokes]
-    group = np.arange(numbers.size) if by_stroke else np.unique(run_of, return_inverse=True)[1]
+    group = _groups(numbers, pattern, by_stroke)
     rows = []
     for each in range(int(group.max(initial=-1)) + 1):
         members = np.flatnonzero(group == each)
@@ -119,6 +119,17 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
         by_stroke=by_stroke,
         left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
     )
+
+
+def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
+    """Of each stroke, by its number among those of all executions, the number of the mean that it belongs to."""
+    strokes = pattern.run.size
+    execution, stroke = numbers // strokes, numbers % strokes
+    own = stroke if by_stroke else strokes + pattern.run[stroke]
+    keys = np.where(pattern.crosses[stroke], -1 - pattern.line[stroke], own)
+    _, group = np.unique(np.column_stack([execution, keys]), axis=0, return_inverse=True)
+    found: Numbers = group.ravel()
+    return found
 
 
 def _sorted_out(

@@ -28,6 +28,8 @@ class Pattern:
     Attributes:
         run: to which it belongs, from 0.
         line: of its cycle block.
+        crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more than a
+            log tells; what a whole block of them takes does not.
         way: along the table, mm.
         near: of that way before the part begins, mm.
         far: up to where the part ends, mm; as `near` if it passes beside the part.
@@ -35,10 +37,13 @@ class Pattern:
         rest: between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for.
         pause: before each run, the shortest, s, shape (runs,).
         acceleration: of the table, mm/s2.
+        overridable: whether a feed override leaves its strokes where they are; it does not where the program moves the axes
+            beside the table and dwells.
     """
 
     run: Numbers
     line: Numbers
+    crosses: NDArray[np.bool_]
     way: Floats
     near: Floats
     far: Floats
@@ -46,6 +51,7 @@ class Pattern:
     rest: Floats
     pause: Floats
     acceleration: float
+    overridable: bool
 
     @property
     def runs(self) -> int:
@@ -89,28 +95,26 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         ControlError: it is faulty.
     """
     strokes: list[Stroke] = []
-    begins_run: list[bool] = []
-    fresh = True
+    breaks = [-math.inf]
     for event in execute(programs, replace(job.control, whole_cycles=False)):
         if isinstance(event, Stroke):
-            apart = bool(strokes) and event.begin > strokes[-1].begin + strokes[-1].seconds + PAUSE
-            begins_run.append(fresh or apart)
             strokes.append(event)
-            fresh = False
         elif isinstance(event, (DressStart, ProgramStop)):
-            fresh = True
+            breaks.append(event.time)
     start, end = job.part.start, job.part.start + job.part.length
     ways = [(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]
     on_part = [sorted((_along(start, way), _along(end, way))) for way in ways]
     near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
     if not strokes or not np.any(far > near):
         raise CalibrationError(f"{programs.name} makes no stroke over the part, so that no power can be compared with a log")
+    begin, seconds = (np.array([getattr(stroke, name) for stroke in strokes]) for name in ("begin", "seconds"))
+    since = np.searchsorted(breaks, begin + 1e-6)
+    apart = begin[1:] > begin[:-1] + seconds[:-1] + PAUSE
+    begins_run = np.append(True, apart | (since[1:] > since[:-1]))
     run = np.cumsum(begins_run) - 1
-    begin = np.array([stroke.begin for stroke in strokes])
     motion = np.array(
         [motion_time(abs(b - a), stroke.feed / 60.0, job.control.acceleration) for (a, b), stroke in zip(ways, strokes, strict=True)]
     )
-    seconds = np.array([stroke.seconds for stroke in strokes])
     same_run = np.append(run[1:] == run[:-1], False)
     rest = np.where(same_run, np.append(np.diff(begin), 0.0), seconds) - motion
     firsts = np.flatnonzero(begins_run)
@@ -118,6 +122,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     return Pattern(
         run=run.astype(np.int64),
         line=np.array([stroke.cycle.line for stroke in strokes]),
+        crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
         way=np.array([abs(b - a) for a, b in ways]),
         near=near,
         far=far,
@@ -125,6 +130,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         rest=np.maximum(rest, 0.0),
         pause=np.maximum(pause, 0.0),
         acceleration=job.control.acceleration,
+        overridable=all(stroke.number is not None for stroke in strokes),
     )
 
 
