@@ -34,8 +34,12 @@ FEWEST = 5
 """Samples of which a correlation tells anything."""
 MATCHES = 0.5
 """Correlation from which on a run or a part is taken to be in the log."""
-WORTH = 0.3
+WORTH = 0.03
 """Of the likelihood that each execution before has added: what one more must add, or it is noise."""
+ALIKE = 2.0
+"""Factor by which the power of one execution, as the model expects it, may differ from that of the most likely one."""
+UNSURE = 0.8
+"""Of the best correlation of a run: what it must have a stroke later to be worth a trial."""
 MOST_EXECUTIONS = 150
 
 
@@ -47,12 +51,14 @@ class Alignment:
         begin: of each run, s of the log.
         override: of the feed in it.
         correlation: of the power expected in it with that of the log; NaN if the log has no samples there.
+        gain: of the power in the log over that expected.
         time_unit: s of a unit of the log's time; 1 unless it was found out.
     """
 
     begin: Floats
     override: Floats
     correlation: Floats
+    gain: Floats
     time_unit: float = 1.0
 
     @property
@@ -95,6 +101,19 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     return best
 
 
+def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
+    """The same with a run later by some strokes in all executions; None if the log clearly says that it is not there."""
+    begin = found.begin.copy()
+    chosen = pattern.run == run
+    period = pattern.times(run)[2] / chosen.sum()
+    begin[:, run] += strokes * period / found.override[:, run]
+    time, power = _averaged(log.time * found.time_unit, log.power, float(np.clip(log.interval * found.time_unit, FINE, COARSE)))
+    other = _judged(begin, found.override, time, power, pattern, expected, found.time_unit)
+    if len(other.begin) != len(begin) or np.nanmedian(other.correlation[:, run]) < UNSURE * np.nanmedian(found.correlation[:, run]):
+        return None
+    return other
+
+
 class _Binned(NamedTuple):
     """A log in even steps, and the transforms of what is needed for correlations."""
 
@@ -114,16 +133,19 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
     total = float(spans.sum() + pattern.pause.sum())
     none = np.empty((0, pattern.runs))
     if bin_time.size < FEWEST or not 0.3 * spans.max() < bin_time[-1] - bin_time[0] < MOST_EXECUTIONS * 20.0 * total:
-        return Alignment(none, none, none, unit)
+        return Alignment(none, none, none, none, unit)
     binned = _transformed(bin_time, bin_power, step, total)
     scores, overrides = zip(*(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True)
     most = min(int((bin_time[-1] - bin_time[0]) / (0.6 * total)) + 2, MOST_EXECUTIONS)
-    best = Alignment(none, none, none, unit)
-    so_far = 0.0
+    best = Alignment(none, none, none, none, unit)
+    so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
         worth_it = number == 0 or likely - so_far >= WORTH * so_far / number
-        if not (worth_it and np.all(_of_executions(found, pattern, expected) >= MATCHES)):
+        matches, gain = (_of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain))
+        first = gain if number == 0 else first
+        alike = np.all((gain > first.mean() / ALIKE) & (gain < first.mean() * ALIKE))
+        if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
     return _refined(best, bin_time, bin_power, pattern, expected)
@@ -164,7 +186,7 @@ def _template(pattern: Pattern, expected: Floats, run: int, override: float, at:
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats]:
     """How likely a run begins at each place (logarithm, over that of a constant power there), and with which override."""
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
-    apart = np.clip(0.25 / strokes, 0.004, 0.05)
+    apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
     tried = np.exp(np.arange(np.log(low), np.log(high), apart))
     tried = np.append(tried[np.abs(np.log(tried)) > 0.4 * apart], 1.0)
@@ -248,18 +270,20 @@ def _traced(
     return (binned.origin + binned.step * order).reshape(-1, runs), chosen.reshape(-1, runs)
 
 
-def _correlation(
+def _compared(
     time: Floats, power: Floats, pattern: Pattern, expected: Floats, run: int, begin: float, override: float, width: float
-) -> float:
+) -> tuple[float, float]:
+    """Correlation of a run at a place with the log there, and the power there over that expected."""
     end = begin + pattern.times(run, override)[2]
     first, last = np.searchsorted(time, (begin - MARGIN, end + MARGIN))
     if last - first < FEWEST:
-        return float("nan")
+        return float("nan"), float("nan")
     shape = _template(pattern, expected, run, override, time[first:last] - begin, width)
     y = power[first:last]
     if np.ptp(shape) == 0.0 or np.ptp(y) == 0.0:
-        return 0.0
-    return float(np.corrcoef(shape, y)[0, 1])
+        return 0.0, 0.0
+    correlation = float(np.corrcoef(shape, y)[0, 1])
+    return correlation, correlation * float(np.std(y) / np.std(shape))
 
 
 def _judged(
@@ -268,19 +292,19 @@ def _judged(
     """Executions that lie in the log at least in part, with their correlations."""
     width = max(float(np.median(np.diff(time))) * 0.1, FINE)
     each = [
-        [_correlation(time, power, pattern, expected, run, b, o, width) for run, (b, o) in enumerate(zip(*row, strict=True))]
+        [_compared(time, power, pattern, expected, run, b, o, width) for run, (b, o) in enumerate(zip(*row, strict=True))]
         for row in zip(begin.tolist(), override.tolist(), strict=True)
     ]
-    correlation = np.array(each)
+    correlation, gain = np.moveaxis(np.array(each), -1, 0)
     inside = np.isfinite(correlation).any(axis=1)
-    return Alignment(begin[inside], override[inside], correlation[inside], unit)
+    return Alignment(begin[inside], override[inside], correlation[inside], gain[inside], unit)
 
 
-def _of_executions(found: Alignment, pattern: Pattern, expected: Floats) -> Floats:
-    """Mean correlation of each execution, its runs weighted by what they make the power differ."""
+def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expected: Floats) -> Floats:
+    """Mean of each execution, its runs weighted by what they make the power differ."""
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
-    weight = np.where(np.isfinite(found.correlation), weights, 0.0)
-    mean: Floats = (np.nan_to_num(found.correlation) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
+    weight = np.where(np.isfinite(correlation), weights, 0.0)
+    mean: Floats = (np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
     return mean
 
 
@@ -294,7 +318,7 @@ def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, ex
         def misses(x: Floats, row: int = row, run: int = run, span: float = span) -> float:
             changed = override[row, run] * np.exp(x[1] * 0.2 / span)
             at = begin[row, run] + 0.1 * x[0]
-            value = _correlation(time, power, pattern, expected, run, at, changed, width)
+            value, _ = _compared(time, power, pattern, expected, run, at, changed, width)
             return 1.0 - (value if np.isfinite(value) else 0.0)
 
         best = optimize.minimize(
@@ -303,7 +327,7 @@ def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, ex
         begin[row, run] += 0.1 * best.x[0]
         override[row, run] *= np.exp(best.x[1] * 0.2 / span)
         correlation[row, run] = 1.0 - best.fun
-    return Alignment(begin, override, correlation, found.time_unit)
+    return Alignment(begin, override, correlation, found.gain, found.time_unit)
 
 
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))

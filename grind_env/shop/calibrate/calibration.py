@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control import read_file
+from grind_env.control import Programs, read_file
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MATCHES, Alignment, align
+from grind_env.shop.calibrate.align import MATCHES, Alignment, align, shifted
 from grind_env.shop.calibrate.columns import GAUGE_COLUMNS, LOG_COLUMNS, Map, read_map
-from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, without
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, misfit, without
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
@@ -95,27 +95,16 @@ def calibrate(
     twice = powers(Forward(programs, settings, (1.0, 1.0)).run(settings)).reshape(2, -1)
     told("looking for the program in the log")
     found = align(rows, pattern, twice[1])
-    seen = observe(rows, pattern, found)
     told("fitting")
-    forward = Forward(programs, settings, found.overrides.tolist())
+    found, model = _best_place(rows, pattern, twice[1], found, gauged, settings, programs, parameters)
+    seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
     parts = found.executions * forward.parts_each
-    extra = _gauged(gauged, parts, settings)
-    nominal = seen.weights @ powers(forward.run(settings))
-    unit = 1.0 if rows.known_scale else float(nominal @ seen.power / (nominal @ nominal))
-    data = _data(seen, pattern, unit, extra, forward.parts_each, found.executions)
-
-    def predict(changes: Changes) -> Floats:
-        changed = with_entries(settings, changes)
-        record = forward.run(changed)
-        return np.concatenate([seen.weights @ powers(record), _predicted(record, changed, extra)])
-
-    scales = {"power": rows.scale_spread}
-    jumps = bool(pattern.crosses.any())
-    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), predict, told, jumps=jumps)
+    jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
+    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), model.predict, told, jumps=jumps)
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
-        others = fit(parameters, scales, data, predict, jumps=jumps)
+        others = fit(parameters, scales, data, model.predict, jumps=jumps)
         held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,
@@ -142,6 +131,62 @@ def calibrate(
             *overridden(job, fitted),
         ),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Model:
+    """What was measured in a log that is aligned in some way, and the machine that predicts it."""
+
+    seen: Observations
+    extra: _Gauged
+    data: Data
+    forward: Forward
+    job: Job
+
+    def predict(self, changes: Changes) -> Floats:
+        """What would be measured with other constants."""
+        changed = with_entries(self.job, changes)
+        record = self.forward.run(changed)
+        return np.concatenate([self.seen.weights @ powers(record), _predicted(record, changed, self.extra)])
+
+
+def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
+    seen = observe(log, pattern, found)
+    forward = Forward(programs, job, found.overrides.tolist())
+    extra = _gauged(gauge, found.executions * forward.parts_each, job)
+    nominal = seen.weights @ powers(forward.run(job))
+    unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
+    return _Model(seen, extra, _data(seen, pattern, unit, extra, forward.parts_each, found.executions), forward, job)
+
+
+def _best_place(
+    log: Log,
+    pattern: Pattern,
+    expected: Floats,
+    found: Alignment,
+    gauge: Gauge | None,
+    job: Job,
+    programs: Programs,
+    parameters: tuple[Parameter, ...],
+) -> tuple[Alignment, _Model]:
+    """The alignment that the fitted model agrees with best, among those in which a run begins a stroke sooner or later.
+
+    With constants of the catalogue a run may look more like the log one stroke beside its place.
+    """
+    scales, jumps = {"power": log.scale_spread}, bool(pattern.crosses.any())
+    best, model, least = found, _model(log, pattern, found, gauge, job, programs), math.inf
+    for run in range(pattern.runs):
+        for strokes in (-1, 1):
+            other = shifted(found, log, pattern, expected, run, strokes)
+            if other is None:
+                continue
+            if math.isinf(least):
+                least = misfit(parameters, scales, model.data, model.predict, jumps=jumps)
+            changed = _model(log, pattern, other, gauge, job, programs)
+            value = misfit(parameters, scales, changed.data, changed.predict, jumps=jumps)
+            if value < least:
+                best, model, least = other, changed, value
+    return best, model
 
 
 def fit_remarks(fitted: Fit) -> list[str]:

@@ -20,7 +20,7 @@ from grind_env.shop.calibrate.sheet import Floats
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
-TOLD = 0.8
+TOLD = 0.9
 """Posterior over prior spread from which on the measurements tell nothing of a constant."""
 OUTLIER = 5.0
 """Errors from which on a measurement is left out."""
@@ -75,7 +75,8 @@ class Fit:
     Attributes:
         parameters: that were fitted, those that the measurements do not tell among them.
         z: of each, in prior spreads from its prior; 0 if the measurements do not tell it.
-        spread: posterior spread of each over that of the prior, the others being as uncertain as they are.
+        spread: posterior spread of each over that of the prior, the others being as uncertain as they are; with how far it
+            has moved because those that are not told were put back to their priors.
         told: whether the measurements tell it.
         covariance: of `z` and `scales`.
         scales: logarithm of the factor of each meter whose scale is uncertain, by kind of measurement.
@@ -150,8 +151,9 @@ def fit(
     known = spread[:count] < TOLD
     told("keeping what the measurements do not tell")
     free[:count] = known
-    x[:count] = np.where(known, x[:count], 0.0)
-    x = solver.solve(x, used, factors, free)
+    joint = x
+    x = solver.solve(np.where(free, x, 0.0), used, factors, free)
+    spread = np.where(free, np.hypot(spread, x - joint), spread)
     return Fit(
         parameters=tuple(parameters),
         z=x[:count],
@@ -165,6 +167,17 @@ def fit(
         predicted=solver.predicted(x),
         nominal=nominal,
     )
+
+
+def misfit(
+    parameters: Sequence[Parameter], scales: Mapping[str, float], data: Data, predict: Predict, *, jumps: bool = False
+) -> float:
+    """How badly measurements agree with the most probable constants: the mean of the residuals squared, in errors."""
+    solver = _Solver(tuple(parameters), dict(scales), data, predict, LONG_STEP if jumps else STEP)
+    used, factors = np.isfinite(data.value), dict.fromkeys(data.kinds, 1.0)
+    x = solver.solve(np.zeros(solver.size), used, factors, np.ones(solver.size, np.bool_))
+    residuals = solver.residuals(solver.predicted(x), used, factors)
+    return float((np.square(residuals).sum() + np.square(x).sum()) / used.sum())
 
 
 class _Solver:

@@ -20,8 +20,9 @@ WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
 """Of units of power."""
 COARSE = 0.7
 """Times in which more rows share one with another are those of a clock that is coarser than the log."""
-EXACT, SHARE, AMPERES, UNKNOWN = 0.02, 0.05, 0.08, 0.3
-"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, of one without."""
+EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
+"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, in % of a rating that is
+guessed, of a motor without volts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +152,7 @@ def _watts(
         rated = said.number("log", "rated_power")
         if rated is None:
             remarks.append(f"100 % is taken for the power limit of the machine, {machine.power_limit:g} W; rated_power of a map says")
-        return 0.01 * (rated or machine.power_limit) * raw, unit, SHARE if rated else UNKNOWN, True
+        return 0.01 * (rated or machine.power_limit) * raw, unit, SHARE if rated else GUESSED, True
     if unit in ("a", "amp", "ampere"):
         volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
         if volts is not None and factor is not None:

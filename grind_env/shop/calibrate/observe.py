@@ -12,12 +12,12 @@ from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Numbers, Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
-EDGE = 0.2
-"""Share of the time on the part, and of that beside it, which is left out at either end: the wheel runs in and out, and
-meters lag."""
+EDGE_IN, EDGE_OUT = 0.35, 0.1
+"""Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the wheel
+runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
-FEWEST = 3
+FEWEST = 2
 """Samples of a stroke or run without which it is left out."""
 
 
@@ -72,7 +72,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     starts, stops = on.ravel()[numbers], off.ravel()[numbers]
     of, idling = _sorted_out(time, starts, stops, log.dressing)
     counts = np.bincount(of[of >= 0], minlength=numbers.size)
-    by_stroke = bool(np.median(counts) >= ENOUGH)
+    by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
     middle = 0.5 * (starts + stops)
     idle, idle_error = idle_at(middle, time[idling], power[idling])
     above = np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan)
@@ -139,16 +139,16 @@ def _sorted_out(
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
     length = stops[here] - starts[here]
-    within = (last >= 0) & (time >= starts[here] + EDGE * length) & (time <= stops[here] - EDGE * length) & ~dressing
+    begin, end = starts[here] + EDGE_IN * length, stops[here] - EDGE_OUT * length
+    within = (last >= 0) & (time >= begin) & (time <= end) & ~dressing
     following = np.minimum(last + 1, starts.size - 1)
-    gap = starts[following] - stops[here]
     usual = float(np.median(np.diff(starts))) if starts.size > 1 else 1.0
     # a longer gap may hold a dress, or the spindle may stand still: only its ends tell
-    edge = EDGE * np.minimum(np.where((last >= 0) & (following > last), gap, usual), usual)
-    after = (last >= 0) & (time >= stops[here] + edge) & (time <= stops[here] + usual)
-    before = (following > last) & (time <= starts[following] - edge) & (time >= starts[following] - usual)
-    clear_after, clear_before = (last < 0) | (time >= stops[here] + edge), (following == last) | (time <= starts[following] - edge)
-    between = (after | before) & clear_after & clear_before & ~dressing
+    gap = np.minimum(np.where((last >= 0) & (following > last), starts[following] - stops[here], usual), usual)
+    begin, end = stops[here] + EDGE_IN * gap, starts[following] - EDGE_OUT * gap
+    clear = ((last < 0) | (time >= begin)) & ((following == last) | (time <= end)) & ~dressing
+    near = ((last >= 0) & (time <= stops[here] + usual)) | ((following > last) & (time >= starts[following] - usual))
+    between = clear & near
     return np.where(within, last, -1), between
 
 

@@ -17,6 +17,9 @@ Numbers = NDArray[np.int64]
 PAUSE = 0.5
 """s; strokes further apart than that are not of one run."""
 
+FEW = 0.2
+"""Share of the strokes that may lie beside motions of the program for the rest to be told under an override."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
@@ -37,8 +40,8 @@ class Pattern:
         rest: between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for.
         pause: before each run, the shortest, s, shape (runs,).
         acceleration: of the table, mm/s2.
-        overridable: whether a feed override leaves its strokes where they are; it does not where the program moves the axes
-            beside the table and dwells.
+        overridable: whether a feed override leaves its strokes where they are; where the program moves the axes beside the table
+            and dwells, it does not.
     """
 
     run: Numbers
@@ -130,7 +133,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         rest=np.maximum(rest, 0.0),
         pause=np.maximum(pause, 0.0),
         acceleration=job.control.acceleration,
-        overridable=all(stroke.number is not None for stroke in strokes),
+        overridable=sum(stroke.number is None for stroke in strokes) < FEW * len(strokes),
     )
 
 
