@@ -65,7 +65,9 @@ class Style:
     extra: Mapping[str, str] = field(default_factory=dict)
 
 
-def strokes_of(programs: Programs, job: Job, override: float, stops: list[float]) -> list[tuple[float, np.ndarray, float]]:
+def strokes_of(
+    programs: Programs, job: Job, override: float, stops: list[float]
+) -> list[tuple[float, np.ndarray, float]]:
     """Begin of each stroke of one execution, where the table is TICK by TICK, its time; and when the program stops."""
     control = replace(job.control, whole_cycles=False)
     table = []
@@ -74,7 +76,9 @@ def strokes_of(programs: Programs, job: Job, override: float, stops: list[float]
             stops.append(event.time)
         if isinstance(event, Stroke):
             a, b = event.start[event.axis], event.end[event.axis]
-            table.append((event.begin, _positions(a, b, event.feed / 60.0 * override, control.acceleration), event.seconds))
+            table.append(
+                (event.begin, _positions(a, b, event.feed / 60.0 * override, control.acceleration), event.seconds)
+            )
     return table
 
 
@@ -88,7 +92,9 @@ def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndar
     return a + np.sign(b - a) * np.array(places)[::20]
 
 
-def power_of(programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator) -> tuple[np.ndarray, Any, np.ndarray]:
+def power_of(
+    programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator
+) -> tuple[np.ndarray, Any, np.ndarray]:
     """Power above idle TICK by TICK, the record of the run, and whether the spindle turns."""
     overrides = rng.choice(style.overrides, parts)
     record = _ground(programs, truth, overrides)
@@ -108,7 +114,7 @@ def power_of(programs: Programs, truth: Job, parts: int, style: Style, rng: np.r
             rest = dwell if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
             if any(begin < stop <= following for stop in stops):
                 rest += rng.uniform(2.0, 25.0)  # the operator gauges
-            timeline.append(np.zeros(int(round(rest / TICK))))
+            timeline.append(np.zeros(round(rest / TICK)))
         timeline.append(np.zeros(int(rng.uniform(1.5, 3.0) / TICK)))
         size = sum(each.size for each in timeline) - sum(each.size for each in turns)
         turns.append(np.ones(size, bool))
@@ -126,10 +132,11 @@ def _ground(programs: Programs, truth: Job, overrides: np.ndarray) -> Any:
     if np.all(overrides == 1.0):
         return grind(repeated(programs, len(overrides)), truth)
     text = "\n".join(block.text for block in programs.main.blocks)
-    others = [program for program in programs][1:]
+    others = list(programs)[1:]
     load = "\n".join(("G80", "M00", "G00 G18 G07 G71 G90 G94 G97 G40 G54"))
     each = [
-        re.sub(r"\bE(\d+(?:\.\d*)?)", lambda match, o=o: f"E{float(match[1]) * o:.3f}", re.sub(r"M30", "", text)) for o in overrides
+        re.sub(r"\bE(\d+(?:\.\d*)?)", lambda match, o=o: f"E{float(match[1]) * o:.3f}", re.sub(r"M30", "", text))
+        for o in overrides
     ]
     tail = "\n".join(f"O{program.number}\n" + "\n".join(block.text for block in program.blocks) for program in others)
     return grind(read(f"\n{load}\n".join(each) + "\nM30\n" + tail, programs.name), truth)
@@ -140,7 +147,11 @@ def write_log(path: Path, programs: Programs, truth: Job, parts: int, style: Sty
     work, record, turns = power_of(programs, truth, parts, style, rng)
     time = np.arange(work.size) * TICK
     hours = time / 3600.0
-    idle = style.idle - style.warm_up * (1.0 - np.exp(-hours / 0.15)) + style.coolant * np.sin(2 * np.pi * hours / 0.2 + rng.uniform(0, 6))
+    idle = (
+        style.idle
+        - style.warm_up * (1.0 - np.exp(-hours / 0.15))
+        + style.coolant * np.sin(2 * np.pi * hours / 0.2 + rng.uniform(0, 6))
+    )
     true = np.where(turns, idle, 20.0) + work
     share = TICK / (style.lag + TICK)
     shown = _filtered(true, share) * np.exp(style.scale * rng.standard_normal())
@@ -152,7 +163,9 @@ def write_log(path: Path, programs: Programs, truth: Job, parts: int, style: Sty
         begin = rng.uniform(0.0, time[-1])
         keep &= ~((at > begin) & (at < begin + rng.uniform(2.0, 8.0)))
     at, value = at[keep], value[keep]
-    order = np.sort(np.concatenate([np.arange(at.size), rng.choice(at.size, int(style.duplicates * at.size), replace=False)]))
+    order = np.sort(
+        np.concatenate([np.arange(at.size), rng.choice(at.size, int(style.duplicates * at.size), replace=False)])
+    )
     for k in rng.choice(order.size - 1, int(style.swaps * order.size), replace=False).tolist():
         order[k], order[k + 1] = order[k + 1], order[k]
     at, value = at[order], value[order]

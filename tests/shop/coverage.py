@@ -22,7 +22,9 @@ EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
 PROGRAMS = ("plate_g82", "rail_g83", "keyway_g81")
 STYLES = (
     Style(),
-    Style(rate=50.0, separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "spindle power [W]"), lag=0.1),
+    Style(
+        rate=50.0, separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "spindle power [W]"), lag=0.1
+    ),
     Style(rate=5.0, separator="\t", comma=False, clock="ms", unit="kW", headings=("t [ms]", "Power [kW]"), noise=30.0),
     Style(rate=1.0, unit="%", headings=("Zeit", "Spindellast [%]"), scale=0.05),
     Style(rate=10.0, unit="A", headings=("Uhrzeit", "Strom Spindel [A]"), noise=25.0, scale=0.1),
@@ -30,7 +32,9 @@ STYLES = (
 )
 
 
-def trial(seed: int, folder: Path, parts: int, program: str, style: Style) -> tuple[Calibration, list[tuple[str, bool, bool, float]]]:
+def trial(
+    seed: int, folder: Path, parts: int, program: str, style: Style
+) -> tuple[Calibration, list[tuple[str, bool, bool, float]]]:
     """A calibration, and of each constant its name, whether it was told, whether its interval holds the truth, and by
     how many posterior spreads it misses."""
     rng = np.random.default_rng(seed)

@@ -6,7 +6,9 @@ From a log of the spindle's power beside its part program, or from a table of se
     logs.py         -> time and power                               gauge.py     -> what was measured of each part
     pattern.py      where the program's strokes lie in time         align.py     -> where they lie in the log
     idle.py         power of the idling spindle under each stroke   observe.py   -> mean power of strokes or blocks
-    parameters.py   what may be fitted, with its prior              forward.py   the machine under the program, run again
-    table.py        settings instead of a log                       fit.py       -> the most probable values, intervals
+    parameters.py   what may be fitted, with its prior              forward.py   the machine under the program, run
+    again table.py        settings instead of a log                       fit.py       -> the most probable values,
+    intervals
     calibration.py  `calibrate`, from files to the result           result.py    what it finds, as a catalogue file
+    show.py         the result on the screen                        remarks.py   and what is to be known beside it
 """

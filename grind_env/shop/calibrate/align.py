@@ -95,21 +95,25 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     if best.executions == 0 or best.quality < MATCHES:
         reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
         raise CalibrationError(
-            f"the log does not match the program: where they agree best the correlation is {reached}, and {MATCHES} is needed; "
-            "check that it is the log of this program and job, and that the right column is taken for the power"
+            f"the log does not match the program: where they agree best the correlation is {reached}, and {MATCHES} is "
+            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
         )
     return best
 
 
 def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
-    """The same with a run later by some strokes in all executions; None if the log clearly says that it is not there."""
+    """The same with a run some strokes later in all executions; None if the log clearly says that it is not there."""
     begin = found.begin.copy()
     chosen = pattern.run == run
     period = pattern.times(run)[2] / chosen.sum()
     begin[:, run] += strokes * period / found.override[:, run]
-    time, power = _averaged(log.time * found.time_unit, log.power, float(np.clip(log.interval * found.time_unit, FINE, COARSE)))
+    time, power = _averaged(
+        log.time * found.time_unit, log.power, float(np.clip(log.interval * found.time_unit, FINE, COARSE))
+    )
     other = _judged(begin, found.override, time, power, pattern, expected, found.time_unit)
-    if len(other.begin) != len(begin) or np.nanmedian(other.correlation[:, run]) < UNSURE * np.nanmedian(found.correlation[:, run]):
+    if len(other.begin) != len(begin) or np.nanmedian(other.correlation[:, run]) < UNSURE * np.nanmedian(
+        found.correlation[:, run]
+    ):
         return None
     return other
 
@@ -142,7 +146,9 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
         worth_it = number == 0 or likely - so_far >= WORTH * so_far / number
-        matches, gain = (_of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain))
+        matches, gain = (
+            _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
+        )
         first = gain if number == 0 else first
         alike = np.all((gain > first.mean() / ALIKE) & (gain < first.mean() * ALIKE))
         if not (worth_it and np.all(matches >= MATCHES) and alike):
@@ -184,7 +190,7 @@ def _template(pattern: Pattern, expected: Floats, run: int, override: float, at:
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats]:
-    """How likely a run begins at each place (logarithm, over that of a constant power there), and with which override."""
+    """How likely a run begins at each place (logarithm, over a constant power there), and with which override."""
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
@@ -197,7 +203,9 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
             continue
         shape = _template(pattern, expected, run, each, at, binned.step)
         shape = shape / max(shape.max(), 1e-9)
-        box, form, square = (np.conj(fft.rfft(values, binned.length)) for values in (np.ones(at.size), shape, shape * shape))
+        box, form, square = (
+            np.conj(fft.rfft(values, binned.length)) for values in (np.ones(at.size), shape, shape * shape)
+        )
         n, s, ss, y, ys, yy = (
             fft.irfft(first * second, binned.length)
             for first, second in (
@@ -218,7 +226,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         )
         likely = -0.5 * n * np.log1p(-np.minimum(squared, 0.9999)) - 0.5 * (np.log(each) / USUAL_OVERRIDE) ** 2
         # a place of the array is that of the margin before the run
-        likely = np.roll(likely, int(round(MARGIN / binned.step)))[: binned.size]
+        likely = np.roll(likely, round(MARGIN / binned.step))[: binned.size]
         better = likely > best
         best, override = np.where(better, likely, best), np.where(better, each, override)
     assert span > 0.0
@@ -228,7 +236,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 def _placed(
     scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
 ) -> list[tuple[Floats, Floats, float]]:
-    """The most likely 1, 2, ... executions in a row: begins and overrides of shape (executions, runs), and how likely."""
+    """The most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
     reached = np.zeros(binned.size)  # the best score of all before, if they end by then
     came: Numbers = np.zeros(binned.size, np.int64)
     chains: list[tuple[Numbers, Numbers]] = []
@@ -271,7 +279,14 @@ def _traced(
 
 
 def _compared(
-    time: Floats, power: Floats, pattern: Pattern, expected: Floats, run: int, begin: float, override: float, width: float
+    time: Floats,
+    power: Floats,
+    pattern: Pattern,
+    expected: Floats,
+    run: int,
+    begin: float,
+    override: float,
+    width: float,
 ) -> tuple[float, float]:
     """Correlation of a run at a place with the log there, and the power there over that expected."""
     end = begin + pattern.times(run, override)[2]
@@ -292,7 +307,10 @@ def _judged(
     """Executions that lie in the log at least in part, with their correlations."""
     width = max(float(np.median(np.diff(time))) * 0.1, FINE)
     each = [
-        [_compared(time, power, pattern, expected, run, b, o, width) for run, (b, o) in enumerate(zip(*row, strict=True))]
+        [
+            _compared(time, power, pattern, expected, run, b, o, width)
+            for run, (b, o) in enumerate(zip(*row, strict=True))
+        ]
         for row in zip(begin.tolist(), override.tolist(), strict=True)
     ]
     correlation, gain = np.moveaxis(np.array(each), -1, 0)
@@ -322,7 +340,10 @@ def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, ex
             return 1.0 - (value if np.isfinite(value) else 0.0)
 
         best = optimize.minimize(
-            misses, (0.0, 0.0), method="Nelder-Mead", options={"xatol": 0.02, "fatol": 1e-6, "maxfev": 80, "initial_simplex": SIMPLEX}
+            misses,
+            (0.0, 0.0),
+            method="Nelder-Mead",
+            options={"xatol": 0.02, "fatol": 1e-6, "maxfev": 80, "initial_simplex": SIMPLEX},
         )
         begin[row, run] += 0.1 * best.x[0]
         override[row, run] *= np.exp(best.x[1] * 0.2 / span)

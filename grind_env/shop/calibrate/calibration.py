@@ -1,5 +1,6 @@
 """`calibrate`: from the files of a shop to a calibration."""
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,19 +13,18 @@ from grind_env.control import Programs, read_file
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MATCHES, Alignment, align, shifted
-from grind_env.shop.calibrate.columns import GAUGE_COLUMNS, LOG_COLUMNS, Map, read_map
-from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, misfit, without
+from grind_env.shop.calibrate.align import Alignment, align, shifted
+from grind_env.shop.calibrate.columns import read_map
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, changes_of, errors_of, fit, without
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
 from grind_env.shop.calibrate.observe import Observations, observe
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
 from grind_env.shop.calibrate.pattern import Numbers, Pattern, pattern_of
+from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.toml import read_toml
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
 """Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
@@ -34,11 +34,13 @@ SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
 """Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
 BURN_WIDTH = 0.05
 """Of the step in temperature rise at which burn is seen, of the rise that tempers."""
+LINEAR_STEP = 0.5
+"""Spreads of the prior over which the effect of a constant is taken to be linear."""
+CLEARLY = 0.8
+"""Of the misfit of a place: what another one must have to be preferred."""
 HELD_OUT = 4
 """One part in so many judges the fit, the last ones; from `ENOUGH_PARTS` on."""
 ENOUGH_PARTS = 3
-SCATTERS = 3.0
-"""Enlargement of errors that is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +87,7 @@ def calibrate(
         CalibrationError: nothing can be fitted; the message says why, and what to do.
         GrindError: program or job cannot be used.
     """
-    said = read_map(map_file, {"log": tuple(LOG_COLUMNS), "gauge": tuple(GAUGE_COLUMNS)})
+    said = read_map(map_file)
     settings, programs = load_job(job), read_file(program)
     parameters = chosen_parameters(settings, names)
     told("reading the log")
@@ -96,11 +98,14 @@ def calibrate(
     told("looking for the program in the log")
     found = align(rows, pattern, twice[1])
     told("fitting")
-    found, model = _best_place(rows, pattern, twice[1], found, gauged, settings, programs, parameters)
+    found = _best_place(rows, pattern, twice[1], found, settings, programs, parameters)
+    model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
     parts = found.executions * forward.parts_each
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
-    fitted = fit(parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), model.predict, told, jumps=jumps)
+    fitted = fit(
+        parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), model.predict, told, jumps=jumps
+    )
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
@@ -125,8 +130,8 @@ def calibrate(
         by_stroke=seen.by_stroke,
         remarks=(
             *rows.remarks,
-            *(() if gauged is None else _gauge_remarks(gauged, parts)),
-            *_remarks(rows, found, seen, pattern),
+            *(() if gauged is None else gauge_remarks(gauged, parts)),
+            *log_remarks(rows, found, seen, pattern),
             *fit_remarks(fitted),
             *overridden(job, fitted),
         ),
@@ -164,58 +169,49 @@ def _best_place(
     pattern: Pattern,
     expected: Floats,
     found: Alignment,
-    gauge: Gauge | None,
     job: Job,
     programs: Programs,
     parameters: tuple[Parameter, ...],
-) -> tuple[Alignment, _Model]:
-    """The alignment that the fitted model agrees with best, among those in which a run begins a stroke sooner or later.
+) -> Alignment:
+    """The alignment that the model can agree with best, among those in which a run begins a stroke sooner or later.
 
-    With constants of the catalogue a run may look more like the log one stroke beside its place.
+    With constants of the catalogue a run may look more like the log one stroke beside its place. What others would do is
+    taken to be linear.
     """
-    scales, jumps = {"power": log.scale_spread}, bool(pattern.crosses.any())
-    best, model, least = found, _model(log, pattern, found, gauge, job, programs), math.inf
-    for run in range(pattern.runs):
-        for strokes in (-1, 1):
-            other = shifted(found, log, pattern, expected, run, strokes)
-            if other is None:
-                continue
-            if math.isinf(least):
-                least = misfit(parameters, scales, model.data, model.predict, jumps=jumps)
-            changed = _model(log, pattern, other, gauge, job, programs)
-            value = misfit(parameters, scales, changed.data, changed.predict, jumps=jumps)
-            if value < least:
-                best, model, least = other, changed, value
-    return best, model
+    forward = Forward(programs, job, found.overrides.tolist())
+    nominal = powers(forward.run(job))
+    moved = [
+        powers(forward.run(with_entries(job, changes_of((each,), np.array([LINEAR_STEP]))))) for each in parameters
+    ]
+    slopes = np.column_stack([nominal, *((each - nominal) / LINEAR_STEP for each in moved)])
+
+    def misfit(place: Alignment) -> float:
+        seen = observe(log, pattern, place)
+        observed = seen.weights @ slopes
+        scale = float(observed[:, 0] @ seen.power / (observed[:, 0] @ observed[:, 0])) if not log.known_scale else 1.0
+        error = np.hypot(seen.error / scale, DISCREPANCY * np.abs(observed[:, 0]).max())[:, None]
+        columns = np.column_stack([log.scale_spread * observed[:, 0], observed[:, 1:]]) / error
+        rest = (seen.power / scale - observed[:, 0]) / error[:, 0]
+        count = columns.shape[1]
+        z = np.linalg.solve(columns.T @ columns + np.eye(count), columns.T @ rest)
+        return float((np.square(rest - columns @ z).sum() + z @ z) / rest.size)
+
+    best, least = found, misfit(found)
+    for run, strokes in itertools.product(range(pattern.runs), (-1, 1)):
+        other = shifted(found, log, pattern, expected, run, strokes)
+        value = math.inf if other is None else misfit(other)
+        if other is not None and value < CLEARLY * least:
+            best, least = other, value
+    return best
 
 
-def fit_remarks(fitted: Fit) -> list[str]:
-    """What is to be known of the errors of a fit."""
-    remarks = []
-    for kind, factor in fitted.factors.items():
-        if factor > SCATTERS:
-            remarks.append(
-                f"the {kind} scatters {factor:.1f} times as much as its samples say; the intervals allow for it, but the model "
-                "does not follow all that happened"
-            )
-    return remarks
-
-
-def overridden(job: Path, fitted: Fit) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
-    setup = read_toml(job).get("setup", {})
-    fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
-    names = [each.name for each, told in zip(fitted.parameters, fitted.told.tolist(), strict=True) if told and each.name in fixed]
-    return [f"the job sets {', '.join(names)} itself; take it out there, or the calibrated value has no effect"] if names else []
-
-
-def _data(
-    seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int
-) -> Data:
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
     power = seen.power / unit
     discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
-        np.square(seen.error / unit) + np.square(discrepancy * power) + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
+        np.square(seen.error / unit)
+        + np.square(discrepancy * power)
+        + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
     )
     kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
     execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
@@ -291,26 +287,3 @@ def _strokes(seen: Observations, pattern: Pattern, stroke: int, run: int, number
     if pattern.crosses[stroke]:
         return "all strokes"
     return f"stroke {number} of run {run + 1}" if seen.by_stroke else f"run {run + 1}"
-
-
-def _gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
-    beyond = int((gauge.part > parts).sum())
-    more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
-    return [*gauge.remarks, *more]
-
-
-def _remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
-    executions = f"{found.executions} times" if found.executions > 1 else "once"
-    remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
-    if not log.sure_of_time:
-        remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
-    changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides.tolist(), 1) if each != 1.0]
-    if changed:
-        remarks.append(f"the feed was overridden: {', '.join(changed)}")
-    if seen.left_out:
-        remarks.append(f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were left out")
-    if pattern.crosses.any():
-        remarks.append("of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not tell")
-    if not seen.by_stroke:
-        remarks.append("the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted")
-    return remarks

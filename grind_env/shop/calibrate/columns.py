@@ -17,7 +17,7 @@ A map is a TOML text::
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,41 +28,13 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
-LOG_COLUMNS: Mapping[str, tuple[str, ...]] = {
-    "time": (
-        "time timestamp t sec zeit uhrzeit zeitstempel temps heure horodatage tiempo hora tempo ora orario tijd tid cas czas "
-        "datetime 时间 時刻 時間"
-    ).split(),
-    "power": (
-        "power load spindle leistung wirkleistung spindelleistung last auslastung spindellast puissance charge potencia carga "
-        "potenza carico vermogen effekt moc vykon current strom spindelstrom motorstrom courant corriente corrente prad "
-        "kw watt 功率 負荷 电流 電力"
-    ).split(),
-    "dress": (
-        "dress dressing abrichten abr abrichter dressage diamantage reavivado diamantado diamantatura ravvivatura afwerken 修整"
-    ).split(),
-}
-"""Words by which a column of a log is known."""
-
-GAUGE_COLUMNS: Mapping[str, tuple[str, ...]] = {
-    "part": (
-        "part no nr teil teilenr werkstuck werkstueck stuck lfd piece pieza pezzo numero numer onderdeel workpiece id # 工件"
-    ).split(),
-    "size": (
-        "size deviation error mass abmass mas dicke thickness cote ecart medida cota quota misura scostamento maat abweichung"
-    ).split(),
-    "Ra": "ra rauheit roughness rugosite rugosidad rugosita ruwheid chropowatosc drsnost 粗糙度".split(),
-    "burn": "burn burnt brand schleifbrand brulure quemado quemadura bruciatura 烧伤".split(),
-    "diameter": (
-        "diameter durchmesser scheibe scheibendurchmesser scheiben diametre meule diametro muela mola wheel ds 直径"
-    ).split(),
-}
-"""The same of what was measured of parts."""
+WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
+"""By which columns are known, by the table of a map that may name them and by the name of the column."""
 
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
     "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor"),
     "gauge": ("nominal_size", "size_unit"),
-    "table": (),
+    "table": ("free_scale",),
 }
 """What a map says beside columns, by its table."""
 
@@ -95,12 +67,11 @@ class Map:
         return float(value)
 
 
-def read_map(path: Path | None, columns: Mapping[str, tuple[str, ...]]) -> Map:
+def read_map(path: Path | None) -> Map:
     """Read a map.
 
     Args:
         path: its file; None for a map that says nothing.
-        columns: names of the columns that each of its tables may have.
 
     Raises:
         CalibrationError: it cannot be read, or says what no map can.
@@ -115,21 +86,28 @@ def read_map(path: Path | None, columns: Mapping[str, tuple[str, ...]]) -> Map:
         raise CalibrationError(f"{shown(path)}: the map is not valid TOML: {error}") from None
     for name, table in tables.items():
         if name not in MAP_VALUES or not isinstance(table, Mapping):
-            raise CalibrationError(f"{shown(path)}: there is no table [{name}]; those of a map are [log] and [gauge]")
-        legal = (*columns.get(name, ()), *MAP_VALUES[name])
+            raise CalibrationError(
+                f"{shown(path)}: there is no table [{name}]; those of a map are [log], [gauge] and [table]"
+            )
+        legal = (*WORDS[name], *MAP_VALUES[name])
         for key in table:
             if key not in legal:
                 hint = did_you_mean(key, legal)
-                raise CalibrationError(f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}")
+                raise CalibrationError(
+                    f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}"
+                )
     return Map(path, tables)
 
 
-def find_columns(sheet: Sheet, known: Mapping[str, tuple[str, ...]], table: str, said: Map) -> dict[str, int]:
-    """Which column is what: as a map says, else by the words in their headings; what is not there is left out.
+def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
+    """Which of the columns that a table of a map may name is which; those that are not there are left out.
+
+    A map says it, or else the words in their headings.
 
     Raises:
         CalibrationError: the map names no column, or two columns are equally likely.
     """
+    known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}
     for name, words in known.items():
         if name in found:
@@ -140,7 +118,8 @@ def find_columns(sheet: Sheet, known: Mapping[str, tuple[str, ...]], table: str,
         if len(best) > 1:
             names = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
             raise CalibrationError(
-                f"{shown(sheet.path)}: columns {names} may both be the {name}; say which with a map: [{table}] {name} = ..."
+                f"{shown(sheet.path)}: columns {names} may both be the {name}; say which with a map: "
+                f"[{table}] {name} = ..."
             )
         if best:
             found[name] = best[0]
@@ -166,7 +145,7 @@ def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
     )
 
 
-def _score(sheet: Sheet, number: int, name: str, words: tuple[str, ...]) -> float:
+def _score(sheet: Sheet, number: int, name: str, words: Sequence[str]) -> float:
     """How much the heading of a column is like those words; 0 if not."""
     heading = sheet.headings[number]
     tokens = [token for token in re.split(r"[\W\d_]+", plain(heading.name)) if token]
@@ -178,7 +157,9 @@ def _score(sheet: Sheet, number: int, name: str, words: tuple[str, ...]) -> floa
         if any(token in ("limit", "soll", "setpoint", "rated", "cumul", "energie", "energy") for token in tokens):
             return 0.0
         score += 2.0 * (unit in UNIT_OF_POWER) * bool(score or unit in ("w", "kw", "a", "amp"))
-        score += 0.5 * any(token.startswith(("spind", "spdl", "husillo", "broche", "mandrino", "ist")) for token in tokens)
+        score += 0.5 * any(
+            token.startswith(("spind", "spdl", "husillo", "broche", "mandrino", "ist")) for token in tokens
+        )
     if name == "time":
         score += 2.0 * (unit in ("s", "ms", "us", "min", "h", "sec", "hh:mm:ss")) + 3.0 * sheet.is_clock(number)
     return score

@@ -1,8 +1,9 @@
 """The most probable constants given what was measured, and their intervals.
 
 Maximum a posteriori by least squares: constants have log-normal priors from the catalogue, measurements normal errors,
-and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say, the
-errors of that kind of measurement are too small and are enlarged until they agree (Birge, Phys. Rev. 40 (1932) 207).
+and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say,
+the errors of that kind of measurement are too small and are enlarged until they agree (Birge, Phys. Rev. 40 (1932)
+207).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -75,8 +76,8 @@ class Fit:
     Attributes:
         parameters: that were fitted, those that the measurements do not tell among them.
         z: of each, in prior spreads from its prior; 0 if the measurements do not tell it.
-        spread: posterior spread of each over that of the prior, the others being as uncertain as they are; with how far it
-            has moved because those that are not told were put back to their priors.
+        spread: posterior spread of each over that of the prior, the others being as uncertain as they are; with how far
+            it has moved because those that are not told were put back to their priors.
         told: whether the measurements tell it.
         covariance: of `z` and `scales`.
         scales: logarithm of the factor of each meter whose scale is uncertain, by kind of measurement.
@@ -146,7 +147,7 @@ def fit(
         factors = solver.enlarged(x, used, factors)
     x = solver.solve(x, used, factors, free)
     covariance = solver.covariance(x, used, factors)
-    spread = np.sqrt(np.diag(covariance))
+    spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
     count = len(parameters)
     known = spread[:count] < TOLD
     told("keeping what the measurements do not tell")
@@ -169,19 +170,8 @@ def fit(
     )
 
 
-def misfit(
-    parameters: Sequence[Parameter], scales: Mapping[str, float], data: Data, predict: Predict, *, jumps: bool = False
-) -> float:
-    """How badly measurements agree with the most probable constants: the mean of the residuals squared, in errors."""
-    solver = _Solver(tuple(parameters), dict(scales), data, predict, LONG_STEP if jumps else STEP)
-    used, factors = np.isfinite(data.value), dict.fromkeys(data.kinds, 1.0)
-    x = solver.solve(np.zeros(solver.size), used, factors, np.ones(solver.size, np.bool_))
-    residuals = solver.residuals(solver.predicted(x), used, factors)
-    return float((np.square(residuals).sum() + np.square(x).sum()) / used.sum())
-
-
 class _Solver:
-    """Residuals and their derivatives; the variables are those of parameters, then those of scales, in prior spreads."""
+    """Residuals and their derivatives; variables are those of parameters, then of scales, in spreads of the prior."""
 
     def __init__(
         self, parameters: tuple[Parameter, ...], scales: dict[str, float], data: Data, predict: Predict, step: float
@@ -221,7 +211,9 @@ class _Solver:
                     result[chosen] = np.log(value / guess) / error
         return np.nan_to_num(result[used], nan=HOPELESS, posinf=HOPELESS, neginf=-HOPELESS)
 
-    def solve(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], free: NDArray[np.bool_]) -> Floats:
+    def solve(
+        self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], free: NDArray[np.bool_]
+    ) -> Floats:
         """The most probable variables, those that are not free being as they are."""
         if not free.any():
             return x
@@ -237,11 +229,19 @@ class _Solver:
         def slopes(part: Floats) -> Floats:
             return np.vstack([self._slopes(filled(part).copy(), used, factors, free), np.eye(part.size)])
 
-        best = optimize.least_squares(residuals, x[free], jac=slopes, method="trf", xtol=1e-4, ftol=1e-6, gtol=1e-6, max_nfev=30)
+        best = optimize.least_squares(
+            residuals, x[free], jac=slopes, method="trf", xtol=1e-4, ftol=1e-6, gtol=1e-6, max_nfev=30
+        )
         return filled(best.x).copy()
 
     def _slopes(
-        self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], free: NDArray[np.bool_], *, central: bool = False
+        self,
+        x: Floats,
+        used: NDArray[np.bool_],
+        factors: Mapping[str, float],
+        free: NDArray[np.bool_],
+        *,
+        central: bool = False,
     ) -> Floats:
         """Derivatives of the residuals, shape (used, free)."""
         count, raw = len(self.parameters), self.predicted(x)
@@ -254,7 +254,9 @@ class _Solver:
                 moved[k] += sign * self._step
                 predicted = self.predicted(moved) if k < count else self._rescaled(raw, k, sign * self._step)
                 ends.append(self.residuals(predicted, used, factors))
-            columns.append((ends[0] - ends[-1]) / (2.0 * self._step) if len(ends) == 2 else (ends[0] - here) / self._step)
+            columns.append(
+                (ends[0] - ends[-1]) / (2.0 * self._step) if len(ends) == 2 else (ends[0] - here) / self._step
+            )
         return np.column_stack(columns)
 
     def _rescaled(self, predicted: Floats, k: int, step: float) -> Floats:
@@ -266,8 +268,7 @@ class _Solver:
         """Of all variables around the most probable ones."""
         free = np.ones(self.size, np.bool_)
         slopes = self._slopes(x, used, factors, free, central=True)
-        inverse: Floats = np.linalg.inv(slopes.T @ slopes + np.eye(self.size))
-        return inverse
+        return np.asarray(np.linalg.inv(slopes.T @ slopes + np.eye(self.size)), np.float64)
 
     def without_outliers(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> NDArray[np.bool_]:
         """The measurements that are near what is predicted, as errors that may be too small say."""
@@ -313,13 +314,14 @@ def errors_of(fitted: Fit, data: Data, chosen: NDArray[np.bool_]) -> Mapping[str
         mine = chosen & (data.kind == kind)
         if kind == YES_OR_NO or not mine.any():
             continue
-        found[kind] = (int(mine.sum()), *(_error(kind, data.value[mine], each[mine]) for each in (fitted.nominal, fitted.predicted)))
+        before, after = (_error(kind, data.value[mine], each[mine]) for each in (fitted.nominal, fitted.predicted))
+        found[kind] = (int(mine.sum()), before, after)
     return found
 
 
 def _error(kind: str, value: Floats, predicted: Floats) -> float:
     if kind in LINEAR:
-        return float(np.sqrt(np.mean(np.square(value - predicted)) / max(np.mean(np.square(value)), 1e-300)))
+        return float(np.sqrt(np.mean(np.square(value - predicted)) / max(float(np.mean(np.square(value))), 1e-300)))
     if kind in ABSOLUTE:
         return float(np.sqrt(np.mean(np.square(value - predicted))))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from grind_env.files import shown
-from grind_env.shop.calibrate.columns import GAUGE_COLUMNS, Map, find_columns, names_of
+from grind_env.shop.calibrate.columns import Map, find_columns, names_of
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.pattern import Numbers
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
@@ -49,12 +49,12 @@ def read_gauge(path: Path, said: Map) -> Gauge:
         CalibrationError: it has none of these columns, or a size that is no deviation without its nominal one.
     """
     sheet = read_sheet(path)
-    columns = find_columns(sheet, GAUGE_COLUMNS, "gauge", said)
+    columns = find_columns(sheet, "gauge", said)
     measured = [name for name in ("size", "Ra", "burn", "diameter") if name in columns]
     if not measured:
         raise CalibrationError(
-            f"{shown(path)} has no column of size, Ra, burn or wheel diameter among {names_of(sheet)}; say which they are "
-            'with a map: [gauge] Ra = "..."'
+            f"{shown(path)} has no column of size, Ra, burn or wheel diameter among {names_of(sheet)}; say which they "
+            'are with a map: [gauge] Ra = "..."'
         )
     rows = len(sheet.cells)
     remarks = [f"{name} is column '{sheet.headings[columns[name]].name}'" for name in measured]
@@ -91,15 +91,15 @@ def _size(sheet: Sheet, column: int, said: Map, remarks: list[str]) -> Floats:
     values, unit = sheet.numbers(column), plain(str(said.value("gauge", "size_unit") or sheet.headings[column].unit))
     if unit not in LENGTHS:
         largest = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 0.0
-        unit = "um" if 0.2 < largest and np.all(np.nan_to_num(values * 10.0) % 1.0 == 0.0) and largest < 500.0 else "mm"
+        unit = "um" if largest > 0.2 and np.all(np.nan_to_num(values * 10.0) % 1.0 == 0.0) and largest < 500.0 else "mm"
         remarks.append(f"the size has no unit; by its numbers it is taken to be in {unit}")
     mm, nominal = values * LENGTHS[unit], said.number("gauge", "nominal_size")
     if nominal is not None:
         return 1e3 * (mm - nominal)
     if np.isfinite(mm).any() and np.nanmedian(np.abs(mm)) > MOST_DEVIATION:
         raise CalibrationError(
-            f"{shown(sheet.path)}: the sizes, such as {np.nanmedian(mm):g} mm, are no deviations; say the nominal one with a "
-            "map: [gauge] nominal_size = ..."
+            f"{shown(sheet.path)}: the sizes, such as {np.nanmedian(mm):g} mm, are no deviations; say the nominal one "
+            "with a map: [gauge] nominal_size = ..."
         )
     return 1e3 * mm
 

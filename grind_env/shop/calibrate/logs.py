@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
-from grind_env.shop.calibrate.columns import LOG_COLUMNS, Map, find_columns, names_of
+from grind_env.shop.calibrate.columns import Map, find_columns, names_of
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 
@@ -21,7 +21,8 @@ WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
 COARSE = 0.7
 """Times in which more rows share one with another are those of a clock that is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
-"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, in % of a rating that is
+"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, in % of a rating
+that is
 guessed, of a motor without volts."""
 
 
@@ -67,7 +68,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
         CalibrationError: it has no time or power, too few rows, or a power that never changes.
     """
     sheet = read_sheet(path)
-    columns = find_columns(sheet, LOG_COLUMNS, "log", said)
+    columns = find_columns(sheet, "log", said)
     for name in ("time", "power"):
         if name not in columns:
             raise CalibrationError(
@@ -75,15 +76,17 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
                 f"[log] {name} = ..."
             )
     remarks = [
-        f"{name} is column {quoted(sheet.headings[columns[name]].name)}" for name in ("time", "power", "dress") if name in columns
+        f"{name} is column {quoted(sheet.headings[columns[name]].name)}"
+        for name in ("time", "power", "dress")
+        if name in columns
     ]
     time, sure = _times(sheet, columns["time"], said)
     raw = sheet.numbers(columns["power"])
     dressing = np.zeros(time.size, np.bool_) if "dress" not in columns else _bits(sheet, columns["dress"])
     if not np.isfinite(raw).any():
         raise CalibrationError(
-            f"{shown(path)}: column {quoted(sheet.headings[columns['power']].name)} holds no numbers; say which column is the "
-            "power with a map: [log] power = ..."
+            f"{shown(path)}: column {quoted(sheet.headings[columns['power']].name)} holds no numbers; say which column "
+            "is the power with a map: [log] power = ..."
         )
     kept = np.isfinite(time) & np.isfinite(raw)
     dropped = sheet.skipped + int((~kept).sum())
@@ -151,7 +154,10 @@ def _watts(
     if unit == "%":
         rated = said.number("log", "rated_power")
         if rated is None:
-            remarks.append(f"100 % is taken for the power limit of the machine, {machine.power_limit:g} W; rated_power of a map says")
+            remarks.append(
+                f"100 % is taken for the power limit of the machine, {machine.power_limit:g} W; a map says "
+                "it by rated_power"
+            )
         return 0.01 * (rated or machine.power_limit) * raw, unit, SHARE if rated else GUESSED, True
     if unit in ("a", "amp", "ampere"):
         volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
@@ -161,8 +167,8 @@ def _watts(
         return raw, "A", UNKNOWN, False
     if unit:
         raise CalibrationError(
-            f"{shown(sheet.path)}: the unit of the power, {quoted(unit)}, is none of W, kW, hp, % and A; say it with a map: "
-            '[log] power_unit = "kW"'
+            f"{shown(sheet.path)}: the unit of the power, {quoted(unit)}, is none of W, kW, hp, % and A; say it with a "
+            'map: [log] power_unit = "kW"'
         )
     high = float(np.quantile(raw, 0.99))
     if high < 0.02 * machine.power_limit:

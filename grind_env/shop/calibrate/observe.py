@@ -1,6 +1,7 @@
 """From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from grind_env.shop.calibrate.pattern import Numbers, Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
 EDGE_IN, EDGE_OUT = 0.35, 0.1
-"""Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the wheel
+"""Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the
+wheel
 runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
@@ -23,8 +25,10 @@ FEWEST = 2
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """What a log says; arrays have a value for each stroke, or for each run if strokes are too short for the log, and for
-    each block of a cycle that crosses.
+    """What a log says.
+
+    Arrays have a value for each stroke; for each run if strokes are too short for the log; for each block of a cycle
+    that crosses.
 
     Attributes:
         execution: of the program, from 0.
@@ -75,50 +79,71 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
     middle = 0.5 * (starts + stops)
     idle, idle_error = idle_at(middle, time[idling], power[idling])
-    above = np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan)
-    noise = _noise(of, power)
+    samples = _Samples(
+        of=of,
+        above=np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan),
+        counts=counts,
+        noise=_noise(of, power),
+        idle=idle,
+        idle_error=idle_error,
+    )
     group = _groups(numbers, pattern, by_stroke)
-    rows = []
-    for each in range(int(group.max(initial=-1)) + 1):
-        members = np.flatnonzero(group == each)
-        total = counts[members].sum()
-        if total < FEWEST or not np.isfinite(idle[members[counts[members] > 0]]).all():
-            continue
-        inside = np.isin(of, members) if members.size > 1 else of == each
-        weights = np.zeros(executions * strokes)
-        weights[numbers[members]] = counts[members] / total
-        share = counts[members] / total
-        error = np.hypot(noise / np.sqrt(total), np.sum(share * np.nan_to_num(idle_error[members])))
-        first = int(numbers[members[0]])
-        rows.append(
-            (
-                first // strokes,
-                pattern.run[first % strokes],
-                first % strokes,
-                float(middle[members].mean()),
-                float(np.mean(above[inside])),
-                float(error),
-                int(total),
-                float(np.nansum(share * np.nan_to_num(idle[members]))),
-                weights,
-            )
-        )
-    if not rows:
+    members = [np.flatnonzero(group == each) for each in range(int(group.max(initial=-1)) + 1)]
+    members = [each for each in members if _tells(samples, each)]
+    if not members:
         raise CalibrationError("no stroke of the program has samples in the log; log faster, or for longer")
-    execution, run, stroke, when, mean, error_, samples, idle_, weights_ = zip(*rows, strict=True)
+    first = np.array([numbers[each[0]] for each in members])
+    weights = np.zeros((len(members), executions * strokes))
+    for row, each in enumerate(members):
+        weights[row, numbers[each]] = counts[each] / counts[each].sum()
+    means = np.array([_mean(samples, each) for each in members])
     return Observations(
-        execution=np.array(execution),
-        run=np.array(run),
-        stroke=np.array(stroke),
-        time=np.array(when),
-        power=np.array(mean),
-        error=np.array(error_),
-        samples=np.array(samples),
-        idle=np.array(idle_),
-        weights=np.array(weights_),
+        execution=first // strokes,
+        run=pattern.run[first % strokes],
+        stroke=first % strokes,
+        time=np.array([middle[each].mean() for each in members]),
+        power=means[:, 0],
+        error=means[:, 1],
+        idle=means[:, 2],
+        samples=np.array([counts[each].sum() for each in members]),
+        weights=weights,
         by_stroke=by_stroke,
         left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
     )
+
+
+class _Samples(NamedTuple):
+    """The samples of a log, sorted by strokes."""
+
+    of: Numbers
+    """Of each sample the number of its stroke, or -1."""
+    above: Floats
+    """Of each its power above idle, W."""
+    counts: Numbers
+    """Of each stroke how many samples it has."""
+    noise: float
+    """Of a sample, W."""
+    idle: Floats
+    """Under each stroke, W."""
+    idle_error: Floats
+    """Standard error of that, W."""
+
+
+def _tells(samples: _Samples, members: Numbers) -> bool:
+    """Whether strokes have enough samples between them, and an idle power each that has some."""
+    counts = samples.counts[members]
+    return bool(counts.sum() >= FEWEST and np.isfinite(samples.idle[members[counts > 0]]).all())
+
+
+def _mean(samples: _Samples, members: Numbers) -> tuple[float, float, float]:
+    """Mean power of strokes above idle, its standard error, and the idle power under them, W."""
+    counts = samples.counts[members]
+    share = counts / counts.sum()
+    # the idle power of neighbouring strokes is read from the same samples: its errors do not average out
+    idle_error = float(np.sum(share * np.nan_to_num(samples.idle_error[members])))
+    error = float(np.hypot(samples.noise / np.sqrt(counts.sum()), idle_error))
+    inside = np.isin(samples.of, members)
+    return float(np.mean(samples.above[inside])), error, float(np.sum(share * np.nan_to_num(samples.idle[members])))
 
 
 def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:

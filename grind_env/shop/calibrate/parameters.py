@@ -22,7 +22,8 @@ SPREADS: Mapping[str, Mapping[str, float]] = {
     "wheel": {"dressed_wear_flat": 0.3, "g_ratio": math.log(2.0), "roughness": 0.25},
     "machine": {"stiffness": 0.4},
 }
-"""Logarithmic standard deviations before measuring, by kind and field: what the sources of the catalogue are uncertain by
+"""Logarithmic standard deviations before measuring, by kind and field: what the sources of the catalogue are uncertain
+by
 (`catalogue_data/*.toml`), and how machines and wheels of one name differ."""
 AUTO = "auto"
 OTHER_SPREAD = 0.3
@@ -82,12 +83,16 @@ def entries_of(job: Job) -> Mapping[str, Entry]:
 
 def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
     """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it."""
-    changed: dict[str, Any] = {kind: replace(entry, **changes.get(kind, {})) for kind, entry in entries_of(job).items()}
+    changed = {kind: _changed(entry, changes.get(kind, {})) for kind, entry in entries_of(job).items()}
     return replace(
         job,
         part=replace(job.part, material=changed["material"]),
         setup=replace(job.setup, **{kind: entry for kind, entry in changed.items() if kind != "material"}),
     )
+
+
+def _changed(entry: Any, values: Mapping[str, float]) -> Any:
+    return replace(entry, **values)
 
 
 def chosen_parameters(job: Job, names: str, beside: Sequence[tuple[str, str]] = ()) -> tuple[Parameter, ...]:
@@ -104,7 +109,9 @@ def chosen_parameters(job: Job, names: str, beside: Sequence[tuple[str, str]] = 
     if names.strip() != AUTO:
         return tuple(_named(job, name) for name in dict.fromkeys(each.strip() for each in names.split(",")))
     usual = [(kind, key) for kind, spreads in SPREADS.items() for key in spreads]
-    return tuple(_parameter(job, kind, key) for kind, key in (*usual, *beside) if getattr(entries_of(job)[kind], key) > 0.0)
+    return tuple(
+        _parameter(job, kind, key) for kind, key in (*usual, *beside) if getattr(entries_of(job)[kind], key) > 0.0
+    )
 
 
 def _named(job: Job, name: str) -> Parameter:
@@ -120,10 +127,14 @@ def _named(job: Job, name: str) -> Parameter:
             "wheel.roughness, or auto"
         )
     if len(found) > 1:
-        raise CalibrationError(f"{name} is a field of {' and '.join(kind for kind, _ in found)}; write {found[0][0]}.{name}")
+        raise CalibrationError(
+            f"{name} is a field of {' and '.join(kind for kind, _ in found)}; write {found[0][0]}.{name}"
+        )
     (kind, key) = found[0]
     if not getattr(entries_of(job)[kind], key) > 0.0:
-        raise CalibrationError(f"{kind}.{key} is 0 and cannot be scaled; give it a value above 0 in the catalogue first")
+        raise CalibrationError(
+            f"{kind}.{key} is 0 and cannot be scaled; give it a value above 0 in the catalogue first"
+        )
     return _parameter(job, kind, key)
 
 

@@ -31,8 +31,8 @@ class Pattern:
     Attributes:
         run: to which it belongs, from 0.
         line: of its cycle block.
-        crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more than a
-            log tells; what a whole block of them takes does not.
+        crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more
+            than a log tells; what a whole block of them takes does not.
         way: along the table, mm.
         near: of that way before the part begins, mm.
         far: up to where the part ends, mm; as `near` if it passes beside the part.
@@ -40,8 +40,8 @@ class Pattern:
         rest: between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for.
         pause: before each run, the shortest, s, shape (runs,).
         acceleration: of the table, mm/s2.
-        overridable: whether a feed override leaves its strokes where they are; where the program moves the axes beside the table
-            and dwells, it does not.
+        overridable: whether a feed override leaves its strokes where they are; where the program moves the axes beside
+            the table and dwells, it does not.
     """
 
     run: Numbers
@@ -62,7 +62,7 @@ class Pattern:
         return self.pause.size
 
     def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:
-        """When each stroke of a run comes on the part and leaves it, s from the start of the run, and when the run ends.
+        """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start.
 
         Args:
             run: its number.
@@ -74,7 +74,8 @@ class Pattern:
         seconds = np.array([motion_time(way, v, self.acceleration) for way, v in each]) + self.rest[chosen]
         begin = np.concatenate([[0.0], np.cumsum(seconds)])
         on, off = (
-            begin[:-1] + np.array([self._passed(s, way, v) for s, (way, v) in zip(ends[chosen].tolist(), each, strict=True)])
+            begin[:-1]
+            + np.array([self._passed(s, way, v) for s, (way, v) in zip(ends[chosen].tolist(), each, strict=True)])
             for ends in (self.near, self.far)
         )
         return on, off, float(begin[-1])
@@ -109,14 +110,19 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     on_part = [sorted((_along(start, way), _along(end, way))) for way in ways]
     near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
     if not strokes or not np.any(far > near):
-        raise CalibrationError(f"{programs.name} makes no stroke over the part, so that no power can be compared with a log")
+        raise CalibrationError(
+            f"{programs.name} makes no stroke over the part, so that no power can be compared with a log"
+        )
     begin, seconds = (np.array([getattr(stroke, name) for stroke in strokes]) for name in ("begin", "seconds"))
     since = np.searchsorted(breaks, begin + 1e-6)
     apart = begin[1:] > begin[:-1] + seconds[:-1] + PAUSE
     begins_run = np.append(True, apart | (since[1:] > since[:-1]))
     run = np.cumsum(begins_run) - 1
     motion = np.array(
-        [motion_time(abs(b - a), stroke.feed / 60.0, job.control.acceleration) for (a, b), stroke in zip(ways, strokes, strict=True)]
+        [
+            motion_time(abs(b - a), stroke.feed / 60.0, job.control.acceleration)
+            for (a, b), stroke in zip(ways, strokes, strict=True)
+        ]
     )
     same_run = np.append(run[1:] == run[:-1], False)
     rest = np.where(same_run, np.append(np.diff(begin), 0.0), seconds) - motion

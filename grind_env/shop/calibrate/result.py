@@ -144,7 +144,7 @@ def catalogue_text(found: Calibration) -> str:
     lines = [
         f"# Calibrated by `grind calibrate` from {_comment(found.source)}"
         + (f" and {_comment(found.program)}." if found.program else "."),
-        "# A job takes it up as its last catalogue file: [catalogue] files = [..., \"this file\"].",
+        '# A job takes it up as its last catalogue file: [catalogue] files = [..., "this file"].',
         "# Behind each value: the interval that holds it with 90 %, and what the catalogue had before.",
     ]
     kept = ", ".join(found.not_told)

@@ -169,7 +169,8 @@ def _layout(path: Path, lines: Sequence[str]) -> tuple[str, int]:
         if columns > 1 and often >= USUAL_SHARE * len(looked):
             return separator, columns
     raise CalibrationError(
-        f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in all rows"
+        f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in all "
+        "rows"
     )
 
 

@@ -13,14 +13,13 @@ from grind_env.shop.calibrate.result import Calibration, Estimate
 
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
-    right = {"justify": "right", "no_wrap": True}
     table = Table(
         "constant",
-        Column("was", **right),
-        Column("is", **right),
-        Column("90 %", **right),
+        _numbers("was"),
+        _numbers("is"),
+        _numbers("90 %"),
         Column("unit", no_wrap=True),
-        Column("spread left %", **right),
+        _numbers("spread left %"),
         box=SIMPLE,
         title=f"Calibrated from {found.source}",
     )
@@ -36,7 +35,10 @@ def show(found: Calibration, console: Console) -> None:
     if found.not_told:
         console.print(f"Kept as they were, because the measurements do not tell them: {', '.join(found.not_told)}.")
     for kind, (count, before, after) in found.errors.items():
-        console.print(f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}.")
+        console.print(
+            f"Error of {count} measurements of {kind}: {_error(kind, after)}; "
+            f"with the catalogue {_error(kind, before)}."
+        )
     if found.held_out is not None:
         for kind, (count, before, after) in found.held_out.errors.items():
             console.print(
@@ -65,8 +67,12 @@ def as_data(found: Calibration) -> dict[str, Any]:
             }
             for each in found.estimates
         ],
-        "scales": {kind: {"value": value, "low": low, "high": high} for kind, (value, low, high) in found.scales.items()},
-        "idle": None if found.idle is None else {"mean": found.idle.mean, "low": found.idle.low, "high": found.idle.high},
+        "scales": {
+            kind: {"value": value, "low": low, "high": high} for kind, (value, low, high) in found.scales.items()
+        },
+        "idle": None
+        if found.idle is None
+        else {"mean": found.idle.mean, "low": found.idle.low, "high": found.idle.high},
         "errors": _errors(found.errors),
         "held_out": None
         if found.held_out is None
@@ -75,6 +81,10 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),
     }
+
+
+def _numbers(heading: str) -> Column:
+    return Column(heading, justify="right", no_wrap=True)
 
 
 def _row(each: Estimate) -> tuple[str, ...]:
@@ -95,4 +105,6 @@ def _error(kind: str, error: float) -> str:
 
 
 def _errors(errors: Any) -> dict[str, dict[str, float]]:
-    return {kind: {"count": count, "catalogue": before, "fitted": after} for kind, (count, before, after) in errors.items()}
+    return {
+        kind: {"count": count, "catalogue": before, "fitted": after} for kind, (count, before, after) in errors.items()
+    }
