@@ -2,6 +2,7 @@
 priors, are fitted from blemished logs of every style; 85 to 95 % of the 90 % intervals must hold them."""
 
 import argparse
+import json
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -60,6 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--trials", type=int, default=200)
     parser.add_argument("--parts", type=int, default=4)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--record", type=Path, help="write what was found to this file")
+    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="count what was written to these files, too")
     given = parser.parse_args(arguments)
     rows: list[tuple[str, str, int, bool, bool, float]] = []
     with tempfile.TemporaryDirectory() as folder:
@@ -81,6 +84,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 flush=True,
             )
             rows += [(program, row[0], number, *row[1:]) for row in each]
+    if given.record is not None:
+        given.record.write_text(json.dumps([[*row[:3], *map(bool, row[3:5]), row[5]] for row in rows]))
+    for path in given.beside:
+        rows += [tuple(row) for row in json.loads(path.read_text())]
     told = [row for row in rows if row[3]]
     print(f"all: {_share(told)}")
     for column, what in ((0, "program"), (1, "constant"), (2, "style")):

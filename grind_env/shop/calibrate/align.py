@@ -32,8 +32,8 @@ SHORTEST_PAUSE = 0.3
 """Of the pause that the program makes between two runs."""
 FEWEST = 5
 """Samples of which a correlation tells anything."""
-MATCHES = 0.5
-"""Correlation from which on a run or a part is taken to be in the log."""
+MATCHES, NEEDED = 0.5, 0.7
+"""Correlation from which on a run or a part is taken to be in the log, and what is needed of their median."""
 WORTH = 0.03
 """Of the likelihood that each execution before has added: what one more must add, or it is noise."""
 ALIKE = 2.0
@@ -92,10 +92,10 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     units = (1.0,) if log.sure_of_time else (1.0, 1e-3)
     found = [_aligned(log.time * unit, log.power, pattern, expected, unit) for unit in units]
     best = max(found, key=lambda each: each.quality * np.isfinite(each.correlation).sum())
-    if best.executions == 0 or best.quality < MATCHES:
+    if best.executions == 0 or best.quality < NEEDED:
         reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
         raise CalibrationError(
-            f"the log does not match the program: where they agree best the correlation is {reached}, and {MATCHES} is "
+            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
             "needed; check that it is the log of this program and job, and that the right column is taken for the power"
         )
     return best

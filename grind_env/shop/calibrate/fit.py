@@ -85,7 +85,7 @@ class Fit:
         factors: by which the errors of each kind were enlarged.
         used: which measurements took part.
         predicted: of all measurements, with the scales.
-        nominal: the same with the catalogue as it was.
+        nominal: the same with the catalogue as it was, and the scales that fit it best.
     """
 
     parameters: tuple[Parameter, ...]
@@ -135,11 +135,11 @@ def fit(
     used = ~data.held_out & np.isfinite(data.value) & np.isfinite(data.error)
     if used.sum() < 2:
         raise CalibrationError("there are fewer than two measurements to fit; log more strokes or parts")
-    nominal = solver.predicted(np.zeros(solver.size))
-    if not np.isfinite(nominal[used]).all():
-        raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
     x, free = np.zeros(solver.size), np.ones(solver.size, np.bool_)
-    factors = dict.fromkeys(data.kinds, 1.0)
+    factors, count = dict.fromkeys(data.kinds, 1.0), len(parameters)
+    if not np.isfinite(solver.predicted(x)[used]).all():
+        raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
+    nominal = solver.predicted(solver.solve(x, used, factors, np.arange(solver.size) >= count))
     for number in range(ROUNDS):
         told(f"fitting, round {number + 1}")
         x = solver.solve(x, used, factors, free)
@@ -148,7 +148,6 @@ def fit(
     x = solver.solve(x, used, factors, free)
     covariance = solver.covariance(x, used, factors)
     spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
-    count = len(parameters)
     known = spread[:count] < TOLD
     told("keeping what the measurements do not tell")
     free[:count] = known

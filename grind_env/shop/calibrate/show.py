@@ -90,7 +90,7 @@ def _numbers(heading: str) -> Column:
 def _row(each: Estimate) -> tuple[str, ...]:
     parameter = each.parameter
     return (
-        f"{parameter.kind} {parameter.entry}: {parameter.key}",
+        f"{parameter.entry} {parameter.key}",
         f"{parameter.prior:.4g}",
         f"{each.value:.4g}",
         f"{each.low:.3g} to {each.high:.3g}",
