@@ -175,8 +175,8 @@ def _best_place(
 ) -> Alignment:
     """The alignment that the model can agree with best, among those in which a run begins a stroke sooner or later.
 
-    With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants do
-    is taken to be linear.
+    With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants
+    do is taken to be linear.
     """
     forward = Forward(programs, job, found.overrides.tolist())
     nominal = powers(forward.run(job))
