@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run trials and print the coverage."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--parts", type=int, default=4)
+    parser.add_argument("--parts", type=int, default=2)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--record", type=Path, help="write what was found to this file")
     parser.add_argument("--beside", type=Path, nargs="*", default=[], help="count what was written to these files, too")

@@ -6,7 +6,7 @@ dress, a gauge or the next part does not matter.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +66,11 @@ class Alignment:
         """How often the program was run."""
         return len(self.begin)
 
+    def first(self, executions: int) -> "Alignment":
+        """That of the first executions alone."""
+        each = (values[:executions] for values in (self.begin, self.override, self.correlation, self.gain))
+        return Alignment(*each, self.time_unit)
+
     @property
     def quality(self) -> float:
         """Median of the correlations, from 0 to 1."""
@@ -107,10 +112,7 @@ def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run:
     chosen = pattern.run == run
     period = pattern.times(run)[2] / chosen.sum()
     begin[:, run] += strokes * period / found.override[:, run]
-    time, power = _averaged(
-        log.time * found.time_unit, log.power, float(np.clip(log.interval * found.time_unit, FINE, COARSE))
-    )
-    other = _judged(begin, found.override, time, power, pattern, expected, found.time_unit)
+    other = _judged(begin, found.override, log.time, log.power, pattern, expected, found.time_unit)
     if len(other.begin) != len(begin) or np.nanmedian(other.correlation[:, run]) < UNSURE * np.nanmedian(
         found.correlation[:, run]
     ):
@@ -154,7 +156,7 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
-    return _refined(best, bin_time, bin_power, pattern, expected)
+    return best
 
 
 def _averaged(time: Floats, power: Floats, step: float) -> tuple[Floats, Floats]:
@@ -326,8 +328,9 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
     return mean
 
 
-def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, expected: Floats) -> Alignment:
-    """The same with begins and overrides between the steps."""
+def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
+    """The same with begins and overrides between the steps, of a log in s."""
+    time, power = log.time, log.power
     begin, override, correlation = found.begin.copy(), found.override.copy(), found.correlation.copy()
     width = max(float(np.median(np.diff(time))) * 0.1, FINE)
     for row, run in np.argwhere(np.isfinite(correlation)).tolist():
@@ -348,7 +351,7 @@ def _refined(found: Alignment, time: Floats, power: Floats, pattern: Pattern, ex
         begin[row, run] += 0.1 * best.x[0]
         override[row, run] *= np.exp(best.x[1] * 0.2 / span)
         correlation[row, run] = 1.0 - best.fun
-    return Alignment(begin, override, correlation, found.gain, found.time_unit)
+    return replace(found, begin=begin, override=override, correlation=correlation)
 
 
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))

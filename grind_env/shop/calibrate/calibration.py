@@ -15,10 +15,12 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.align import Alignment, align, shifted
 from grind_env.shop.calibrate.columns import read_map
-from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, changes_of, errors_of, fit, without
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, without
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
+from grind_env.shop.calibrate.meter import averaged, without_lag
 from grind_env.shop.calibrate.observe import Observations, observe
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
 from grind_env.shop.calibrate.pattern import Numbers, Pattern, pattern_of
@@ -36,6 +38,8 @@ BURN_WIDTH = 0.05
 """Of the step in temperature rise at which burn is seen, of the rise that tempers."""
 LINEAR_STEP = 0.5
 """Spreads of the prior over which the effect of a constant is taken to be linear."""
+HOPELESS = 0.3
+"""Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
 CLEARLY = 0.8
 """Of the misfit of a place: what another one must have to be preferred."""
 HELD_OUT = 4
@@ -98,6 +102,8 @@ def calibrate(
     told("looking for the program in the log")
     found = align(rows, pattern, twice[1])
     told("fitting")
+    rows = averaged(rows, found.time_unit)
+    rows, found, lag = without_lag(rows, pattern, found, twice[1])
     found = _best_place(rows, pattern, twice[1], found, settings, programs, parameters)
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
@@ -106,6 +112,7 @@ def calibrate(
     fitted = fit(
         parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), model.predict, told, jumps=jumps
     )
+    _refuse_hopeless(fitted, data)
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
@@ -131,11 +138,20 @@ def calibrate(
         remarks=(
             *rows.remarks,
             *(() if gauged is None else gauge_remarks(gauged, parts)),
-            *log_remarks(rows, found, seen, pattern),
+            *log_remarks(rows, found, seen, pattern, lag),
             *fit_remarks(fitted),
             *overridden(job, fitted),
         ),
     )
+
+
+def _refuse_hopeless(fitted: Fit, data: Data) -> None:
+    error = errors_of(fitted, data, fitted.used)["power"][2]
+    if error > HOPELESS:
+        raise CalibrationError(
+            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} %, and "
+            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check that part, wheel and machine are those of the log"
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ import numpy as np
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import Floats
 
-NEIGHBOURS = 24
+NEIGHBOURS = 40
 """Samples between strokes from which the idle power under a stroke is read."""
 FARTHEST = 120.0
 """s from a stroke at which its idle power may still be read."""

@@ -58,12 +58,12 @@ class Observations:
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
-    """Read the means of strokes or runs.
+    """Read the means of strokes or runs from a log in s.
 
     Raises:
         CalibrationError: no stroke has samples, or none lie between the strokes.
     """
-    time, power = log.time * found.time_unit, log.power
+    time, power = log.time, log.power
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
     for row, run in np.argwhere(found.correlation >= MATCHES).tolist():

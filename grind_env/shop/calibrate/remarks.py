@@ -15,10 +15,12 @@ SCATTERS = 3.0
 """Enlargement of errors that is told."""
 
 
-def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
+def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern, lag: float) -> list[str]:
     """How the log lies beside the program."""
     executions = f"{found.executions} times" if found.executions > 1 else "once"
     remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
+    if lag:
+        remarks.append(f"the meter lags by about {lag:g} s, which was taken out")
     if not log.sure_of_time:
         remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
     changed = [

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
+from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import NORMAL_90, Data, Fit
 from grind_env.shop.calibrate.parameters import Parameter, entries_of
 from grind_env.shop.calibrate.sheet import Floats
@@ -169,8 +170,14 @@ def write_catalogue(found: Calibration, path: Path) -> None:
     """Write the catalogue file.
 
     Raises:
+        CalibrationError: nothing was found that could stand in it.
         FileError: the folder does not exist or cannot be written to.
     """
+    if found.idle is None and not any(each.told for each in found.estimates):
+        raise CalibrationError(
+            f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
+            "written; log faster, or more parts, or give what was gauged"
+        )
     write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
 
 

@@ -26,7 +26,10 @@ def show(found: Calibration, console: Console) -> None:
     for each in found.estimates:
         if each.told:
             table.add_row(*_row(each))
-    console.print(table)
+    if table.row_count:
+        console.print(table)
+    else:
+        console.print(f"{found.source} tells none of the constants beyond what the catalogue says.")
     if found.idle is not None:
         idle = found.idle
         console.print(f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W).")
