@@ -14,6 +14,8 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import idle_at
+from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.parameters import with_entries
 from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.calibrate.result import write_catalogue
@@ -112,6 +114,19 @@ def test_idle_power_follows_its_drift_and_no_outlier():
     idle, error = idle_at(when, time, power + np.random.default_rng(1).normal(0.0, 5.0, time.size))
     np.testing.assert_allclose(idle, 1500.0 - 3.0 * when, atol=8.0)
     assert np.all(error < 5.0)
+
+
+def test_the_lag_of_a_meter_is_taken_out():
+    """A meter of first order under a square wave, by its exact answer in small steps."""
+    time = np.arange(0.0, 20.0, 0.05)
+    power = np.where(time % 2.0 < 1.0, 2000.0, 500.0)
+    shown = np.empty_like(power)
+    shown[0] = power[0]
+    for k in range(1, time.size):
+        shown[k] = power[k - 1] + (shown[k - 1] - power[k - 1]) * np.exp(-0.05 / 0.2)
+    log = Log(time, shown, np.zeros(time.size, bool), 0.02, True, "W", True, ())
+    inside = (time % 1.0 > 0.15) & (time % 1.0 < 0.9)
+    np.testing.assert_allclose(sharpened(log, 0.2).power[inside], power[inside], rtol=0.05)
 
 
 def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):

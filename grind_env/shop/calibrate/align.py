@@ -68,8 +68,10 @@ class Alignment:
 
     def first(self, executions: int) -> "Alignment":
         """That of the first executions alone."""
-        each = (values[:executions] for values in (self.begin, self.override, self.correlation, self.gain))
-        return Alignment(*each, self.time_unit)
+        begin, override, correlation, gain = (
+            values[:executions] for values in (self.begin, self.override, self.correlation, self.gain)
+        )
+        return replace(self, begin=begin, override=override, correlation=correlation, gain=gain)
 
     @property
     def quality(self) -> float:
@@ -79,8 +81,11 @@ class Alignment:
     @property
     def overrides(self) -> Floats:
         """Of each execution; 1 where the feed is as programmed but for what the machine differs from its model."""
-        found = np.nanmedian(np.where(self.correlation > MATCHES, self.override, np.nan), axis=1)
-        return np.where(np.abs(np.log(found)) < np.log(SAME_FEED), 1.0, np.nan_to_num(found, nan=1.0))
+        sure = self.correlation > MATCHES
+        found = np.array(
+            [np.median(row[kept]) if kept.any() else 1.0 for row, kept in zip(self.override, sure, strict=True)]
+        )
+        return np.where(np.abs(np.log(found)) < np.log(SAME_FEED), 1.0, found)
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:

@@ -150,7 +150,7 @@ def _refuse_hopeless(fitted: Fit, data: Data) -> None:
     if error > HOPELESS:
         raise CalibrationError(
             f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} %, and "
-            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check that part, wheel and machine are those of the log"
+            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check part, wheel and machine of the job"
         )
 
 

@@ -47,12 +47,13 @@ def without_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats) 
     few = found.first(LOOKED_AT)
     best, least = 0.0, refined(few, log, pattern, expected).quality + CLEARLY
     for lag in LAGS:
-        quality = refined(few, _sharpened(log, lag), pattern, expected).quality
+        quality = refined(few, sharpened(log, lag), pattern, expected).quality
         if quality > least:
             best, least = lag, quality
-    sharp = _sharpened(log, best)
+    sharp = sharpened(log, best)
     return sharp, refined(found, sharp, pattern, expected), best
 
 
-def _sharpened(log: Log, lag: float) -> Log:
+def sharpened(log: Log, lag: float) -> Log:
+    """A log as a meter without that lag, s, shows it."""
     return replace(log, power=log.power + lag * np.gradient(log.power, log.time)) if lag else log
