@@ -16,7 +16,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.align import Alignment, align, shifted
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit, without
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
@@ -109,14 +109,12 @@ def calibrate(
     seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
     parts = found.executions * forward.parts_each
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
-    fitted = fit(
-        parameters, scales, without(data, np.zeros(data.value.size, np.bool_)), model.predict, told, jumps=jumps
-    )
+    fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
     _refuse_hopeless(fitted, data)
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
-        others = fit(parameters, scales, data, model.predict, jumps=jumps)
+        others = fit(parameters, scales, data, model.predict, held_out=data.held_out, jumps=jumps)
         held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,

@@ -7,7 +7,7 @@ the errors of that kind of measurement are too small and are enlarged until they
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -55,7 +55,7 @@ class Data:
         value: measured.
         error: standard error, in the unit of the value if its kind has additive errors, else relative.
         kind: such as power or Ra.
-        held_out: whether it judges the fit and takes no part in it.
+        held_out: whether it is of the parts or settings that judge a fit to the others.
     """
 
     value: Floats
@@ -116,6 +116,7 @@ def fit(
     predict: Predict,
     told: Callable[[str], None] = lambda stage: None,
     *,
+    held_out: NDArray[np.bool_] | None = None,
     jumps: bool = False,
 ) -> Fit:
     """Fit constants to measurements.
@@ -126,13 +127,16 @@ def fit(
         data: the measurements.
         predict: what would be measured with changed constants, shape as of `data.value`.
         told: is told what is being done.
+        held_out: measurements that take no part; None for all to do so.
         jumps: whether what is predicted jumps where constants change, as under a wheel that crosses.
 
     Raises:
         CalibrationError: there are fewer measurements than two, or the catalogue itself predicts none.
     """
     solver = _Solver(tuple(parameters), dict(scales), data, predict, LONG_STEP if jumps else STEP)
-    used = ~data.held_out & np.isfinite(data.value) & np.isfinite(data.error)
+    used = np.isfinite(data.value) & np.isfinite(data.error)
+    if held_out is not None:
+        used &= ~held_out
     if used.sum() < 2:
         raise CalibrationError("there are fewer than two measurements to fit; log more strokes or parts")
     x, free = np.zeros(solver.size), np.ones(solver.size, np.bool_)
@@ -325,8 +329,3 @@ def _error(kind: str, value: Floats, predicted: Floats) -> float:
         return float(np.sqrt(np.mean(np.square(value - predicted))))
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.sqrt(np.mean(np.square(np.log(value / predicted)))))
-
-
-def without(data: Data, held_out: NDArray[np.bool_]) -> Data:
-    """The measurements with some that take no part."""
-    return replace(data, held_out=held_out)

@@ -22,7 +22,7 @@ from grind_env.machine.job_file import load_job
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Changes, Data, changes_of, errors_of, fit, without
+from grind_env.shop.calibrate.fit import Changes, Data, changes_of, errors_of, fit
 from grind_env.shop.calibrate.parameters import chosen_parameters, entries_of, with_entries
 from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
@@ -132,13 +132,13 @@ def calibrate_table(
 
     told("fitting")
     scales = dict.fromkeys(free, FREE)
-    fitted = fit(parameters, scales, without(data, np.zeros(value.size, np.bool_)), predict, told)
+    fitted = fit(parameters, scales, data, predict, told)
     judged = None
     if held_out.any():
         told("fitting without some settings")
         judged = HeldOut(
             f"{np.unique(of_row[held_out]).size} of {len(rows)} settings",
-            errors_of(fit(parameters, scales, data, predict), data, held_out),
+            errors_of(fit(parameters, scales, data, predict, held_out=held_out), data, held_out),
         )
     return Calibration(
         source=table.name,
