@@ -74,6 +74,15 @@ def test_intervals_hold_what_they_promise(seed, tmp_path):
     assert all(abs(row[3]) < 4.0 for row in told)
 
 
+def test_the_unit_of_the_time_is_found_out(tmp_path):
+    program, job = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
+    style = Style(rate=200.0, unit="W", comma=False, clock="ms", headings=("time", "power"), noise=80.0, scale=0.0)
+    write_log(tmp_path / "log.csv", read_file(program), load_job(job), 1, style, np.random.default_rng(3))
+    found = calibrate(tmp_path / "log.csv", program, job, names="stiffness")
+    assert any("it is in ms" in remark for remark in found.remarks)
+    assert found.estimates[0].value == pytest.approx(20_000.0, rel=0.1)
+
+
 def test_a_log_of_another_program_is_refused(plates):
     with pytest.raises(CalibrationError, match="does not match the program"):
         calibrate(plates[0] / "log.csv", EXAMPLES / "keyway_g81.nc", EXAMPLES / "keyway_g81.toml")

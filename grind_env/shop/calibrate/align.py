@@ -38,6 +38,8 @@ WORTH = 0.03
 """Of the likelihood that each execution before has added: what one more must add, or it is noise."""
 ALIKE = 2.0
 """Factor by which the power of one execution, as the model expects it, may differ from that of the most likely one."""
+SURE = 0.9
+"""Median correlation from which on no other unit of time is tried."""
 UNSURE = 0.8
 """Of the best correlation of a run: what it must have a stroke later to be worth a trial."""
 MOST_EXECUTIONS = 150
@@ -99,9 +101,11 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     Raises:
         CalibrationError: they are not in it.
     """
-    units = (1.0,) if log.sure_of_time else (1.0, 1e-3)
-    found = [_aligned(log.time * unit, log.power, pattern, expected, unit) for unit in units]
-    best = max(found, key=lambda each: each.quality * np.isfinite(each.correlation).sum())
+    best = (
+        _aligned(log.time, log.power, pattern, expected, 1.0)
+        if log.sure_of_time
+        else _in_either_unit(log, pattern, expected)
+    )
     if best.executions == 0 or best.quality < NEEDED:
         reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
         raise CalibrationError(
@@ -109,6 +113,15 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
             "needed; check that it is the log of this program and job, and that the right column is taken for the power"
         )
     return best
+
+
+def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
+    """In a log whose unit of time is not stated: ms if that agrees well, which is soon tried, else the better one."""
+    in_ms = _aligned(1e-3 * log.time, log.power, pattern, expected, 1e-3)
+    if in_ms.quality >= SURE:
+        return in_ms
+    in_s = _aligned(log.time, log.power, pattern, expected, 1.0)
+    return max(in_s, in_ms, key=lambda each: each.quality)
 
 
 def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
