@@ -58,8 +58,8 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
     # the exact optimum of six parts
-    assert scale.J_plan == pytest.approx(15.6497, rel=1e-3)
-    assert scale.hundred == pytest.approx(-15.6497 / ORACLE.task.reference_cost, rel=1e-3)
+    assert scale.J_plan == pytest.approx(16.1513, rel=1e-3)
+    assert scale.hundred == pytest.approx(-16.1513 / ORACLE.task.reference_cost, rel=1e-3)
     assert scale.fixed_plan == "constant_per_kind"
     assert float(rows["constant_per_kind"]["score"]) == 0.0
     assert float(rows["interval"]["score"]) == pytest.approx(
@@ -123,7 +123,7 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
     assert mean_return(task, evaluation(3.0)) == (-1.5, 0.0)
 
 
-@pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.0, True), (97.9, False), (60.0, False)])
+@pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.01, True), (97.9, False), (60.0, False)])
 def test_a_planner_that_saves_next_to_nothing_gives_a_ratio_and_no_score(planner, ratio):
     costs = {"constant": (99.0, 101.0), "interval": (120.0, 130.0), "hindsight": (planner - 1.0, planner + 1.0)}
     found = {name: evaluation(*cost) for name, cost in costs.items()}
