@@ -272,7 +272,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
 
 
 def test_the_usual_cost_is_near_the_measured_one_where_dresses_are_not_dear() -> None:
-    for name in ("power_limited", "wide_rails", "slot", "reciprocation", "wide_plates"):
+    for name in ("power_limited", "wide_rails", "slot", "reciprocation", "job_shop"):
         task = read_task(name)
         assert usual_cost(task) == pytest.approx(task.reference_cost, rel=0.25), name
 
