@@ -17,7 +17,7 @@ TRIAL_STEPS = 300_000
 
 SCORE_EPISODES = 256
 """Evaluation episodes of the reference scores."""
-GAP_EPISODES = 128
+GAP_EPISODES = 256
 """Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
 """Evaluation episodes of the dress study."""

@@ -43,6 +43,8 @@ PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
 LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
+DEPTH_DIGITS = 3
+"""mm; a control reads no finer depth."""
 
 Advance = Callable[[], object]
 
@@ -97,7 +99,7 @@ def dress_study(
     advance()
     for lead, depth in dresser_settings(problem):
         dress = simulation.task.dress
-        dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, 6))
+        dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, DEPTH_DIGITS))
         other = type(simulation)(replace(simulation.task, dress=dress))
         found.append(kept_finding(runs, other, "dresser", seeds, PLANS))
         advance()

@@ -11,7 +11,7 @@ from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import FIXED_PLANS, make_policy
+from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
 from grind_env.scores import reference
 
 EPISODES = 64
@@ -54,7 +54,8 @@ class Validation:
         self.fixed, self.least = np.nan, np.nan
         try:
             scale = reference(problem.id)
-            plans = [make_policy(name, self.simulation) for name in FIXED_PLANS]
+            names = [name for name in policy_names(self.simulation) if name in FIXED_PLANS]
+            plans = [make_policy(name, self.simulation) for name in names]
         except GrindError:
             return
         self.fixed = min(float(evaluate(plan, self.simulation, self.seeds).cost.mean()) for plan in plans)

@@ -318,7 +318,8 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert "adaptive_rule" in printed
     assert "3 paired episodes" in printed
     first = read_results(tmp_path)
-    assert {each.policy for each in first} == {"handbook", "adaptive_rule", "constant", "interval", "hindsight"}
+    plans = {"constant", "interval", "constant_per_kind"}
+    assert {each.policy for each in first} == {"handbook", "adaptive_rule", "hindsight", *plans}
     assert {each.policy: each.score for each in first}["hindsight"] == 100.0
     csv = (tmp_path / "benchmark.csv").read_bytes()
     assert run(monkeypatch, *tiny, "--policies", "handbook") == 0

@@ -120,7 +120,8 @@ def test_a_clone_of_the_planner_finds_the_optimum_of_oracle6(tmp_path: Path, mon
     assert cost <= 1.01 * planner
 
 
-def test_the_critic_knows_what_the_student_earns():
+def test_the_critic_knows_what_the_student_earns(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(imitation, "BATCH", 8)  # as many updates as in a long training
     model = cloned(labels=3 * ENVS * ORACLE.task.blocks, steps=3 * ENVS * ORACLE.task.blocks)
     first = torch.as_tensor(model.features[-1][:ENVS])
     with torch.no_grad():

@@ -58,12 +58,12 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
     # the exact optimum of six parts
-    assert scale.J_plan == pytest.approx(10.6382, rel=1e-3)
-    assert scale.hundred == pytest.approx(-10.6382 / ORACLE.task.reference_cost, rel=1e-3)
-    assert scale.fixed_plan == "interval"
-    assert float(rows["interval"]["score"]) == 0.0
-    assert float(rows["constant_per_kind"]["score"]) == pytest.approx(
-        100.0 * (scale.zero - scale.returns["constant_per_kind"].value) / (scale.zero - scale.hundred), rel=1e-3
+    assert scale.J_plan == pytest.approx(16.1513, rel=1e-3)
+    assert scale.hundred == pytest.approx(-16.1513 / ORACLE.task.reference_cost, rel=1e-3)
+    assert scale.fixed_plan == "constant_per_kind"
+    assert float(rows["constant_per_kind"]["score"]) == 0.0
+    assert float(rows["interval"]["score"]) == pytest.approx(
+        100.0 * (scale.zero - scale.returns["interval"].value) / (scale.zero - scale.hundred), rel=1e-3
     )
 
 
@@ -123,7 +123,7 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
     assert mean_return(task, evaluation(3.0)) == (-1.5, 0.0)
 
 
-@pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.0, True), (97.9, False), (60.0, False)])
+@pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.01, True), (97.9, False), (60.0, False)])
 def test_a_planner_that_saves_next_to_nothing_gives_a_ratio_and_no_score(planner, ratio):
     costs = {"constant": (99.0, 101.0), "interval": (120.0, 130.0), "hindsight": (planner - 1.0, planner + 1.0)}
     found = {name: evaluation(*cost) for name, cost in costs.items()}
@@ -162,12 +162,10 @@ def test_the_checked_in_tables_have_every_policy_of_their_task(problem):
     assert list(reference(problem.id).returns) == names
 
 
-def test_policies_that_see_measurements_may_cost_less_than_planners_that_see_the_state():
-    cbn = {row["policy"]: float(row["cost_per_good_part"]) for row in checked_in("CBN")}
-    rush = [row for row in checked_in("benchmark") if row["task"] == "rush"]
-    found = {name: [float(row["score"]) for row in rush if row["policy"] == name] for name in ("bc", "mpc")}
-    assert cbn["look_ahead"] < min(cbn["mpc"], cbn["full_state_rule"])
-    assert min(found["bc"]) > max(found["mpc"])
+def test_policies_that_see_measurements_may_cost_less_than_a_rule_that_sees_the_state():
+    for task, policy in (("CBN", "adaptive_rule"), ("rush", "look_ahead")):
+        costs = {row["policy"]: float(row["cost_per_good_part"]) for row in checked_in(task)}
+        assert costs[policy] < costs["full_state_rule"]
 
 
 def test_a_comparison_by_hand():

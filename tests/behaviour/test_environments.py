@@ -25,9 +25,6 @@ DRAWN = {
 }
 """The spreads that move what is hidden; a task that has none of them keeps it at one value."""
 
-STILL = {"grind/Stroke-v0": {"info.reward_terms.handover"}, "grind/WidePlates-v0": {"observation.sparkout"}}
-"""What an environment keeps at one value besides."""
-
 
 def record_of(env_id: str) -> Tables:
     return load(env_id.removeprefix("grind/"))
@@ -91,4 +88,4 @@ def test_everything_that_can_be_seen_or_paid_moves_in_the_record(env_id: str) ->
     still = {name for name in names if name.startswith(prefixes) and len({v for v in values[name] if v == v}) == 1}
     spread = SPREADS.get(env_id)
     constant = {name for name, drawn in DRAWN.items() if spread and not any(getattr(spread, each) for each in drawn)}
-    assert still == constant | STILL.get(env_id, set())
+    assert still == constant

@@ -50,7 +50,8 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     env = WidePlatesEnv(predress=predress)
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
-    assert record.warnings == own.warnings == ()
+    assert record.warnings == own.warnings
+    assert all("the spindle" in each for each in own.warnings)  # fast tables ask for more than its 5 kW
     # from the wheel and the parts that the seed draws, and from those of the environment
     for name in ("strokes", "dresses", "parts"):
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name

@@ -271,7 +271,7 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
 
 
 def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
-    for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.022, 150.0)):
+    for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.012, 150.0)):
         env = native(environment_id(name), 50, AutoresetMode.SAME_STEP, observation="full")
         entries = env.unwrapped.observation_info()
         rows = [env.reset(seed=0)[0]]

@@ -7,6 +7,7 @@ import pytest
 
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.tasks import load_task
+from grind_env.policies.registry import FIXED_PLANS
 from grind_env.scores import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text
 from grind_env.task_version import TASK_VERSION
 
@@ -24,23 +25,11 @@ SMALL = Reference(
 )
 
 
-# scenarios, section 5: scores of an earlier implementation, whose standard errors are a few points
-@pytest.mark.parametrize(
-    ("name", "policy", "score"),
-    [
-        ("grind/JobShop-v0", "mpc", 94.0),
-        ("grind/PowerLimited-v0", "random", -1243.0),
-        ("grind/PowerLimited-v0", "adaptive_rule", 65.0),
-        ("grind/PowerLimited-v0", "full_state_rule", 98.0),
-        ("grind/PowerLimited-v0", "mpc", 97.0),
-        ("grind/WideRails-v0", "random", -1376.0),
-        ("grind/WideRails-v0", "full_state_rule", 91.0),
-        ("grind/WideRails-v0", "mpc", 97.0),
-    ],
-)
-def test_known_policies_score_as_published(name: str, policy: str, score: float) -> None:
-    found = normalise(name, reference(name).returns[policy].value)
-    assert found == pytest.approx(score, abs=3.0, rel=0.04)
+# it knows the wheel, but not what is to come
+@pytest.mark.parametrize("name", [name for name in TASKS if not reference(environment_id(name)).ratio])
+def test_a_planner_that_knows_the_state_closes_most_of_the_gap(name: str) -> None:
+    env_id = environment_id(name)
+    assert 80.0 < normalise(env_id, reference(env_id).returns["mpc"].value) <= 100.0
 
 
 @pytest.mark.parametrize("name", [name for name in SCORED if not reference(name).ratio])
@@ -78,7 +67,7 @@ def test_known_policies_are_in_their_order(name: str) -> None:
     # scenarios, section 8: 6 < 5 < 3b in cost, all but Slot; random is the worst
     scale = reference(environment_id(name))
     returns = {policy: mean.value for policy, mean in scale.returns.items()}
-    fixed = max(returns["constant"], returns["interval"])
+    fixed = max(returns[policy] for policy in FIXED_PLANS if policy in returns)
     assert returns["hindsight"] >= max(returns.values()) - 3.0 * scale.returns["hindsight"].error
     assert returns[scale.best_scripted] >= fixed == returns[scale.fixed_plan]
     assert returns["random"] < fixed

@@ -185,12 +185,12 @@ def test_a_fixed_plan_earns_about_minus_one_a_stroke() -> None:
         env.reset(seed=seed)
         terminated, made = False, 0
         while not terminated:
-            dress = made > 0 and made % 34 == 0
+            dress = made % 34 == 33
             made += 1
-            _, reward, terminated, _, _ = env.step(env.codec.encode(8782.0, int(dress))[0])
+            _, reward, terminated, _, _ = env.step(env.codec.encode(6197.0, int(dress))[0])
             rewards.append(reward)
     # how near it comes is settled with the reference scores
-    assert np.mean(rewards) == pytest.approx(-1.0, abs=0.3)
+    assert np.mean(rewards) == pytest.approx(-1.0, abs=0.5)
 
 
 def test_the_noise_does_not_depend_on_the_policy() -> None:

@@ -39,7 +39,7 @@ def test_one_policy_is_evaluated(grind: Callable[..., Ended]) -> None:
     status, out, err = grind(*command, "--json")
     answer = json.loads(out)
     assert (status, err) == (0, "")
-    assert (answer["E"], answer["D"], answer["split"], answer["paired"]) == (14.0, 1.0, "evaluation", True)
+    assert (answer["E"], answer["D"], answer["split"], answer["paired"]) == (6.0, 1.0, "evaluation", True)
     assert (answer["env"], answer["name"]) == ("grind/Oracle6-v0", "oracle6")
     status, out, _ = grind(*command)
     assert status == 0
