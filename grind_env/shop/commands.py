@@ -12,6 +12,7 @@ NOT_BETTER, INFEASIBLE = 3, 4
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given.")]
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]
+ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search; the same seed finds the same.")]
 
 
@@ -178,6 +179,7 @@ def optimise(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better.")
     ] = None,
+    report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
@@ -188,16 +190,21 @@ def optimise(
     margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
     that runs several times keeps one value for all its runs.
 
+    The report is written whatever was found.
+
     Exit status 3: no better program was found. 4: no program keeps the limits.
     """
     from rich.console import Console
 
     from grind_env.files import write_atomically
+    from grind_env.machine.job_file import job_beside, load_job
     from grind_env.shop.optimise.optimise import optimise as search
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
     from grind_env.shop.optimise.wishes import seconds_of, wishes_of
     from grind_env.shop.progress import progress
+    from grind_env.shop.report.document import write_page
+    from grind_env.shop.report.optimised import optimised_report
 
     wishes = wishes_of(vary, bounds or (), rounding or (), keep or (), margin or ())
     seconds = seconds_of(budget)
@@ -211,6 +218,9 @@ def optimise(
         print_optimised(found, Console())
         if found.verdict is Verdict.BETTER:
             print("name a file with -o to have it" if output is None else f"written to {output}")
+    if report is not None:
+        path = job_beside(program) if job is None else job
+        write_page(report, optimised_report(found, load_job(path), {"program": program, "job": path}))
     statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
     if found.verdict in statuses:
         raise typer.Exit(statuses[found.verdict])
@@ -288,6 +298,7 @@ def calibrate(
     names: Annotated[
         str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
     ] = "auto",
+    report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Fit the process model to a log of the spindle's power, or to a table of settings.
@@ -316,15 +327,20 @@ def calibrate(
     from grind_env.shop.calibrate.result import write_catalogue
     from grind_env.shop.calibrate.show import as_data, show
     from grind_env.shop.calibrate.table import calibrate_table
+    from grind_env.shop.report.calibrated import calibrated_report
+    from grind_env.shop.report.document import write_page
 
     with Console(stderr=True).status("reading") as status:
         if program is None:
             found = calibrate_table(log, job, map_file=map_file, names=names, told=status.update)
         else:
             found = from_log(log, program, job, gauge=gauge, map_file=map_file, names=names, told=status.update)
-    if output is not None:
-        write_catalogue(found, output)
     if as_json:
         print(json.dumps(as_data(found)))
     else:
         show(found, Console(markup=False, highlight=False))
+    if report is not None:
+        named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
+        write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))
+    if output is not None:
+        write_catalogue(found, output)

@@ -110,6 +110,11 @@ class Calibration:
         """Names of the constants that were kept, because the measurements do not tell them."""
         return tuple(each.parameter.name for each in self.estimates if not each.told)
 
+    @property
+    def tells_nothing(self) -> bool:
+        """Whether a catalogue file would have nothing to say."""
+        return self.idle is None and not any(each.told for each in self.estimates)
+
 
 def estimates_of(fitted: Fit) -> tuple[Estimate, ...]:
     """Value and interval of each constant."""
@@ -173,7 +178,7 @@ def write_catalogue(found: Calibration, path: Path) -> None:
         CalibrationError: nothing was found that could stand in it.
         FileError: the folder does not exist or cannot be written to.
     """
-    if found.idle is None and not any(each.told for each in found.estimates):
+    if found.tells_nothing:
         raise CalibrationError(
             f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
             "written; log faster, or more parts, or give what was gauged"

@@ -30,26 +30,41 @@ def show(found: Calibration, console: Console) -> None:
         console.print(table)
     else:
         console.print(f"{found.source} tells none of the constants beyond what the catalogue says.")
-    if found.idle is not None:
-        idle = found.idle
-        console.print(f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W).")
-    for kind, (value, low, high) in found.scales.items():
-        console.print(f"Scale of the meter of {kind}: {value:.3f} ({low:.3f} to {high:.3f}).")
-    if found.not_told:
-        console.print(f"Kept as they were, because the measurements do not tell them: {', '.join(found.not_told)}.")
-    for kind, (count, before, after) in found.errors.items():
-        console.print(
-            f"Error of {count} measurements of {kind}: {_error(kind, after)}; "
-            f"with the catalogue {_error(kind, before)}."
-        )
-    if found.held_out is not None:
-        for kind, (count, before, after) in found.held_out.errors.items():
-            console.print(
-                f"Error on {found.held_out.what}, fitted without: {count} of {kind} {_error(kind, after)}; "
-                f"with the catalogue {_error(kind, before)}."
-            )
+    for sentence in (*meter_sentences(found), *kept_sentences(found), *error_sentences(found)):
+        console.print(sentence)
     for remark in found.remarks:
         console.print(f"- {remark}", style="dim")
+
+
+def meter_sentences(found: Calibration) -> list[str]:
+    """What the meters show: idle power, and scales that are uncertain."""
+    idle = found.idle
+    said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
+    return said + [
+        f"Scale of the meter of {kind}: {value:.3f} ({low:.3f} to {high:.3f})."
+        for kind, (value, low, high) in found.scales.items()
+    ]
+
+
+def kept_sentences(found: Calibration) -> list[str]:
+    """Which constants are as they were."""
+    names = ", ".join(found.not_told)
+    return [f"Kept as they were, because the measurements do not tell them: {names}."] if names else []
+
+
+def error_sentences(found: Calibration) -> list[str]:
+    """How well the measurements are predicted, then those that took no part."""
+    said = [
+        f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        for kind, (count, before, after) in found.errors.items()
+    ]
+    if found.held_out is not None:
+        said += [
+            f"Error on {found.held_out.what}, fitted without: {count} of {kind} {_error(kind, after)}; "
+            f"with the catalogue {_error(kind, before)}."
+            for kind, (count, before, after) in found.held_out.errors.items()
+        ]
+    return said
 
 
 def as_data(found: Calibration) -> dict[str, Any]:

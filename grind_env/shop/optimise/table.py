@@ -85,7 +85,7 @@ def _words(found: Optimised) -> "Table":
 def _quantities(found: Optimised) -> "Table":
     table = _table("of a part", "before", "after", "change (95 %)", "grind run", "after")
     for each in found.quantities:
-        digits = _digits(each)
+        digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         table.add_row(
             NAMES[each.name],
@@ -98,7 +98,7 @@ def _quantities(found: Optimised) -> "Table":
     return table
 
 
-def _digits(quantity: Quantity) -> int:
+def decimals(quantity: Quantity) -> int:
     """Decimals of a quantity: fewer of one with many integer digits."""
     largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
@@ -114,12 +114,13 @@ def _limits(found: Optimised) -> "Table":
                 f"{100.0 * each.margin:.0f} %",
                 f"{100.0 * each.before:.0f} %",
                 f"{100.0 * each.after:.0f} %",
-                _price(each),
+                price_text(each),
             )
     return table
 
 
-def _price(limit: LimitUse) -> str:
+def price_text(limit: LimitUse) -> str:
+    """What a part costs without a limit, beside what it costs with it, $, and whether the limit binds."""
     if limit.price is None:
         return ""
     change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)

@@ -1,10 +1,8 @@
 """The report of a run: what `grind report` writes."""
 
-import hashlib
 import math
 import re
 from collections.abc import Iterable, Sequence
-from datetime import datetime, timezone
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grind_env.control import Programs
-from grind_env.files import read_bytes
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.curves import picture
 from grind_env.render.tables import SCALES, faults, part_table, totals
-from grind_env.shop.report.assumptions import assumptions, changes
+from grind_env.shop.report.assumptions import assumptions
 from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
 from grind_env.shop.report.document import (
     Cell,
@@ -36,7 +33,7 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.figures import run_figure, run_height
-from grind_env.validation import unfit_uses
+from grind_env.shop.report.foundations import foundations, revisions
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -85,23 +82,10 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Cost", [_cost(record)]),
         Section("Warnings", [_warnings(record, programs)]),
         Section("Program", _program(record, programs, blocks)),
-        Section("Assumptions and calibration", _assumptions(job)),
+        Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
     ]
-    return page(f"Grinding report: {programs.name}", sections, _facts(files))
-
-
-def _facts(files: Sequence[Path]) -> dict[str, str]:
-    """Revisions, and when the page was written."""
-    facts = {}
-    for name, path in zip(("program", "job"), files, strict=False):
-        changed = datetime.fromtimestamp(path.stat().st_mtime, timezone.utc)
-        facts[name] = path.name
-        facts[f"revision of the {name}"] = f"{_digest(path)}, {changed:%Y-%m-%d %H:%M} UTC"
-    return facts | {"report written": f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC"}
-
-
-def _digest(path: Path) -> str:
-    return f"sha256 {hashlib.sha256(read_bytes(path)).hexdigest()[:16]}"
+    revised = revisions(dict(zip(("program", "job"), files, strict=False)))
+    return page(f"Grinding report: {programs.name}", sections, revised)
 
 
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":
@@ -275,21 +259,6 @@ def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockR
     ]
     hidden = len(texts) - len(lines)
     return [listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
-
-
-def _assumptions(job: Job) -> "list[Markup]":
-    found = changes(job)
-    rows = [(each.entry, each.key, each.unit, each.here, each.known) for each in found]
-    state = (
-        "These values differ from the built-in catalogue; all others are its literature values."
-        if found
-        else "No value differs from the built-in catalogue: nothing is calibrated to this machine, wheel or material."
-    )
-    unfit = [f"{use}: {why}." for use, why in unfit_uses().items()]
-    told = [paragraph(state)]
-    if rows:
-        told.append(table(("entry", "value", "unit", "here", "catalogue"), rows, left=3))
-    return [items(assumptions(job)), *told, paragraph("What the process model must not be used for:"), items(unfit)]
 
 
 def _range(first: int, last: int) -> str:
