@@ -26,7 +26,7 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.foundations import foundations, revisions
-from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES
+from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES, Cells
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -68,12 +68,15 @@ def _verdict(found: Optimised) -> "Markup":
         else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."
     )
     binding = [each.name for each in found.limits if each.binds]
-    named = f"Limits that bind: {', '.join(binding)}." if binding else "No limit is known to bind."
-    return verdict(LEVELS[found.verdict], headline, [named])
+    priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
+    named = (
+        [f"Limits that bind: {', '.join(binding)}."] if binding else ["No limit binds beyond chance."] if priced else []
+    )
+    return verdict(LEVELS[found.verdict], headline, named)
 
 
 def _quantities(found: Optimised, after: str) -> "Markup":
-    rows = []
+    rows: list[Cells] = []
     for each in found.quantities:
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
@@ -97,7 +100,7 @@ def _quantities(found: Optimised, after: str) -> "Markup":
 
 
 def _words(found: Optimised, after: str) -> "Markup":
-    rows = [
+    rows: list[Cells] = [
         [
             word.place,
             word.name,
@@ -115,7 +118,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
         return [paragraph("The job has no limits.")]
-    rows = [
+    rows: list[Cells] = [
         [
             each.name,
             f"{each.limit:.3g} {each.unit}",
