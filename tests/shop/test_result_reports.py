@@ -127,7 +127,7 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         gain = found["quantities"][[each["name"] for each in found["quantities"]].index("cost")]["difference"]
         assert f"costs {-gain['value']:.3f} ({-gain['high']:.3f} to {-gain['low']:.3f}) $ less" in headline
         assert output.read_text("utf-8").splitlines() == found["text"].splitlines()
-    assert loads_nothing(html)
+    assert HOSTILE in "".join(Parsed(html).texts) and loads_nothing(html)
 
 
 @pytest.fixture(scope="module")
@@ -181,6 +181,7 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
     found = calibrate(log, program, job)
     assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
     agrees(html, found)
+    assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
     assert found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading

@@ -52,7 +52,7 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
         Section("Measured and modelled", _figures(found)),
         Section("Reading of the measurements", [items(_reading(found))]),
         Section("Catalogue file", _catalogue(found)),
-        Section("What the numbers rest on", [items(_rests_on(found)), *foundations(found.job)]),
+        Section("What the numbers rest on", [items(_rests_on(found)), *foundations(found.fitted)]),
     ]
     return page(f"Calibrated: {found.source}", sections, revisions(files))
 

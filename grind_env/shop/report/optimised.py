@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
+from grind_env.shop.optimise.optimise import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
 from grind_env.shop.report.document import (
@@ -69,9 +70,7 @@ def _verdict(found: Optimised) -> "Markup":
     )
     binding = [each.name for each in found.limits if each.binds]
     priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
-    named = (
-        [f"Limits that bind: {', '.join(binding)}."] if binding else ["No limit binds beyond chance."] if priced else []
-    )
+    named = [f"Limits that bind: {', '.join(binding)}."] if binding else ["No limit binds."] if priced else []
     return verdict(LEVELS[found.verdict], headline, named)
 
 
@@ -132,7 +131,8 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     headings = ("limit", "value", "asked, %", "before, %", f"{after}, %", "cost of a part without it, $")
     caption = (
         "Shares are those of the limit below which 95 of 100 parts stay. The last column is how much the best words "
-        "without the limit change the cost; a limit binds if that is beyond chance."
+        "without the limit change the cost; a limit binds if, beyond chance, that is more than "
+        f"{100.0 * WORTH_NAMING:g} % of it."
     )
     shares = f"Share of each limit below which 95 of 100 parts stay, before and {after}; lines are the shares asked."
     return [table(headings, rows, caption), figure(_shares(limits, after), shares, 340)]
