@@ -175,7 +175,7 @@ def test_six_plates_of_oracle6_as_a_program_come_to_their_optimum() -> None:
         blocks.append(coming_block(task, episodes, 0, 9000.0, 0))
         simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
     job = job_of(task, plate)
-    material = replace(job.part.material, wear_flat_growth=2.5 * job.part.material.wear_flat_growth)
+    material = replace(job.part.material, wear_flat_growth=task.factors["kA"] * job.part.material.wear_flat_growth)
     wheel = WheelStart(wear_flat_area=task.start.wear_flat_area, volume_since_dress=task.start.volume)
     job = replace(job, part=replace(job.part, material=material), wheel=wheel)
     text = part_program(task, blocks)
