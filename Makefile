@@ -45,7 +45,8 @@ validate: setup
 notebooks: setup
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks notebooks/*.ipynb
 
-# One page for each registered environment, written from the code, their index, and the validation of the process.
+# One page for each registered environment, written from the code, their index, all fields of jobs, catalogues and
+# tasks, and the validation of the process.
 docs: setup
 	$(BIN)/python -m grind_env.pages build/docs
 

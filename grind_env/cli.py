@@ -9,22 +9,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.commands import register
-from grind_env.errors import GrindError, quoted, shortened
+from grind_env.errors import GrindError, printable, quoted
+from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
     from grind_env.control import Control, Programs, Report
 
 GROUND_SCRAP = 1
-HIGHEST_ENTRY = 99
-"""Of the radius table, which two digits of a T word select from."""
 
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Simulator of the surface-grinding cycles of a 9/Series CNC grinder control.",
 )
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
@@ -53,11 +50,42 @@ GrooveRetract = Annotated[
     float | None,
     typer.Option(help="Retract amount e of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in while G70 is in force."),
 ]
+Variables = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
+]
+DressAt = Annotated[
+    list[float] | None,
+    typer.Option(
+        help="The operator asks for a dress at this time, s on the clock of the control, which counts no loading or "
+        "set-up; repeatable."
+    ),
+]
+Interrupts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--interrupt",
+        help="The operator asks for a program in between, as in 9200@12.5: O9200 at 12.5 s on that clock, after which "
+        "the axes return to where they were. 9200@12.5:1 is type 1, which goes on from where O9200 ends; repeatable.",
+    ),
+]
 
 
-@app.callback()
-def commands() -> None:
-    """Make `grind` a group of commands, however many there are."""
+FIRST_STEPS = """\
+grind_env simulates the surface-grinding cycles of a CNC grinder. Three commands to begin with:
+
+  grind init my_part              a program, its job, a catalogue and a notebook to start from
+  grind run my_part/part.nc       grinds a part: time, size, Ra, power, temperature, cost
+  grind report my_part/part.nc    the same as one HTML page, to read and to print
+
+All commands: grind --help"""
+
+
+@app.callback(invoke_without_command=True)
+def commands(context: typer.Context) -> None:
+    """Simulator of the surface-grinding cycles of a 9/Series CNC grinder control."""
+    if context.invoked_subcommand is None:
+        print(FIRST_STEPS)
 
 
 @app.command(epilog="Example: grind check slot.nc --json")
@@ -69,6 +97,7 @@ def check(
     blocks: Blocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
+    variables: Variables = None,
     job: MachineJob = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
@@ -81,7 +110,7 @@ def check(
     from grind_env.control.check import report_record, summary
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
         programs = control.read_file(program)
         report = control.check(programs, settings)
         if not report.blocks and not report.errors:
@@ -93,9 +122,9 @@ def check(
     if as_json:
         print(json.dumps(report_record(report, program.name)))
     elif not report.errors:
-        print(summary(report))
+        print(printable(summary(report)))
     for found in report.errors:
-        print(f"grind: {found}", file=sys.stderr)
+        print(printable(f"grind: {found}"), file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 
@@ -109,6 +138,7 @@ def trace(
     blocks: Blocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
+    variables: Variables = None,
     job: MachineJob = None,
 ) -> None:
     """Print the motions of a program, one JSON object a line, in the order in which they end.
@@ -118,7 +148,7 @@ def trace(
     from grind_env import control
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract)
+        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
         for event in control.execute(control.read_file(program), settings):
             record = control.record(event)
             if record is not None:
@@ -137,6 +167,9 @@ def run(
     record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
     block_delete: BlockDelete = False,
     blocks: Blocks = None,
+    variables: Variables = None,
+    dress_at: DressAt = None,
+    interrupts: Interrupts = None,
 ) -> None:
     """Grind with a program: time, size, roughness, power, temperature and cost of every part.
 
@@ -181,18 +214,21 @@ def run(
     from rich.console import Console
 
     from grind_env import control
+    from grind_env.control.options import interrupts_of, variables_of
     from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import load_job
+    from grind_env.machine.job_file import job_beside, load_job
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
     programs = control.read_file(program)
-    if job is None:
-        job = program.with_suffix(".toml")
-        if not job.is_file():
-            raise GrindError(f"there is no job {job} beside the program; name one with --job")
-    settings = load_job(job)
-    machine = replace(settings.control, block_delete=block_delete)
+    settings = load_job(job_beside(program) if job is None else job)
+    machine = replace(
+        settings.control,
+        block_delete=block_delete,
+        variables=variables_of(variables or ()),
+        operator_dress_at=tuple(sorted(dress_at or ())),
+        interrupts=interrupts_of(interrupts or ()),
+    )
     if blocks is not None:
         machine = replace(machine, block_budget=blocks)
     result = grind(programs, settings, control=machine)
@@ -201,7 +237,7 @@ def run(
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot, settings.limits)
+        plot_record(result, plot, settings, program.name)
     if as_json:
         print(json.dumps(as_data(result, settings, program.name)))
     else:
@@ -328,26 +364,16 @@ def _control(
     blocks: int | None,
     radius: list[str] | None,
     groove_retract: float | None,
+    variables: list[str] | None,
 ) -> "Control":
     """The settings that the options of `check` and `trace` ask for."""
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError
     from grind_env.control.control import WHEEL_RADIUS
+    from grind_env.control.options import radii_of, variables_of
 
-    every, radii = 0.0, {}
-    for option in radius or ():
-        entry, _, size = option.rpartition("=")
-        try:
-            if entry and int(entry) not in range(HIGHEST_ENTRY + 1):
-                raise ControlError("setting", f"--radius {shortened(option)} names no entry; T is 0 to {HIGHEST_ENTRY}")
-            if entry:
-                radii[int(entry)] = float(size)
-            else:
-                every = float(size)
-        except ValueError:
-            message = f"--radius {shortened(option)} is no radius; write R or T=R, such as 2.5 or 1=2.5"
-            raise ControlError("setting", message) from None
+    every, radii = radii_of(radius or ())
     machine = Control()
     if job is not None:
         from grind_env.machine.job_file import load_job
@@ -367,10 +393,12 @@ def _control(
         radius=every,
         radii=radii,
         groove_retract=groove_retract,
+        variables=variables_of(variables or ()),
     )
 
 
 register(app)
+shop_commands.register(app)
 
 
 def main(arguments: list[str] | None = None) -> None:

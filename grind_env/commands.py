@@ -57,6 +57,7 @@ def evaluate(
     A score is of the same episodes as those of the best fixed plan and of the planner, 0 and 100. It is called unpaired
     where the episodes are others than those of the reference scores.
     """
+    from grind_env.errors import printable
     from grind_env.policies.judging import evaluate as judge
     from grind_env.policies.problem import find_problem
 
@@ -66,7 +67,7 @@ def evaluate(
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
-        print(found)
+        print(printable(str(found)))
 
 
 def play(
@@ -76,7 +77,10 @@ def play(
     parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 2_000_000,
     program: Annotated[
-        Path | None, typer.Option("--output", help="Write the part program to this .nc file instead of showing both.")
+        Path | None,
+        typer.Option(
+            "--output", help="Write the part program to this .nc file, and its job beside it, instead of showing both."
+        ),
     ] = None,
     window: Annotated[
         bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
@@ -84,22 +88,38 @@ def play(
     trust: Trust = False,
     configs: Configs = None,
 ) -> None:
-    """Show an episode, what it cost, and the part program that the policy wrote."""
-    from grind_env.files import write_atomically
+    """Show an episode, what it cost, and the part program that the policy wrote.
+
+    With --output the job of the program is written beside it, with the wheel, the lots and the stocks of the episode:
+    `grind run` of both shows the same parts.
+    """
+    from grind_env.errors import printable
+    from grind_env.files import FileError, write_atomically
+    from grind_env.machine.job_text import job_text
     from grind_env.policies.play import play as play_episode
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust)
+    if program is not None and program.suffix == ".toml":
+        raise FileError(
+            f"{program}: the job is written to this name; name the program with another suffix, such as .nc"
+        )
     shown = None if program is not None else "human" if window else "ansi"
     played = play_episode(plays, problem, seed, shown)
     if program is None:
-        print(played.program)
+        print(printable(played.program.replace("\r\n", "\n")))
     else:
         write_atomically(program, lambda path: path.write_text(played.program, encoding="utf-8"))
+        beside = program.with_suffix(".toml")
+        write_atomically(beside, lambda path: path.write_text(job_text(played.job), encoding="utf-8"))
+        if played.requests:
+            times = ", ".join(f"{seconds:.3f}" for seconds in played.requests)
+            print(f"the operator asks for dresses at {times} s of this program; without them it is not the same")
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
-        f"{plays.name}, seed {seed}: {played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
+        f"{printable(plays.name)}, seed {seed}: "
+        f"{played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
         f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
     )
 

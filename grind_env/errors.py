@@ -24,6 +24,14 @@ def shortened(text: str, most: int = LONGEST_QUOTE) -> str:
     return shown if len(text) <= most else f"{shown}... ({len(text)} characters)"
 
 
+def printable(text: str) -> str:
+    """A text as a terminal or a page may show it: what controls either, such as an escape, as the code of it.
+
+    Line ends and tabs stay. Whatever comes from a file, a name or a message passes through here before it is printed.
+    """
+    return "".join(letter if letter.isprintable() or letter in "\n\t\xa0" else repr(letter)[1:-1] for letter in text)
+
+
 def quoted(value: object) -> str:
     """A value as a message quotes it: its repr, shortened."""
     try:

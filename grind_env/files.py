@@ -17,6 +17,8 @@ MOST_BYTES = 64_000_000
 PATIENCE = 1.0
 """s; how long a pipe without a writer is given to find one."""
 CHUNK = 1 << 16
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What a spreadsheet takes for the beginning of a formula."""
 LONGEST_PATH = 200
 """Characters that a message shows of a path."""
 
@@ -97,6 +99,11 @@ def read_text(path: Path) -> str:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ReadError(path, f"its byte {error.start + 1} is not text in UTF-8") from None
+
+
+def csv_cell(value: object) -> object:
+    """A cell of a CSV file as a spreadsheet may open it: a text that it would take for a formula gets an apostrophe."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:

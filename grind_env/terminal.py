@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import NoReturn
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, printable
 
 BAD_INPUT = 2
 INTERRUPTED = 128 + signal.SIGINT
@@ -51,7 +51,7 @@ def _end(status: int, message: str = "") -> NoReturn:
     """End the process; what is still to be written goes nowhere, or Python would complain of it at its end."""
     with suppress(OSError):
         if message:
-            print(message, file=sys.stderr)
+            print(printable(message), file=sys.stderr)
     try:
         _flush()
     except OSError:

@@ -1,7 +1,9 @@
 """Documents in TOML, by the reader of the standard library or, before Python 3.11, by the package it came from."""
 
+import json
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["TomlError", "read_toml", "tomllib"]
+__all__ = ["TomlError", "read_toml", "toml_text", "toml_value", "tomllib"]
 
 MOST_BYTES = 1_000_000
 MOST_DOTS = 500
@@ -44,3 +46,29 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise TomlError("it is nested too deeply") from None
     except ValueError as error:
         raise TomlError(reason(error)) from None
+
+
+def toml_text(content: Mapping[str, Any], heading: str = "") -> str:
+    """A document as TOML."""
+    tables = {key: value for key, value in content.items() if _is_table(value)}
+    lines = [f"{key} = {toml_value(value)}" for key, value in content.items() if key not in tables]
+    blocks = ["\n".join(lines)] if lines else []
+    for key, value in tables.items():
+        name = f"{heading}{key if key.isidentifier() else json.dumps(key)}"
+        for each in value if isinstance(value, list) else [value]:
+            inner = toml_text(each, f"{name}.")
+            title = f"[[{name}]]" if isinstance(value, list) else f"[{name}]"
+            bare = isinstance(value, list) or any(not _is_table(entry) for entry in each.values())
+            blocks.append(f"{title}\n{inner}" if bare else inner)
+    return "\n\n".join(blocks)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return json.dumps(value)

@@ -101,12 +101,12 @@ def test_trace_ends_with_an_error_line(grind) -> None:
     }
 
 
-@pytest.mark.parametrize("text", [None, b"\xff\xfe\x00G"])
-def test_files_that_cannot_be_read(grind, text) -> None:
+@pytest.mark.parametrize(("text", "line"), [(None, None), (b"\xff\xfe\x00G", 1)])
+def test_files_that_cannot_be_read(grind, text, line) -> None:
     status, out, err = grind("trace", text)
     assert (status, err) == (2, "")
     record = json.loads(out)
-    assert (record["error"], record["line"]) == ("file", None)
+    assert (record["error"], record["line"]) == ("file", line)
     status, out, err = grind("check", text)
     assert (status, out) == (2, "")
     assert err.startswith("grind: ") and err.count("\n") == 1

@@ -15,7 +15,7 @@ from pyarrow import parquet
 from agents.benchmark.measure import Measured
 from agents.provenance import provenance
 from grind_env.errors import reason
-from grind_env.files import read_bytes, write_atomically
+from grind_env.files import csv_cell, read_bytes, write_atomically
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.statistics import Array
 from grind_env.policies.tuned import ConfigError, write_whole
@@ -202,7 +202,7 @@ def write_results(results: Sequence[Result], folder: Path) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for each in results:
-        writer.writerow("" if (value := getattr(each, name)) is None else value for name in COLUMNS)
+        writer.writerow("" if (value := getattr(each, name)) is None else csv_cell(value) for name in COLUMNS)
     write_whole(folder / CSV, text.getvalue())
     rows = [{name: getattr(each, name) for name in SCHEMA.names} for each in results]
     table = pyarrow.Table.from_pylist(rows, SCHEMA)

@@ -1,8 +1,9 @@
 """`python -m agents benchmark`."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -10,8 +11,12 @@ from rich.console import Console
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
 from grind_env.commands import Configs, JobFile, Parts
+from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
+
+if TYPE_CHECKING:
+    from agents.benchmark.results import Result
 
 INTERRUPTED = 130
 
@@ -49,6 +54,7 @@ def benchmark(
     configs: Configs = None,
     results: Annotated[Path | None, typer.Option(help="Folder of the tables; by default that of what is kept.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
+    html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too.")] = None,
     report: Annotated[
         bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
     ] = False,
@@ -66,7 +72,7 @@ def benchmark(
 
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     if report:
-        rebuild(results or RESULTS, console)
+        rebuild(results or RESULTS, console, html)
         return
     chosen = chosen_problems(tasks, job, parts)
     cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
@@ -86,13 +92,24 @@ def benchmark(
         if any(each.task == problem.name for each in table):
             title = problem.simulation().task.title
             console.print(rich_table(table, problem.name, f"{title}: {episodes} paired episodes"))
-    console.print(f"written to {folder}: benchmark.parquet and .csv", highlight=False)
+    console.print(printable(f"written to {folder}: benchmark.parquet and .csv"), highlight=False, markup=False)
+    write_html(table, html, console)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)
         raise typer.Exit(1)
 
 
-def rebuild(folder: Path, console: Console) -> None:
+def write_html(table: "Sequence[Result]", path: Path | None, console: Console) -> None:
+    """Write the page of results, if one is asked for."""
+    from agents.benchmark.html import html_page
+    from grind_env.shop.report.document import write_page
+
+    if path is not None:
+        write_page(path, html_page(table))
+        console.print(printable(f"written to {path}"), highlight=False, markup=False)
+
+
+def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     """Write the figures below a folder of results, and the README if they are the checked-in ones."""
     from agents.benchmark.figures import write_figures
     from agents.benchmark.readme import PAGE, write_readme
@@ -109,6 +126,7 @@ def rebuild(folder: Path, console: Console) -> None:
     if folder.resolve() == RESULTS:
         write_readme(table)
         console.print(f"written to README.md and {PAGE}", highlight=False)
+    write_html(table, html, console)
 
 
 def listed(names: str | None) -> list[str] | None:

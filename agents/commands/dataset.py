@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from grind_env.commands import Configs, JobFile, NamedProblem, Parts
+from grind_env.errors import printable
 from grind_env.policies.evaluation import SPLITS, episode_seeds
 from grind_env.policies.problem import find_problem
 
@@ -47,5 +48,6 @@ def dataset(
     path = make_dataset(acts, problem, episode_seeds(split, episodes), fresh=fresh)
     steps = minari.MinariDataset(path / "data").total_steps
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    print(f"{dataset_id(problem, acts)}: {episodes} episodes, {steps} steps, {size / 1e6:.1f} MB, in {path}")
+    said = f"{dataset_id(problem, acts)}: {episodes} episodes, {steps} steps, {size / 1e6:.1f} MB, in {path}"
+    print(printable(said))
     print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(problem, acts)!r})")

@@ -11,6 +11,7 @@ from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
 from grind_env.commands import JobFile, Parts
 from grind_env.envs.names import task_names
+from grind_env.errors import printable
 from grind_env.files import write_atomically
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.policy import Policy
@@ -55,7 +56,7 @@ def study(
             found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
             write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
             write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
-    print(f"tables and pictures: {results}")
+    print(printable(f"tables and pictures: {results}"))
     if results.resolve() == FOLDER:
         from agents.dressing.table import write_readme
 

@@ -11,6 +11,7 @@ from agents.cells import RUNS
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED
 from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.errors import printable
 from grind_env.files import write_atomically
 from grind_env.policies.problem import find_problem
 
@@ -54,7 +55,7 @@ def train(
         if compare:
             picture, image = runs / problem.name / "batches.png", compare_batches(problem, seed, steps, runs, fresh)
             write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
-            print(f"learning curves: {picture}")
+            print(printable(f"learning curves: {picture}"))
             return
         path = trained_agent(problem, kind, seed, steps, runs, fresh)
     except KeyboardInterrupt:
@@ -68,4 +69,4 @@ def train(
         + (f"; score {last.score:.1f}, 95 % of it from {seconds_to(points):.0f} s on" if isfinite(last.score) else "")
     )
     print("time: " + ", ".join(f"{100.0 * getattr(last, name) / last.seconds:.0f} % {name}" for name in SPENT))
-    print(f"trained agent: {path}")
+    print(printable(f"trained agent: {path}"))

@@ -7,6 +7,7 @@ import typer
 
 from agents.budgets import PICTURES
 from grind_env.commands import Configs, JobFile, NamedProblem, Parts
+from grind_env.errors import printable
 from grind_env.policies.evaluation import SPLITS
 from grind_env.policies.problem import find_problem
 
@@ -34,4 +35,4 @@ def video(
     problem = find_problem(task, job, parts)
     policies = [named_policy(name, problem.simulation(), configs) for name in (left, right)]
     size = record(policies, problem, seed, output, Film(frames=pictures))
-    print(f"{output}: {size / 1e6:.1f} MB")
+    print(printable(f"{output}: {size / 1e6:.1f} MB"))

@@ -7,7 +7,7 @@ from grind_env.control.control import Control
 from grind_env.control.decode import recognise
 from grind_env.control.errors import ControlError
 from grind_env.control.execution import execute
-from grind_env.control.expressions import evaluated
+from grind_env.control.expressions import foreseen
 from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
 from grind_env.control.reader import Programs, read_block
 from grind_env.control.trace import error_record
@@ -58,7 +58,7 @@ def _reading_error(programs: Programs, control: Control) -> ControlError | None:
     try:
         for program in programs:
             for source in program.blocks:
-                recognise(evaluated(read_block(source), control.variables), control.number_format)
+                recognise(foreseen(read_block(source)), control.number_format)
     except ControlError as error:
         return error
     return None

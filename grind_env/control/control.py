@@ -8,6 +8,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.motions import Position
 from grind_env.control.numbers import STANDARD, NumberFormat
 from grind_env.control.operator import Interrupt, Panel, override_factor
+from grind_env.control.variables import KINDS, LARGEST_VALUE, LOCALS, is_common
 
 ORIGIN: Position = (0.0, 0.0, 0.0)
 MOST_NON_MOTION_BLOCKS = 999
@@ -37,7 +38,7 @@ class Control:
         interrupts: program interrupts requested at given times, ascending.
         block_budget: blocks and strokes, those of dress programs included, that a program may execute.
         number_format: digits of lengths and feeds, and how missing zeros are read.
-        variables: values of the ``#`` variables that a program may read.
+        variables: values that ``#`` variables, local or common ones, have at the start.
         compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
         radius: of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
         radii: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5).
@@ -123,8 +124,11 @@ class Control:
                 entry = "radius" if number is None else f"radius {number}"
                 raise ControlError("setting", f"{entry} is {radius}; it must be a finite number in mm")
         for number, value in self.variables.items():
-            if not isinstance(value, int | float) or not math.isfinite(value):
-                raise ControlError("setting", f"variable #{number} is {value!r}; it must be a finite number")
+            if number not in LOCALS and not is_common(number):
+                raise ControlError("setting", f"variable #{number} cannot be set at the start; {KINDS}, which can")
+            if not isinstance(value, int | float) or not abs(value) < LARGEST_VALUE:
+                legal = f"a number below {LARGEST_VALUE:g} in size"
+                raise ControlError("setting", f"variable #{number} is {value!r}; it must be {legal}")
         points = {"start": self.start, "external_offset": self.external_offset}
         points |= {f"the origin of {code}": point for code, point in self.work_offsets.items()}
         points |= {f"length offset {number}": point for number, point in self.lengths.items()}

@@ -17,6 +17,7 @@ class WorkSystems:
         offsets: origins of G54 to G59.3 by their code, mm.
         external: shift of all of them, mm.
         shift: by G92, mm.
+        local: shift of all work systems by G52, mm.
         length: the active length offset, mm.
         wear: shift towards the part by what dresses have taken off the wheel, mm.
     """
@@ -30,12 +31,13 @@ class WorkSystems:
                 )
         self.external = control.external_offset
         self.shift = ORIGIN
+        self.local = ORIGIN
         self.length = ORIGIN
         self.wear = ORIGIN
 
     def origin(self, system: str) -> Position:
         """Machine coordinates of the program's origin in a work system, mm."""
-        parts = (self.offsets[system], self.external, self.shift, self.length, self.wear)
+        parts = (self.offsets[system], self.external, self.shift, self.local, self.length, self.wear)
         x, y, z = map(sum, zip(*parts, strict=True))
         return x, y, z
 
@@ -93,6 +95,23 @@ class WorkSystems:
             axis = AXES.index(letter)
             shift[axis] = displaced(shift[axis], position[axis] - origin[axis] - value.mm)
         self.shift = (shift[0], shift[1], shift[2])
+
+    def set_local(self, command: Command) -> None:
+        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D).
+
+        Raises:
+            ControlError: missing-parameter or block-format.
+        """
+        command.allow_only(AXES, "a G52 block")
+        if not command.lengths:
+            message = (
+                "G52 lacks X, Y or Z; it takes the way from the work system's origin to the local one, 0 to end it"
+            )
+            raise command.error("missing-parameter", message)
+        local = list(self.local)
+        for letter, value in command.lengths.items():
+            local[AXES.index(letter)] = value.mm
+        self.local = (local[0], local[1], local[2])
 
     def cancel_preset(self, command: Command) -> None:
         """G92.1: take the shift back."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from grind_env.control import numbers
 from grind_env.control.cycles import codes_said
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import ACTIONS, LATER, MOTIONS, SWITCHES, Modes
+from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES, Modes
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import Block, Word
 
@@ -40,6 +40,7 @@ class Command:
         reciprocation_feed: E, mm/min; None without an E word.
         tool: entries of the radius and the length table that a T word selects; None without one.
         number_format: how the numbers of the block are read.
+        in_machine: whether G53 makes its axis words machine coordinates.
     """
 
     block: Block
@@ -52,6 +53,7 @@ class Command:
     reciprocation_feed: float | None
     tool: tuple[int, int] | None
     number_format: NumberFormat
+    in_machine: bool = False
 
     @property
     def action(self) -> str:
@@ -92,6 +94,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
     reciprocation_feed: float | None = None
     tool: tuple[int, int] | None = None
     feed_missing: Word | None = None
+    in_machine: Word | None = None
     for word in block.words:
         letter = word.letter
         if letter == "G":
@@ -105,6 +108,8 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
                 if code is not None:
                     raise block.error("block-format", f"{word} follows {code}; a block holds one motion code", word)
                 code, code_word = g, word
+            elif g == MACHINE_COORDINATES:
+                in_machine = word
             else:
                 raise _refused(block, word, g)
         elif letter == "M":
@@ -134,7 +139,24 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
         modes = modes._replace(motion=code)
     if sum(number in PROGRAM_FLOW for number in m) > 1:
         raise block.error("block-format", "the block holds more than one of M02, M30, M98 and M99; it may hold one")
-    return Command(block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed, tool, form)
+    if in_machine is not None:
+        _require_machine_move(block, in_machine, code or modes.motion, lengths, modes)
+    read = (block, modes, code, code_word, lengths, words, tuple(m), reciprocation_feed, tool, form)
+    return Command(*read, in_machine=in_machine is not None)
+
+
+def _require_machine_move(block: Block, word: Word, action: str, lengths: Mapping[str, Value], modes: Modes) -> None:
+    """Refuse a G53 that no straight absolute motion without radius compensation goes with (D)."""
+    if action not in ("G00", "G01"):
+        raise block.error(
+            "block-format", f"{word} goes with G00 or G01, but not with {action}; program one of them", word
+        )
+    if modes.compensation != "G40":
+        raise block.error("compensation", f"{word} is programmed under {modes.compensation}; program G40 before", word)
+    wrong = next((value.word for value in lengths.values() if value.incremental), None)
+    if wrong is not None:
+        message = f"{wrong} is incremental, but {word} takes machine coordinates; program G90 before it"
+        raise block.error("block-format", message, wrong)
 
 
 def recognise(block: Block, form: NumberFormat) -> None:
@@ -143,12 +165,16 @@ def recognise(block: Block, form: NumberFormat) -> None:
     Raises:
         ControlError: unknown-word, not-supported, number-format or out-of-range.
     """
+    if block.calls_macro:
+        return
     for word in block.words:
+        if word.expression and not (word.whole or word.decimals):
+            continue  # its value is known when it is executed
         if word.letter == "M":
             numbers.integer(block, word, 0, 999)
         elif word.letter == "G":
             code = numbers.g_code(block, word, form)
-            if not (code in SWITCHES or code in ACTIONS):
+            if not (code in SWITCHES or code in ACTIONS or code == MACHINE_COORDINATES):
                 raise _refused(block, word, code)
         elif word.letter in LENGTHS:
             numbers.length(block, word, form.inch[0] > form.metric[0], form)
@@ -158,6 +184,9 @@ def _refused(block: Block, word: Word, code: str) -> ControlError:
     hint = "G70 is inch and G71 metric" if code in ("G20", "G21") else ""
     if code.startswith("G8"):
         hint = f"grinding cycles are {codes_said('and')}"
+    if code in MODAL_MACROS:
+        message = f"{code} calls macros after every motion, which this simulator does not do; write G65 in each place"
+        return block.error("not-supported", message, word)
     if code in LATER:
         message = f"{code} is a code of the control that this simulator does not have; {hint or 'leave it out'}"
         return block.error("not-supported", message, word)

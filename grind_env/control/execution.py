@@ -42,6 +42,11 @@ class Execution(Iterator[Event]):
         """The reciprocating table; None while none is, and during a dress."""
         return self._interpreter.timeline.reciprocation
 
+    @property
+    def dependent(self) -> int | None:
+        """The first `#` variable read whose value depends on the wheel or on where a cycle has ended; None before."""
+        return self._interpreter.system.dependent
+
     def move_axis(self, axis: int, coordinate: float) -> None:
         """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
         x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))

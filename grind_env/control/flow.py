@@ -1,27 +1,43 @@
 """The way of execution through the blocks of programs, and the view ahead along it."""
 
+import functools
 import itertools
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal, DecimalException
+from typing import NamedTuple
 
-from grind_env.control.reader import Program, SourceText
+from grind_env.control.errors import ControlError
+from grind_env.control.expressions import MORE_DIGITS, fault_in
+from grind_env.control.formulas import FormulaFault, Tree, VariableFault, number_of, value_of, variable_number
+from grind_env.control.reader import Block, Blocks, Program, SourceText
+from grind_env.control.statements import Assign, End, Goto, Then, While, end_of, label_of
+from grind_env.control.variables import ALARM, Variables
 
 TEXT_END = "text end"
 """How a program ends whose text does, before an M02, M30 or M99."""
+MOST_BLOCKS = 20_000
+"""Of a program that jumps; its blocks are kept in memory."""
 
 
 class BlockStream:
-    """The blocks of one run through a program; those ahead can be looked at without being taken."""
+    """The blocks of one run through a program; those ahead can be looked at without being taken.
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
-        self._blocks = iter(program.blocks)
+    Attributes:
+        program: the program.
+        index: of the block that comes next.
+    """
+
+    def __init__(self, program: Program, index: int = 0, blocks: Iterator[SourceText] | None = None) -> None:
+        self.program, self.index = program, index
+        self._blocks = iter(program.blocks) if blocks is None else blocks
         self._ahead: deque[SourceText] = deque()
 
     def __iter__(self) -> Iterator[SourceText]:
         """Take the blocks one by one."""
         while self._ahead or self._draw():
+            self.index += 1
             yield self._ahead.popleft()
 
     def ahead(self) -> Iterator[SourceText]:
@@ -31,11 +47,28 @@ class BlockStream:
                 return
             yield self._ahead[index]
 
+    def view(self) -> "BlockStream":
+        """A stream of the blocks not yet taken, which takes none of this one's."""
+        return BlockStream(self.program, self.index, self.ahead())
+
+    def jump(self, index: int) -> None:
+        """Go on with another block."""
+        self._ahead.clear()
+        self.index, self._blocks = index, _from(self.program.blocks, index)
+
     def _draw(self) -> bool:
         source = next(self._blocks, None)
         if source is not None:
             self._ahead.append(source)
         return source is not None
+
+
+class Loop(NamedTuple):
+    """A loop under execution: its number and the indices of its first and its last block."""
+
+    number: int
+    begin: int
+    end: int
 
 
 @dataclass(slots=True)
@@ -44,10 +77,157 @@ class Call:
 
     Attributes:
         stream: its blocks.
-        repeats: how often it will be called again after this time (L of M98).
+        repeats: how often it will be called again after this time (L of M98 and G65).
         interrupt: whether its M99 leads back into the middle of something: a dress or a program interrupt.
+        arguments: local variables that G65 assigns, by number; None of a program that G65 has not called.
+        loops: those under execution, the innermost last.
     """
 
     stream: BlockStream
     repeats: int = 0
     interrupt: bool = False
+    arguments: Mapping[int, Decimal] | None = None
+    loops: list[Loop] = field(default_factory=list)
+
+    def view(self) -> "Call":
+        """The same to a look ahead, which changes nothing here."""
+        return Call(self.stream.view(), self.repeats, self.interrupt, self.arguments, list(self.loops))
+
+
+class Landmarks(NamedTuple):
+    """Where jumps of a program may lead."""
+
+    labels: Mapping[int, tuple[int, ...]]
+    """Indices of the blocks with an N number."""
+    ends: Mapping[int, tuple[int, ...]]
+    """Indices of the blocks END 1, END 2 and END 3."""
+
+
+def obey(block: Block, call: Call, variables: Variables) -> None:
+    """Do what a paramacro statement says: assign a variable, or choose the block that comes next.
+
+    Args:
+        block: that holds it, the last one taken of the call's stream.
+        call: the program under execution.
+        variables: its variables.
+
+    Raises:
+        ControlError: expression or not-supported, it has no value; jump, it leads nowhere; alarm, by #3000.
+    """
+    match block.statement:
+        case Assign():
+            _assign(block, block.statement, variables)
+        case Then(condition, assign):
+            if _holds(block, condition, variables):
+                _assign(block, assign, variables)
+        case Goto(condition, label):
+            if condition is None or _holds(block, condition, variables):
+                _go_to(block, _number(block, label, variables), call)
+        case While():
+            _loop(block, block.statement, call, variables)
+        case End(number):
+            if not call.loops or call.loops[-1].number != number:
+                raise block.error("jump", f"END {number} ends no loop that has begun; DO {number} must come before it")
+            call.stream.jump(call.loops[-1].begin)
+
+
+def _assign(block: Block, assign: Assign, variables: Variables) -> None:
+    target, value = assign
+    try:
+        number, found = variable_number(target, variables.read), value_of(value, variables.read)
+        if number == ALARM:
+            shown = "" if found is None else f" {found.normalize():f}"
+            said = block.comment or "it says no reason"
+            raise block.error("alarm", f"the program stops itself with alarm{shown}: {said}")
+        variables.write(number, found)
+    except VariableFault as fault:
+        raise fault_in(block, FormulaFault(str(fault), target.at), 0) from None
+    except FormulaFault as fault:
+        raise fault_in(block, fault, 0) from None
+    except DecimalException:
+        raise block.error("expression", f"a value {MORE_DIGITS}") from None
+
+
+def _holds(block: Block, condition: Tree, variables: Variables) -> bool:
+    return _number(block, condition, variables) != 0
+
+
+def _number(block: Block, tree: Tree, variables: Variables) -> Decimal:
+    try:
+        return number_of(tree, variables.read)
+    except FormulaFault as fault:
+        raise fault_in(block, fault, 0) from None
+    except DecimalException:
+        raise block.error("expression", f"a value {MORE_DIGITS}") from None
+
+
+def _go_to(block: Block, label: Decimal, call: Call) -> None:
+    """Jump to the first block of that N number behind this one, else to the first one of all."""
+    stream = call.stream
+    found = landmarks(stream.program.blocks, block).labels.get(int(label), ()) if label == int(label) else ()
+    if not found:
+        message = f"GOTO leads to N{label.normalize():f}, with which no block of this program begins; label one so"
+        raise block.error("jump", message)
+    target = next((index for index in found if index >= stream.index), found[0])
+    call.loops = [loop for loop in call.loops if loop.begin <= target <= loop.end]
+    stream.jump(target)
+
+
+def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
+    """Begin a loop or go round it again, or go on behind its END."""
+    stream, number = call.stream, loop.number
+    begin, around = stream.index - 1, call.loops[-1] if call.loops else None
+    again = around is not None and around.begin == begin
+    if again:
+        end = call.loops.pop().end
+    else:
+        ends = landmarks(stream.program.blocks, block).ends.get(number, ())
+        end = next((index for index in ends if index > begin), -1)
+        if end < 0:
+            raise block.error("jump", f"the loop DO {number} has no END {number} behind it; end it with one")
+        if any(other.number == number for other in call.loops):
+            raise block.error("jump", f"DO {number} stands within another DO {number}; number the inner one otherwise")
+        if around is not None and end > around.end:
+            message = f"DO {number} ends behind the END {around.number} around it; let END {number} come first"
+            raise block.error("jump", message)
+    if loop.condition is None or _holds(block, loop.condition, variables):
+        call.loops.append(Loop(number, begin, end))
+    else:
+        stream.jump(end + 1)
+
+
+@functools.lru_cache(maxsize=16)
+def _landmarks(blocks: Blocks) -> Landmarks:
+    labels: dict[int, tuple[int, ...]] = {}
+    ends: dict[int, tuple[int, ...]] = {}
+    for index, source in enumerate(_kept(blocks)):
+        for marks, number in ((labels, label_of(source.text)), (ends, end_of(source.text))):
+            if number is not None:
+                marks[number] = (*marks.get(number, ()), index)
+    return Landmarks(labels, ends)
+
+
+def landmarks(blocks: Blocks, block: Block) -> Landmarks:
+    """Where the jump of a block may lead.
+
+    Raises:
+        ControlError: jump, the program has too many blocks.
+    """
+    if len(blocks) > MOST_BLOCKS:
+        message = f"the program has {len(blocks)} blocks, but jumps and loops are for up to {MOST_BLOCKS}"
+        raise block.error("jump", f"{message}; put the loop into a subprogram")
+    return _landmarks(blocks)
+
+
+@functools.lru_cache(maxsize=16)
+def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
+    """The blocks of a program that jumps, which are needed over and over."""
+    return tuple(blocks)
+
+
+def _from(blocks: Blocks, index: int) -> Iterator[SourceText]:
+    kept = _kept(blocks)
+    return (kept[number] for number in range(index, len(kept)))
+
+
+__all__ = ["TEXT_END", "BlockStream", "Call", "ControlError", "obey"]

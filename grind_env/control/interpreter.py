@@ -8,19 +8,22 @@ from grind_env.control.control import Control
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import Place
 from grind_env.control.expressions import evaluated
-from grind_env.control.flow import TEXT_END, BlockStream, Call
+from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
+from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.modes import CYCLES, Modes
 from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
 from grind_env.control.rewriting import with_words
+from grind_env.control.system_variables import SystemVariables
 from grind_env.control.table import Reciprocator
 from grind_env.control.timeline import Timeline
+from grind_env.control.variables import DEEPEST_MACRO, Variables
 
 DEEPEST = 4
-"""Levels of subprograms, a dress program being one (lathe manual 10-15)."""
+"""Levels of subprograms, a dress program being one; macros do not count (lathe manual 10-15)."""
 
 GROOVES = ("G76", "G77")
 
@@ -33,7 +36,9 @@ class Interpreter:
         self.budget = Budget(control.block_budget)
         self.timeline = Timeline(control, self.budget)
         self.mover = Mover(self.timeline, control, programs.main.place)
-        self.interruptions = Interruptions(self.mover, programs, control, self._execute_between)
+        self.system = SystemVariables(self.mover)
+        self.variables = Variables(control.variables, self.system)
+        self.interruptions = Interruptions(self.mover, programs, control, self._execute_between, self.variables)
         self.table = Reciprocator(self.mover, self.interruptions, control)
         self.calls: list[Call] = []
         self.rounds: Rounds | None = None
@@ -66,12 +71,19 @@ class Interpreter:
             self.budget.spend(source.place)
             if source.deletable and self.control.block_delete:
                 continue
-            block = evaluated(read_block(source), self.control.variables)
-            if self.control.announce_cycles and self._is_cycle(block):
-                yield CycleAhead(self.timeline.time, block)
-                block, self.chosen = evaluated(with_words(block, self.chosen), self.control.variables), {}
-            command = decode(block, self.mover.modes, self.control.number_format)
-            ended = yield from self._block(command)
+            block = read_block(source)
+            if block.statement is not None:
+                obey(block, call, self.variables)
+                continue
+            block = evaluated(block, self.variables)
+            if block.calls_macro:
+                ended = yield from self._macro(macro_call(block))
+            else:
+                if self.control.announce_cycles and self._is_cycle(block):
+                    yield CycleAhead(self.timeline.time, block)
+                    block, self.chosen = evaluated(with_words(block, self.chosen), self.variables), {}
+                command = decode(block, self.mover.modes, self.control.number_format)
+                ended = yield from self._block(command)
             if ended is not None:
                 end = ended
                 break
@@ -85,6 +97,7 @@ class Interpreter:
     def _block(self, command: Command) -> Generator[Event, None, str | None]:
         """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
+        yield from self.mover.tell_clamped(command)
         yield from self.mover.turn_spindle()
         yield from self.mover.switch(command, on=True)
         end = None
@@ -113,12 +126,32 @@ class Interpreter:
             raise command.error("block-format", f"{command.code} stands with M98; a call needs its own block")
         if "P" not in words:
             raise command.error("missing-parameter", "M98 lacks P; it takes the number of the subprogram")
-        program = self._find(block, words["P"])
         times = numbers.integer(block, words["L"], 0, 999) if "L" in words else 1
+        return (yield from self._repeatedly(MacroCall(block, words["P"], times, None)))
+
+    def _macro(self, call: MacroCall) -> Generator[Event, None, str | None]:
+        """G65: the same with arguments, in local variables of its own level."""
+        place, variables = call.block.place, self.variables
+        self.mover.place = place
+        if variables.level == DEEPEST_MACRO:
+            raise place.error(
+                "nesting", f"G65 would be level {DEEPEST_MACRO + 1}; macros nest {DEEPEST_MACRO} levels deep"
+            )
+        return (yield from self._repeatedly(call))
+
+    def _repeatedly(self, called: MacroCall) -> Generator[Event, None, str | None]:
+        """Call a program as often as a block says; returns how the part program ends in it, None if it does not."""
+        block, place = called.block, called.block.place
+        program = self._find(block, called.program)
         around = self.rounds
-        self.rounds = rounds = Rounds(self.budget, block.place, times, within=around)
-        for left in reversed(range(times)):
-            end = yield from self._call(program, block.place, Call(BlockStream(program), left))
+        self.rounds = rounds = Rounds(self.budget, place, called.times, within=around)
+        for left in reversed(range(called.times)):
+            call = Call(BlockStream(program), left, arguments=called.arguments)
+            if called.arguments is not None:
+                self.variables.enter(called.arguments)
+            end = yield from self._call(program, place, call)
+            if called.arguments is not None:
+                self.variables.leave()
             if end == TEXT_END:
                 raise program.last_place().error(
                     "missing-return", f"subprogram O{program.number} ends without M99; it must return by M99"
@@ -130,7 +163,8 @@ class Interpreter:
         return None
 
     def _call(self, program: Program, place: Place, call: Call) -> Generator[Event, None, str]:
-        if len(self.calls) > DEEPEST:
+        subprograms = [each for each in self.calls if each.arguments is None]
+        if call.arguments is None and len(subprograms) > DEEPEST:
             raise place.error(
                 "nesting",
                 f"O{program.number} would be level {DEEPEST + 1}; subprograms and dress programs nest at most "
@@ -157,7 +191,7 @@ class Interpreter:
         return program
 
     def _ahead(self, outlook: Outlook) -> Iterator[Prospect | Barrier]:
-        return upcoming(self.calls, outlook, self.control, self.programs.find)
+        return upcoming(self.calls, outlook, self.control, self.programs.find, self.variables)
 
     def _act(self, command: Command) -> Iterator[Event]:
         action, mover = command.action, self.mover
@@ -187,6 +221,8 @@ class Interpreter:
             yield from mover.groove(command)
         elif action == "G10":
             mover.work.load(command)
+        elif action == "G52":
+            mover.work.set_local(command)
         elif action == "G92":
             mover.work.preset(command, mover.position)
         else:

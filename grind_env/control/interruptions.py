@@ -24,6 +24,7 @@ from grind_env.control.motions import (
 from grind_env.control.moves import Mover, Section
 from grind_env.control.operator import Interrupt
 from grind_env.control.reader import Program, Programs
+from grind_env.control.variables import Notes, Variables
 
 Execute: TypeAlias = Callable[[Program, Place], Generator[Event, None, str]]
 """Executes a program in the middle of another one; returns how it ends."""
@@ -34,14 +35,17 @@ class Interruptions:
 
     Attributes:
         requests: program interrupts requested by time, not yet run.
-        known_dresses: dress programs that have once left the tables of the control as they found them.
+        known_dresses: dress programs that have once left the tables of the control as they found them, with the values
+            of variables that they have read.
     """
 
-    def __init__(self, mover: Mover, programs: Programs, control: Control, execute: Execute) -> None:
-        self.mover, self.timeline = mover, mover.timeline
+    def __init__(
+        self, mover: Mover, programs: Programs, control: Control, execute: Execute, variables: Variables
+    ) -> None:
+        self.mover, self.timeline, self.variables = mover, mover.timeline, variables
         self.programs, self.control, self.execute = programs, control, execute
         self.requests = deque(control.interrupts)
-        self.known_dresses: set[int] = set()
+        self.known_dresses: dict[int, Notes] = {}
 
     def nothing_comes_between(self, plan: CyclePlan) -> bool:
         """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
@@ -53,7 +57,7 @@ class Interruptions:
         asked = self.timeline.requested or self.requests or panel.interrupts
         stopped = panel.single_block or panel.holding is not None
         telling = self.mover.modes.surface_speed or control.minimum_radius > 0.0
-        known = plan.dresses == 0 or (plan.program in self.known_dresses and not telling)
+        known = plan.dresses == 0 or (self._knows(plan.program) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
     def travel(self, sections: list[Section]) -> Iterator[Event]:
@@ -123,10 +127,12 @@ class Interruptions:
         program = self.programs.find(number)
         assert program is not None  # the block that names it has been checked
         yield DressStart(timeline.time, number, cause)
-        tables = mover.tables
+        tables, values = mover.tables, self.variables.state
+        self.variables.begin_notes()
         yield from self._run(program, Source.DRESS, returning=True)
-        if mover.tables == tables:
-            self.known_dresses.add(number)
+        notes = self.variables.end_notes()
+        if mover.tables == tables and self.variables.state == values:
+            self.known_dresses[number] = notes
         if self.control.dress_amount > 0.0:
             mover.follow_wheel(self.control.dress_amount)
         if table is not None:
@@ -135,6 +141,11 @@ class Interruptions:
         yield from mover.turn_spindle()
         if mover.tooling.worn_out:
             yield Message(timeline.time, "the wheel radius is below its minimum")
+
+    def _knows(self, number: int | None) -> bool:
+        """Whether a dress program is known to do what it has done; it may have done it with other variables."""
+        notes = self.known_dresses.get(number or 0)
+        return notes is not None and self.variables.agree(notes)
 
     def _immediate(self, finish: float) -> float | None:
         """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""

@@ -4,25 +4,35 @@ Nothing is executed and no error is raised here: where a block cannot be read, t
 when execution reaches the block.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
 from enum import Enum
+from typing import TypeAlias
 
 from grind_env.control import numbers
-from grind_env.control.control import Control
+from grind_env.control.control import ORIGIN, Control
 from grind_env.control.cycles import RULES
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
-from grind_env.control.flow import BlockStream, Call
+from grind_env.control.flow import BlockStream, Call, obey
 from grind_env.control.geometry import Path, Straight
+from grind_env.control.macros import macro_call
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
-from grind_env.control.reader import HIGHEST_PROGRAM, Program, SourceText, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, SourceText, Word, read_block
+from grind_env.control.variables import DEEPEST_MACRO, Foreseen, Variables
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
-PRESET_CODES = ("G92", "G92.1")
+MOST_STATEMENTS = 1000
+"""Paramacro blocks in a row beyond which the view ends; they do not count as blocks without motion."""
+PRESET_CODES = ("G52", "G92", "G92.1")
+
+
+Arguments: TypeAlias = Mapping[int, Decimal] | None
+"""Of a macro, as of `Call`."""
 
 
 class Barrier(Enum):
@@ -67,7 +77,11 @@ def in_plane(path: Path, plane: str) -> bool:
 
 
 def upcoming(
-    calls: list[Call], outlook: Outlook, control: Control, find: Callable[[int], Program | None]
+    calls: list[Call],
+    outlook: Outlook,
+    control: Control,
+    find: Callable[[int], Program | None],
+    variables: Variables,
 ) -> Iterator[Prospect | Barrier]:
     """Look ahead along the way of execution; the last item is a `Barrier`.
 
@@ -76,9 +90,15 @@ def upcoming(
         outlook: state after the block under execution.
         control: settings.
         find: returns a program by its number.
+        variables: as they are now.
+
+    Raises:
+        ControlError: a system variable is read or assigned in what comes next.
     """
     modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
-    walk = _Walk(calls, find)
+    obeyed = 0
+    foreseen = Foreseen()
+    walk = _Walk(calls, find, variables.ahead(foreseen))
     walk.follow(outlook.command)
     for source in walk:
         if gap > control.non_motion_blocks:
@@ -87,7 +107,13 @@ def upcoming(
         if source.deletable and control.block_delete:
             continue
         try:
-            command = decode(evaluated(read_block(source), control.variables), modes, control.number_format)
+            block = evaluated(read_block(source), walk.variables)
+            if walk.obeys(block):
+                gap, obeyed = gap - 1, obeyed + 1
+                if obeyed > MOST_STATEMENTS:
+                    break
+                continue
+            command = decode(block, modes, control.number_format)
             if command.tool is not None:
                 new = control.length_offset(command.tool[1])
                 origin = (
@@ -99,6 +125,8 @@ def upcoming(
             moved = None if 98 in command.m else _motion(command, position, origin, outlook.reciprocating)
             walk.follow(command)
         except ControlError:
+            if foreseen.asked:
+                raise
             break
         if command.modes.work_system != modes.work_system or _shifts(command):
             yield Barrier.COORDINATES
@@ -110,7 +138,7 @@ def upcoming(
             position = moved.end
             if in_plane(moved, modes.plane):
                 yield Prospect(command, moved)
-                gap = 0
+                gap = obeyed = 0
             elif command.action in REFERENCE_MOVES:
                 break
         if walk.ended:
@@ -134,44 +162,63 @@ def _motion(command: Command, position: Position, origin: Position, table: int |
     if command.action in ("G02", "G03"):
         return arc_path(command, position, origin)
     if command.action in ("G00", "G01", *REFERENCE_MOVES):
-        return Straight(position, target(command, position, origin, table))
+        return Straight(position, target(command, position, ORIGIN if command.in_machine else origin, table))
     return None
 
 
 class _Walk:
     """Iterates over the blocks ahead as calls and returns lead to them."""
 
-    def __init__(self, calls: list[Call], find: Callable[[int], Program | None]) -> None:
-        self._levels = [(replace(call), call.stream.ahead()) for call in calls]
-        self._find = find
+    def __init__(self, calls: list[Call], find: Callable[[int], Program | None], variables: Variables) -> None:
+        self._levels = [call.view() for call in calls]
+        self._find, self.variables = find, variables
         self.ended = False
 
     def __iter__(self) -> Iterator[SourceText]:
         while not self.ended:
-            source = next(self._levels[-1][1], None)
+            source = next(iter(self._levels[-1].stream), None)
             if source is None:
                 self.ended = True
             else:
                 yield source
 
+    def obeys(self, block: Block) -> bool:
+        """Whether a block is a paramacro statement or calls a macro; it is followed then."""
+        if block.statement is not None:
+            obey(block, self._levels[-1], self.variables)
+        elif block.calls_macro:
+            _, program, times, arguments = macro_call(block)
+            self._call(block, program, times, arguments)
+        return block.statement is not None or block.calls_macro
+
     def follow(self, command: Command) -> None:
         """Go where a block leads: into a program, back from it, or to the end."""
         words = command.words
         if 98 in command.m and "P" in words:
-            program = self._find(numbers.integer(command.block, words["P"], 1, HIGHEST_PROGRAM))
             times = numbers.integer(command.block, words["L"], 0, 999) if "L" in words else 1
-            if program is None:
-                self.ended = True
-            elif times > 0:
-                self._enter(program, times - 1)
+            self._call(command.block, words["P"], times, None)
         elif 99 in command.m:
-            call, _ = self._levels.pop()
+            call = self._levels.pop()
+            if call.arguments is not None:
+                self.variables.leave()
             if call.repeats > 0 or not (self._levels or call.interrupt):
-                self._enter(call.stream.program, max(call.repeats - 1, 0))
+                self._enter(call.stream.program, max(call.repeats - 1, 0), call.arguments)
             elif call.interrupt:
                 self.ended = True
         elif 2 in command.m or 30 in command.m:
             self.ended = True
 
-    def _enter(self, program: Program, repeats: int) -> None:
-        self._levels.append((Call(BlockStream(program), repeats), iter(program.blocks)))
+    def _call(self, block: Block, word: Word, times: int, arguments: Arguments) -> None:
+        program = self._find(numbers.integer(block, word, 1, HIGHEST_PROGRAM))
+        if program is None:
+            self.ended = True
+        elif times > 0:
+            self._enter(program, times - 1, arguments)
+
+    def _enter(self, program: Program, repeats: int, arguments: Arguments) -> None:
+        if arguments is not None:
+            if self.variables.level == DEEPEST_MACRO:
+                self.ended = True
+                return
+            self.variables.enter(arguments)
+        self._levels.append(Call(BlockStream(program), repeats, arguments=arguments))

@@ -32,14 +32,22 @@ SWITCHES: dict[str, tuple[str, Any]] = {
 }
 """Modal codes outside the motion group: the field of `Modes` they set, and its value."""
 
-ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G76", "G77", "G92", "G92.1")
+ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G52", "G76", "G77", "G92", "G92.1")
 """Codes that act in their own block only."""
 
 ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
 """Codes of which a block holds one at most."""
 
+MACHINE_COORDINATES = "G53"
+"""Makes the axis words of its own block machine coordinates."""
+
+MACRO_CALL = "G65"
+"""Makes the words of its block arguments of a macro."""
+
 LATER = frozenset({"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"})
 """Codes of the 9/Series control that this simulator does not support."""
+MODAL_MACROS = frozenset({"G66", "G66.1", "G67"})
+"""The same of those that call a macro after every motion."""
 
 
 def listed(codes: Collection[str]) -> str:

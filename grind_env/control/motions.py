@@ -7,6 +7,7 @@ Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of
 whatever units the program uses.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
@@ -197,10 +198,11 @@ class CycleAhead:
 
 @dataclass(frozen=True, slots=True)
 class CycleStart:
-    """A cycle takes over, before its pre-dress."""
+    """A cycle takes over, before its pre-dress; `variables` are the values of `#` variables that its dresses find."""
 
     time: float
     plan: CyclePlan
+    variables: Mapping[int, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

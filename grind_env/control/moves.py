@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from grind_env.control import numbers
 from grind_env.control.compensation.state import SIDES, Compensation, Piece
-from grind_env.control.control import Control
+from grind_env.control.control import ORIGIN, Control
 from grind_env.control.coordinates import WorkSystems
 from grind_env.control.decode import Command
 from grind_env.control.dressing import REMEMBERED, Recorder
@@ -15,7 +15,7 @@ from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modes import PLANES, Modes
-from grind_env.control.motions import Event, Hold, Position, Source, Spindle, Switch
+from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -84,6 +84,7 @@ class Mover:
         self.turning = self.coolant = False
         self.detour: Position | None = None
         self.passed: Position | None = None
+        self._told: set[Place] = set()
 
     @property
     def position(self) -> Position:
@@ -97,8 +98,9 @@ class Mover:
     def tables(self) -> tuple[object, ...]:
         """What a program can write for later ones."""
         work = self.work
-        written = dict(work.offsets), work.shift, work.length, self.tooling.entry, self.passed, self.remembered
-        return *written, self.turning, self.coolant
+        shifts = dict(work.offsets), work.external, work.shift, work.local, work.length
+        chosen = self.tooling.entry, dict(self.tooling.radii), self.passed, self.remembered
+        return *shifts, *chosen, self.turning, self.coolant
 
     def begin_block(self, command: Command) -> None:
         """Put modes in force, and what a block switches besides: T, M800, M801, M900 to M904 (mill manual 29-7)."""
@@ -124,6 +126,23 @@ class Mover:
         if spindle != self.spindle:
             self.spindle = spindle
             yield Spindle(self.timeline.time, *spindle)
+
+    def tell_clamped(self, command: Command) -> Iterator[Event]:
+        """Tell the operator, once a block, that a feed beyond the maximum is clamped (12-60), and what may be meant."""
+        feeds = {"E": command.reciprocation_feed}
+        if "F" in command.words and not command.modes.per_revolution:
+            feeds["F"] = command.modes.feed
+        for letter, feed in feeds.items():
+            highest = self.control.maximum_feed
+            if feed is None or feed <= highest or self.place in self._told:
+                continue
+            self._told.add(self.place)
+            inch = float(numbers.MILLIMETRES_PER_INCH)
+            text = f"line {self.place.line}: {command.words[letter]} is {feed:g} mm/min and clamped to {highest:g}"
+            if command.modes.inch and feed / inch <= highest:
+                meant = f"{letter}{feed / inch / inch:.1f}"
+                text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
+            yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
         """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
@@ -155,7 +174,8 @@ class Mover:
         if not command.lengths:
             return []
         start = self.position
-        path = Straight(start, target(command, start, self._origin(command), self._reciprocating))
+        origin = ORIGIN if command.in_machine else self._origin(command)
+        path = Straight(start, target(command, start, origin, self._reciprocating))
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def circular(self, command: Command, ahead: Ahead) -> list[Section]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import ACTIONS, SWITCHES, listed
+from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SWITCHES, listed
 from grind_env.control.reader import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
@@ -82,6 +82,12 @@ def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) ->
     Raises:
         ControlError: number-format, or out-of-range when the value is not positive once it has its format.
     """
+    if inch and len(word.whole) > form.inch[0] and (word.point or form.zero_suppression == "neither"):
+        meant = f"{word.letter}{Decimal(f'{word.whole}.{word.decimals}') / MILLIMETRES_PER_INCH:.1f}"
+        message = (
+            f"{word} has {len(word.whole)} integer digits; {form.inch[0]} are allowed under G70 in inches per minute"
+        )
+        raise block.error("number-format", f"{message}: write {meant} if mm/min are meant, or G71 before it", word)
     value = length(block, word, inch, form)
     if value <= 0.0:
         least = Decimal(1).scaleb(-(form.inch if inch else form.metric)[1])
@@ -165,7 +171,7 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
 
 def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
     """The error of a G word that no code answers to; without a hint it says which codes there are."""
-    legal = hint or f"{listed(SWITCHES.keys() | ACTIONS)} are"
+    legal = hint or f"{listed((*SWITCHES, *ACTIONS, MACHINE_COORDINATES, MACRO_CALL))} are"
     return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 

@@ -143,6 +143,9 @@ def read_file(path: str | Path) -> Programs:
         ControlError: the file cannot be read as text, or its program names are faulty.
     """
     path = Path(path)
+    if path.suffix.lower() == ".toml":
+        message = f"{path} is a TOML file, such as a job or a task; name the part program, and the job with --job"
+        raise ControlError("file", message)
     return _split(text_in(path), path.parent)
 
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from grind_env.control.words import Block, read_block
 
-_VALUE = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9. \t]*[0-9.]|[#\[][^A-Z(]*)")
-"""A word with a number or an expression, without the blanks behind it."""
+_NUMBER = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*[0-9. \t]*[0-9.]")
+"""A word with a number, without the blanks behind it."""
 
 
 def with_words(block: Block, values: Mapping[str, str]) -> Block:
@@ -22,8 +22,8 @@ def with_words(block: Block, values: Mapping[str, str]) -> Block:
             text = f"{text} {letter}{value}"
         else:
             begin = word.column - block.source.column
-            match = _VALUE.match(text, begin)
-            end = match.end() if match else begin + 1
+            match = _NUMBER.match(text, begin)
+            end = match.end() if match else begin + 1 + len(word.expression.rstrip())
             text = f"{text[:begin]}{letter}{value}{text[end:]}"
         block = read_block(block.source._replace(text=text))
     return block

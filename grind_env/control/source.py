@@ -20,12 +20,21 @@ from grind_env.files import ReadError, contents, open_file
 
 CHUNK = 1 << 16
 """Bytes read at a time; a block longer than that is read whole."""
+LONGEST_LINE = CHUNK
+"""Bytes of a line from which on it is read in pieces, in which remarks behind ``;`` are not known as such."""
 LONGEST_BLOCK = 10_000
 HELD = 1 << 20
 """Bytes up to which a file is kept in memory instead of being read again."""
 
-_BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|[;%\r\n]|\Z)")
-_WITHIN_LINE = ("", ";", "%")
+_REMARK = (
+    r"(?:[ \t]*(?!(?i:IF|WHILE|GOTO|DO|END)[ \t]*[\[#0-9]|[E-FI-KQRX-Ze-fi-kqrx-z][Oo](?![A-Za-z]))"
+    r"(?:[A-Za-z][ \t]*[^-+.0-9\[# \t\r\n();%]|[^A-Za-z(/#;%\s])[^\r\n]*)?"
+)
+"""What follows a ``;`` in its line and begins no block: a letter without a number, but not the O of a mistyped X0."""
+_BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|;" + _REMARK + r"|[%\r\n]|\Z)")
+_LINE_ENDS = ("\r\n", "\r", "\n")
+_EIGHT_BIT = {0xDC00 + byte: byte for byte in range(0x80, 0x100)}
+"""Bytes that are not UTF-8 are decoded to half surrogates, and shown as the letters of Latin-1."""
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 
 
@@ -50,7 +59,7 @@ class SourceText(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text in UTF-8 that can be read again and again.
+    """A text in UTF-8, or in an 8-bit code such as Latin-1, that can be read again and again.
 
     Attributes:
         name: name of its file, for the places of blocks.
@@ -75,6 +84,11 @@ class Mark:
 def text_of(text: str, name: str) -> Text:
     """A text that is in memory; half surrogate pairs, which are no characters, become question marks."""
     return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
+
+
+def readable(text: str) -> str:
+    """A text of a program that was decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
+    return text if text.isascii() else text.translate(_EIGHT_BIT)
 
 
 def text_in(path: Path) -> Text:
@@ -105,7 +119,7 @@ class Scanner:
         """Read the blocks.
 
         Raises:
-            ControlError: file, the text is not in UTF-8; block-format, a block is too long.
+            ControlError: file, it is no text; block-format, a block is too long.
         """
         name, line, begun = self._text.name, self._start.line, self._start.offset > 0
         line_begin = 1 - self._start.column
@@ -113,10 +127,11 @@ class Scanner:
         for offset, piece in pieces:
             for match in _BLOCK.finditer(piece):
                 text, end = match.groups()
-                block = text.strip()
+                block = readable(text.strip())
                 if block:
                     self._last = match, offset, line, line_begin
-                    source = SourceText(name, line, match.start() + text.index(block) - line_begin + 1, block)
+                    column = match.start() + len(text) - len(text.lstrip()) - line_begin + 1
+                    source = SourceText(name, line, column, block)
                     if len(block) > LONGEST_BLOCK:
                         message = f"the block has {len(block)} characters; {LONGEST_BLOCK} are allowed"
                         raise source.place.error("block-format", message)
@@ -125,7 +140,7 @@ class Scanner:
                     collections.deque(pieces, maxlen=0)  # what follows must be text as well
                     return
                 begun = begun or bool(block) or end == "%"
-                if end not in _WITHIN_LINE:
+                if end in _LINE_ENDS:
                     line, line_begin = line + 1, match.end()
             line_begin -= len(piece)
 
@@ -136,10 +151,10 @@ class Scanner:
             return self._start
         match, offset, line, line_begin = self._last
         end = match.end(1) if match[2] == "%" else match.end()
-        offset += len(match.string[:end].encode())
-        if match[2] in _WITHIN_LINE:
-            return Mark(offset, line, end - line_begin + 1)
-        return Mark(offset, line + 1, 1)
+        offset += len(match.string[:end].encode(errors="surrogateescape"))
+        if match[2] in _LINE_ENDS:
+            return Mark(offset, line + 1, 1)
+        return Mark(offset, line, end - line_begin + 1)
 
     def _pieces(self) -> Iterator[tuple[int, str]]:
         """The text in pieces that end where a block ends, each with its offset in bytes."""
@@ -150,21 +165,19 @@ class Scanner:
             offset, rest = len(rest), b""
         while more := self._handle.read(max(CHUNK, len(rest))):
             data = rest + more
-            end = 1 + max(data.rfind(b"\n"), data.rfind(b";"), data.rfind(b"\r", 0, -1))
+            line_end = max(data.rfind(b"\n"), data.rfind(b"\r", 0, -1))
+            end = 1 + (line_end if line_end >= 0 or len(data) < LONGEST_LINE else data.rfind(b";"))
             yield offset, self._decoded(data[:end], offset)
             offset, rest = offset + end, data[end:]
         yield offset, self._decoded(rest, offset)
 
     def _decoded(self, data: bytes, offset: int) -> str:
-        try:
-            return data.decode()
-        except UnicodeDecodeError as error:
-            self._handle.seek(0)
-            line = 1 + len(_LINE_END.findall(self._handle.read(offset + error.start)))
-            raise ControlError(
-                "file",
-                f"line {line} of {self._text.title} is not text in UTF-8; save the part program in this encoding",
-            ) from None
+        if b"\0" not in data:
+            return data.decode(errors="surrogateescape")
+        self._handle.seek(0)
+        line = 1 + len(_LINE_END.findall(self._handle.read(offset + data.index(b"\0"))))
+        message = "a byte 0 stands in this line, as in no text in UTF-8 or Latin-1; save the part program as text"
+        raise Place(self._text.name, line, 1, line).error("file", message)
 
 
 def _unreadable(error: ReadError) -> ControlError:

@@ -13,7 +13,7 @@ from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, Position, TableStop
 from grind_env.control.moves import Mover
-from grind_env.control.paths import AXES, displaced
+from grind_env.control.paths import AXES, INTEGRANDS, displaced
 from grind_env.control.reciprocation import Reciprocation
 
 
@@ -34,6 +34,12 @@ class Reciprocator:
         if command.reciprocation_feed is not None:
             self.memory = replace(self.memory, feed=command.reciprocation_feed)
         if table is not None:
+            named = [letter for letter in (AXES[table.axis], INTEGRANDS[table.axis]) if letter in command.words]
+            if command.in_machine and named:
+                message = (
+                    f"{command.words[named[0]]} is for {AXES[table.axis]}, which reciprocates; program G80 before G53"
+                )
+                raise command.error("axis-conflict", message, named[0])
             origin = self.mover.work.origin(command.modes.work_system)[table.axis]
             self.memory = redirect(command, self.memory, table, origin, self.control.maximum_feed)
 
@@ -64,7 +70,8 @@ class Reciprocator:
         else:
             table.take_over(plan, place)
         timeline.infeed_shift = 0.0
-        yield CycleStart(timeline.time, plan)
+        timeline.led_by_cycles |= {plan.axis} if plan.cross_axis is None else {plan.axis, plan.cross_axis}
+        yield CycleStart(timeline.time, plan, self.interruptions.variables.values)
         if plan.pre_dress and plan.program is not None:
             yield from self.interruptions.dress(plan.program, "pre")
         if not plan.plunges:

@@ -76,6 +76,7 @@ class Timeline:
         owed: an operator's request waits for the end of a program motion.
         inch: units in force, for output.
         infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
+        led_by_cycles: axes that reciprocate or cross, or did; where they end depends on the words of their cycles.
     """
 
     def __init__(self, control: Control, budget: Budget) -> None:
@@ -87,6 +88,7 @@ class Timeline:
         self.owed = False
         self.inch = False
         self.infeed_shift = 0.0
+        self.led_by_cycles: set[int] = set()
         self._motion: Moving | None = None
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)

@@ -2,25 +2,35 @@
 
 import functools
 import re
+from decimal import Decimal
 from typing import NamedTuple
 
 from grind_env.control.errors import ControlError, Place
+from grind_env.control.formulas import LONGEST_NUMBER, NO_VARIABLE_NUMBER, FormulaFault
 from grind_env.control.source import SourceText
+from grind_env.control.statements import BEGIN, Statement, statement
 from grind_env.errors import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
+ARGUMENTS = frozenset("ABCHUVW")
+"""Letters that only a block with G65 may have besides."""
 REPEATABLE = frozenset("GM")
 LONGEST_COMMENT = 128
-LONGEST_NUMBER = 30
 LONGEST_LABEL = 5
-NO_VARIABLE_NUMBER = "'#' lacks the number of a variable; write #1 or #[1+2]"
 
 _USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
 """A word as most are written, in capitals and without blanks; `_any_word` reads the same from it, but slower."""
 _NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
 _VARIABLE = re.compile(r"#[ \t]*([0-9]?)[0-9 \t]*")
 _BRACKET = re.compile(r"[\[\]]")
-_PARAMACRO = re.compile(r"(IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
+_COMMENT = re.compile(r"\(([^()]*)\)")
+_EXPONENT = re.compile(r"[Ee](?:[+-][0-9]{1,2}|0?[0-9])(?![0-9. \t]*[0-9.])")
+"""What stands behind a number written with an exponent; E words are larger than 9."""
+_DECIMAL_COMMA = re.compile(r"([A-Za-z]?[ \t]*[+-]?[ \t]*[0-9]*),([0-9]+)")
+_MACRO_CALL = re.compile(r"[Gg][ \t]*0*65(?![0-9.])")
+
+
+ALONE = "it needs a block of its own"
 
 
 class Word(NamedTuple):
@@ -52,11 +62,27 @@ class Word(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A block that has been read: its words in textual order, without the N word."""
+    """A block that has been read: its words in textual order, without the N word, or its paramacro statement."""
 
     source: SourceText
     place: Place
     words: tuple[Word, ...]
+    statement: Statement | None = None
+
+    @property
+    def has_expressions(self) -> bool:
+        """Whether a word takes the value of an expression."""
+        return ("[" in self.source.text or "#" in self.source.text) and any(word.expression for word in self.words)
+
+    @property
+    def calls_macro(self) -> bool:
+        """Whether it is a G65 block, whose words are arguments."""
+        return any(word.letter == "G" and word.whole == "65" and not word.decimals for word in self.words)
+
+    @property
+    def comment(self) -> str:
+        """What stands in its parentheses."""
+        return " ".join(match.strip() for match in _COMMENT.findall(self.source.text))
 
     def error(self, name: str, message: str, word: Word | None = None) -> ControlError:
         """A `ControlError` at one of the block's words, or at the block as a whole."""
@@ -68,24 +94,35 @@ def read_block(source: SourceText) -> Block:
     """Read the words of a block.
 
     Raises:
-        ControlError: a comment, a word or a number is malformed, or a letter is unknown or repeated.
+        ControlError: a comment, a word, a number or a statement is malformed, or a letter is unknown or repeated.
     """
     text, column = source.text, source.column
     place, size = source.place, len(text)
     position = 1 if source.deletable else 0
     words: list[Word] = []
     seen: set[str] = set()
+    said: Statement | None = None
+    addresses = ADDRESSES | ARGUMENTS if _MACRO_CALL.search(_COMMENT.sub("", text)) else ADDRESSES
     while position < size:
+        if BEGIN.match(text, position):
+            said, position = _statement(text, position, place, column, alone=not words and said is None)
+            continue
         match = _USUAL_WORD.match(text, position)
         if match is not None and (match[3] or match[5]):
             letter, sign, whole, point, decimals = match.groups("")
             word, end = Word(letter, sign, whole, bool(point), decimals, column + position), match.end()
         elif text[position].isascii() and text[position].isalpha():
-            word, end = _any_word(text, position, place, column + position)
+            word, end = _any_word(text, position, place, column + position, addresses)
             letter = word.letter
         else:
             position = _after_blank_or_comment(text, position, place, column + position)
             continue
+        if said is not None:
+            raise place.error(
+                "block-format", f"{word} stands in the block of a paramacro statement; {ALONE}", word.column
+            )
+        if letter == "E" and words and _is_exponent(text, position, words[-1]):
+            raise _exponent(words[-1], word, text[position:end], place)
         if letter in seen and letter not in REPEATABLE:
             raise place.error(
                 "block-format", f"{word} repeats the letter {letter}; only G and M may repeat", column + position
@@ -96,7 +133,36 @@ def read_block(source: SourceText) -> Block:
         else:
             words.append(word)
         position = end
-    return Block(source, place, tuple(words))
+    return Block(source, place, tuple(words), said)
+
+
+def _statement(text: str, start: int, place: Place, column: int, *, alone: bool) -> tuple[Statement, int]:
+    """The paramacro statement that begins at `start`, and the position after it."""
+    if not alone:
+        found = BEGIN.match(text, start)
+        assert found is not None  # it has been seen
+        name = found[0].rstrip(" \t[#0123456789").upper() or "#"
+        raise place.error(
+            "block-format", f"{name} begins a paramacro statement within a block; {ALONE}", column + start
+        )
+    try:
+        return statement(text, start)
+    except FormulaFault as fault:
+        raise place.error(fault.name, fault.message, column + fault.position) from None
+
+
+def _is_exponent(text: str, position: int, before: Word) -> bool:
+    """Whether an E stands directly behind the number of a word, as that of an exponent does."""
+    number = before.letter not in REPEATABLE and text[position - 1] in ".0123456789"
+    return number and _EXPONENT.match(text, position) is not None
+
+
+def _exponent(before: Word, word: Word, power: str, place: Place) -> ControlError:
+    """The error of a number written with an exponent, whose E would be a word of its own."""
+    number = f"{before.sign}{before.whole or '0'}.{before.decimals or '0'}"
+    value = Decimal(f"{number}{power.strip().replace(' ', '')}").normalize()
+    message = f"{before}{power.strip()} looks like a number with an exponent; write {before.letter}{value:f}"
+    return place.error("number-format", f"{message}, or a blank before E if it is a feed", word.column)
 
 
 def _labelled(place: Place, word: Word) -> Place:
@@ -114,6 +180,10 @@ def _after_blank_or_comment(text: str, start: int, place: Place, column: int) ->
     character = text[start]
     if character in " \t":
         return start + 1
+    if character == ",":
+        comma = next((match for match in _DECIMAL_COMMA.finditer(text) if match.end(1) == start), None)
+        legal = f"write {comma[1].strip()}.{comma[2]}" if comma else "decimals follow a point, as in Y-0.1"
+        raise place.error("block-format", f"',' cannot begin a word; {legal}", column)
     if character != "(":
         raise place.error(*_stray(character), column)
     end = text.find(")", start)
@@ -130,16 +200,11 @@ def _after_blank_or_comment(text: str, start: int, place: Place, column: int) ->
     return end + 1
 
 
-def _any_word(text: str, start: int, place: Place, column: int) -> tuple[Word, int]:
+def _any_word(text: str, start: int, place: Place, column: int, addresses: frozenset[str]) -> tuple[Word, int]:
     """The word that begins at `start`, and the position after it; its number may have blanks or be an expression."""
     letter = text[start].upper()
-    paramacro = _PARAMACRO.match(text, start)
-    if paramacro:
-        name = paramacro[1].upper()
-        message = f"{name} is a paramacro command; of paramacros only expressions such as X[#1+2] are supported"
-        raise place.error("not-supported", message, column)
-    if letter not in ADDRESSES:
-        known = " ".join(sorted(ADDRESSES))
+    if letter not in addresses:
+        known = " ".join(sorted(addresses))
         raise place.error("unknown-word", f"{letter} is not an address of this control; {known} are", column)
     match = _NUMBER.match(text, start + 1)
     assert match is not None  # every part of the pattern may be empty
@@ -181,12 +246,8 @@ def _stray(character: str) -> tuple[str, str]:
         return "block-format", "'/' stands inside a block; block delete is its first character"
     if character == ")":
         return "block-format", "')' closes no comment; '(' must open one before it"
-    if character == "#":
-        return "not-supported", "'#' begins an assignment; programs can read variables and not set them"
-    if character in "[]":
+    if character in "[]=":
         return "expression", f"{character!r} stands outside a value; an expression is written as in X[#1+2]"
     if character in "+-*":
         return "block-format", f"{character!r} stands outside brackets; arithmetic is written as in X[#1+2]"
-    if character == ",":
-        return "block-format", "',' cannot begin a word; decimals follow a point, as in Y-0.1"
     return "block-format", f"{character!r} cannot begin a word; words are a letter and a number"

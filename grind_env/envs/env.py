@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, is_full, refuse_render
+from grind_env.envs.blocks.program import drawn_job
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.form import check_task
@@ -18,6 +19,8 @@ from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task, load_task
+from grind_env.machine.job import Job
+from grind_env.process.state import WheelState
 from grind_env.render.view import View
 
 REWARD = Outcome._fields.index("reward")
@@ -116,6 +119,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.episodes: Episodes | None = None
         self.blocks: list[Any] = []
         self.outcomes: list[Outcome] = []
+        self._first_wheel: list[float] = []
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -124,6 +128,17 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     def part_program(self) -> str:
         """The blocks run since the last reset as a part program with its dress program."""
         return self.form.program(self.task, self.blocks)
+
+    def part_job(self) -> Job:
+        """The job of that program: `machine.grind` makes of both what the episode was, with its wheel, lots and stocks.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first step of the episode.
+        """
+        if self.episodes is None or not self.blocks:
+            raise gym.error.ResetNeeded("nothing has been ground: call reset() and step() first")
+        bare = self.form.job(self.task, self.blocks)
+        return drawn_job(self.task, bare, WheelState(*self._first_wheel), self.episodes.tape[0])
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -144,6 +159,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
             self.episodes = self.simulation.start([self.np_random], [given])
         else:
             self.simulation.restart(self.episodes, 0, self.np_random, given)
+        self._first_wheel = self.episodes.wheels[0].tolist()
         self.follow()
         return self.simulation.observe(self.episodes)[0], {}
 

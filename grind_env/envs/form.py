@@ -3,11 +3,12 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from grind_env.envs.blocks.program import block_text, coming_block, job, part_program
+from grind_env.envs.blocks.program import block_text, coming_block, job, job_of_kinds, part_program
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.envs.view import view_of
 from grind_env.errors import quoted
+from grind_env.machine.job import Job
 from grind_env.render.view import View
 
 CYCLES = ("G81", "G82", "G83")
@@ -27,6 +28,8 @@ class Form(NamedTuple):
     """The part program of an episode."""
     block: Callable[..., Any] = coming_block
     """What there is to say of a step, before it: of a task, episodes, the number of one, and what was chosen for it."""
+    job: Callable[[Task, Sequence[Any]], Job] = job_of_kinds
+    """The job of that program, for nominal parts and a new wheel."""
     view: Callable[..., View] = view_of
     """What a picture of an episode shows; arguments as for `view_of`."""
 

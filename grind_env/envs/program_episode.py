@@ -13,8 +13,7 @@ import numpy as np
 from grind_env.control import CycleAhead, CyclePlan, CycleStart, Event, ProgramEnd, Programs, execute
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.record import Table
 from grind_env.machine.run import GrindingRun
 

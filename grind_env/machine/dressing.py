@@ -3,7 +3,8 @@
 What the first execution shows of a program holds for all, for a control that knows a dress need not go its way again.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 from grind_env.control import Control, DressEnd, DressStart, Motion, Position, Programs
@@ -46,14 +47,20 @@ class DressPrograms:
         self.plans: dict[int, DressPlan] = {}
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
+        self._variables: dict[int, Mapping[int, float]] = {}
         self._motions: list[Motion] = []
         self._compared: set[int] = set()
 
-    def plan(self, number: int, position: Position, axis: int) -> DressPlan:
-        """What a program does; errors as for `run_dress`, whose arguments count the first time."""
-        if number not in self.plans:
-            run = run_dress(self.programs, number, self.job, self.control, position, axis)
-            self.plans[number] = run.plan
+    def plan(self, number: int, position: Position, axis: int, variables: Mapping[int, float]) -> DressPlan:
+        """What a program does; errors as for `run_dress`, whose arguments count the first time.
+
+        With other values of its `#` variables it may do something else.
+        """
+        if number not in self.plans or self._variables[number] != variables:
+            run = run_dress(self.programs, number, self.job, replace(self.control, variables=variables), position, axis)
+            if self.plans.get(number) != run.plan:
+                self._compared.discard(number)
+            self.plans[number], self._variables[number] = run.plan, variables
             self.missed[number] = self._missed(run)
         return self.plans[number]
 
@@ -81,7 +88,7 @@ class DressPrograms:
         assert begun is not None
         self.under_way = None
         way: tuple[Motion, ...] = ()
-        if number not in self._compared:
+        if number not in self._compared or self._variables[number]:
             way = tuple(self._motions)
             self._compared.add(number)
             run = measure_dress(way, number, self.job, axis)

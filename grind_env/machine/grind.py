@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from grind_env.control import Control, Programs, execute
 from grind_env.control.operator import Panel
-from grind_env.machine.job import Job
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingError, GrindingRun
 
@@ -32,7 +31,7 @@ def grind(
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
         control: settings of the control; those of the job's machine if None.
-        conditions: how each part differs from the job, one per part; none for nominal parts.
+        conditions: how each part differs from the job, one per part; those of the job if there are none.
 
     Raises:
         ControlError: the program is faulty.
@@ -40,7 +39,7 @@ def grind(
         GrindingError: the program makes no stroke or groove, or the process model has no finite numbers for one.
         JobError: there are more parts than conditions.
     """
-    control = control or job.control
+    control, conditions = control or job.control, conditions or job.parts
     if control.panel == Panel():  # one that an operator has touched goes with its control
         control = replace(control, whole_cycles=True)
     run = GrindingRun(programs, job, control, conditions)

@@ -6,12 +6,14 @@ towards minus. A position of the wheel is that of its centre along the table, of
 edge on the minus side across the table.
 """
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
 from grind_env.control.control import Control
-from grind_env.errors import quoted
+from grind_env.errors import did_you_mean, quoted
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
@@ -32,11 +34,12 @@ class Stage:
     """What is asked of a part at a gauging stop (M01) of its program, such as between roughing and finishing.
 
     Attributes:
-        stock: to be ground off by then, mm; that of a part whose true stock is another (`PartConditions.stock`), too:
-            only the size at the end shifts with that.
-        roughness_limit: as of `Part`, like the next two.
-        tolerance: on the size error there.
-        rise_allowance: for the plunges from the stop before up to this one.
+        stock: to be ground off by then, also of a part whose true stock is another: only the size at the end shifts
+            with that.
+        roughness_limit: highest Ra there; 0 for none.
+        tolerance: on the size error there; 0 for none.
+        rise_allowance: temperature rise allowed beyond that which tempers the material, for the plunges from the stop
+            before up to this one; above 0 every plunge counts and not only the last 0.05 mm.
     """
 
     stock: Annotated[float, Quantity("H", "mm", 0.0001, 20)]
@@ -99,6 +102,47 @@ class Part:
                 message = f"stage {number}: part.stages.stock is {quoted(stage.stock)}, but must be {legal}"
                 raise JobError(message, "part.stages.stock", stage.stock, legal)
             least = stage.stock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartConditions:
+    """How one part differs from the job.
+
+    Attributes:
+        part: what it is, where the parts are of several kinds; None for that of the job.
+        stock: its true stock, mm; None for that of `part`.
+        factors: multipliers on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
+        new_wheel_factors: those that hold in their place once the wheel has been changed; None for the same.
+
+    Raises:
+        JobError: a stock or factor that is not a positive number, or a name that is no parameter.
+    """
+
+    part: Part | None = None
+    stock: float | None = None
+    factors: Mapping[str, float] = field(default_factory=dict)
+    new_wheel_factors: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Check names and numbers."""
+        numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
+        for name, _ in numbers:
+            if name not in StrokeParameters._fields:
+                hint = did_you_mean(name, StrokeParameters._fields)
+                raise JobError(
+                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters",
+                    name,
+                )
+        for name, value in (("stock", self.stock), *numbers):
+            if value is not None and not 0.0 < value < math.inf:
+                legal = "a positive number"
+                raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
+
+    def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
+        """The parameters that hold for this part, under the first wheel or after a change of it."""
+        factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
+        changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
+        return nominal._replace(**changed) if changed else nominal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,7 +274,8 @@ class Lots:
 class Job:
     """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ.
 
-    Without the place of the diamond every dress program is taken to meet it.
+    Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
+    `part`, one after the other; empty if none does.
     """
 
     part: Part
@@ -239,6 +284,7 @@ class Job:
     wheel: WheelStart = field(default_factory=WheelStart)
     lots: Lots = field(default_factory=Lots)
     diamond: Diamond | None = None
+    parts: tuple[PartConditions, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what depends on more than one table."""
@@ -249,6 +295,11 @@ class Job:
         if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
+
+    def of_part(self, number: int) -> "Job":
+        """The job of a part by its number, from 1: another one where `parts` says that it is of another kind."""
+        own = self.parts[number - 1].part if number <= len(self.parts) else None
+        return self if own is None or own == self.part else replace(self, part=own)
 
     @cached_property
     def parameters(self) -> StrokeParameters:

@@ -34,6 +34,11 @@
     growth = 0.6            # spread of how fast a lot dulls the wheel, like that of pressure logarithmic
     stock = 0.1             # standard deviation of the stock of a part over the nominal one
 
+    [[parts]]               # optional, one for each part that the program grinds: how it differs
+    stock = 0.31            # mm, its true stock
+    factors = { kA = 1.2 }  # on parameters of the process model: a lot that dulls the wheel faster
+    part = { length = 150 } # of a part of another kind, what differs from [part]
+
 Tables `[times]` and `[wheel]` are optional too.
 
 For grooves, `length` is what each infeed grinds (the circumference of a turning part) and `surface` the coordinate
@@ -42,16 +47,43 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 `tolerance` and `roughness_limit` are those of their bottom.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
-from grind_env.files import ReadError
-from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart, wrong
-from grind_env.process.catalogue import USUAL
-from grind_env.process.tables import Table, keys, refuse_missing, refuse_unknown, sub_table
+from grind_env.files import ReadError, is_file, shown
+from grind_env.machine.job import (
+    Diamond,
+    Job,
+    JobError,
+    Lots,
+    Part,
+    PartConditions,
+    Setup,
+    Stage,
+    Times,
+    WheelStart,
+    wrong,
+)
+from grind_env.process.catalogue import USUAL, Catalogue
+from grind_env.process.entries import Quantity
+from grind_env.process.tables import Content, Table, checked, contents, keys, refuse_missing, refuse_unknown, sub_table
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
 VALUES = ("wheel_speed", "constant_surface_speed", "spindle", "coolant", "grooving_wheel")
+FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
+
+
+def job_beside(program: Path) -> Path:
+    """The job of a program for which none is named: the file of its name with `.toml`.
+
+    Raises:
+        JobError: there is none.
+    """
+    path = program.with_suffix(".toml")
+    if not is_file(path):
+        raise JobError(f"there is no job {shown(path)} beside the program; name one with --job")
+    return path
 
 
 def load_job(path: str | Path) -> Job:
@@ -74,7 +106,7 @@ def load_job(path: str | Path) -> Job:
 
 
 def _job(document: Table, folder: Path) -> Job:
-    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "diamond", "catalogue"), JobError)
+    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts"), JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
     times = sub_table(document, "times", keys(Times), JobError)
@@ -96,7 +128,35 @@ def _job(document: Table, folder: Path) -> Job:
         wheel=WheelStart(**wheel),
         lots=Lots(**lots),
         diamond=Diamond(**diamond) if "diamond" in document else None,
+        parts=_parts(document, {**part, "material": material}, catalogue),
     )
+
+
+def _parts(document: Table, part: Table, catalogue: Catalogue) -> tuple[PartConditions, ...]:
+    """How each part differs from the one in the table `part`, which has its material already."""
+    found = document.get("parts", [])
+    if not isinstance(found, list):
+        raise wrong("parts", found, "tables, each headed [[parts]]")
+    parts = []
+    for number, table in enumerate(found, 1):
+        try:
+            parts.append(_conditions(checked(table, "parts", keys(PartConditions), JobError), part, catalogue))
+        except JobError as error:
+            raise JobError(f"part {number}: {error.message}", error.key, error.found, error.legal) from None
+    return tuple(parts)
+
+
+def _conditions(table: Table, part: Table, catalogue: Catalogue) -> PartConditions:
+    for key, content in {"stock": contents(Part)["stock"], "factors": FACTORS, "new_wheel_factors": FACTORS}.items():
+        if key in table and not content.allows(table[key]):
+            raise wrong(f"parts.{key}", table[key], content.legal)
+    own = None
+    if "part" in table:
+        differing = dict(sub_table(table, "part", keys(Part), JobError, "parts.part"))
+        if "material" in differing:
+            differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)
+        own = Part(**{**part, **differing, "stages": _stages({**part, **differing})})
+    return PartConditions(**{**table, "part": own})
 
 
 def _stages(part: Table) -> tuple[Stage, ...]:

@@ -3,6 +3,7 @@
 import math
 
 from grind_env.control import CyclePlan, Line
+from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.process.entries import Machine
 
@@ -10,11 +11,16 @@ SLACK = 1.0 + 1e-9
 """By which a speed that a limit allows may exceed it: inches and shares of a path are rounded."""
 
 
-def beyond_table(feed: float, length: float, acceleration: float, machine: Machine) -> str | None:
-    """What to say of a stroke of some mm at E `feed`, mm/min, that the table does not make; None if it does."""
-    most = machine.maximum_table_speed
+def beyond_table(feed: float, length: float, acceleration: float, machine: Machine, inch: bool) -> str | None:
+    """What to say of a stroke of some mm at E `feed`, mm/min, that the table does not make; None if it does.
+
+    Under G70 (`inch`) a number that is right in mm/min is taken to be meant so.
+    """
+    most, written = machine.maximum_table_speed, feed / float(MILLIMETRES_PER_INCH)
     if feed > most * SLACK:
-        return f"E{feed:g} is more than the table of {machine} makes, {most:g} mm/min; lower E"
+        meant = written / float(MILLIMETRES_PER_INCH)
+        unit = f", or write E{meant:.1f} if E{written:g} is meant in mm/min" if inch and written <= most else ""
+        return f"E{feed:g} is more than the table of {machine} makes, {most:g} mm/min; lower E{unit}"
     reached = 60.0 * math.sqrt(acceleration * length)
     if feed > reached * SLACK:
         return (

@@ -1,21 +1,19 @@
 """One part on the machine: its surface in strips across, and what it has become in the end."""
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.compiled import count_dress, count_stroke, judge
 from grind_env.machine.coverage import Coverage
 from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
-from grind_env.machine.job import Job, JobError, Part, Setup, Stage
+from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
@@ -23,54 +21,13 @@ from grind_env.machine.tally import NOTHING, has_stalled
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeResult, WheelState
 
 SLOWED = 1.001
 """Torque over that at the power limit from which on a spindle has slowed by what can be told."""
 
 Ends: TypeAlias = tuple[float, float]
 """Reversal points between which the table moves, mm."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PartConditions:
-    """How one part differs from the job.
-
-    Attributes:
-        part: what it is, for jobs of parts of several kinds; None for that of the job.
-        stock: its true stock, mm; None for that of `part`.
-        factors: multipliers on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
-        new_wheel_factors: those that hold in their place once the wheel has been changed; None for the same.
-
-    Raises:
-        JobError: a stock or factor that is not a positive number, or a name that is no parameter.
-    """
-
-    part: Part | None = None
-    stock: float | None = None
-    factors: Mapping[str, float] = field(default_factory=dict)
-    new_wheel_factors: Mapping[str, float] | None = None
-
-    def __post_init__(self) -> None:
-        """Check names and numbers."""
-        numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
-        for name, _ in numbers:
-            if name not in StrokeParameters._fields:
-                hint = did_you_mean(name, StrokeParameters._fields)
-                raise JobError(
-                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters",
-                    name,
-                )
-        for name, value in (("stock", self.stock), *numbers):
-            if value is not None and not 0.0 < value < math.inf:
-                legal = "a positive number"
-                raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
-
-    def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
-        """The parameters that hold for this part, under the first wheel or after a change of it."""
-        factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
-        changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
-        return nominal._replace(**changed) if changed else nominal
 
 
 class Pass(NamedTuple):

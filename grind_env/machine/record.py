@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.control import CyclePlan
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
@@ -150,6 +151,7 @@ class GrindingRecord:
             `process.cost.Limits`).
         warnings: sentences on what the program does not do as it should.
         blocks: N word of the block in each line that has ground, or the line again.
+        cycles: the cycle of each line with one, as it was run last.
     """
 
     strokes: Table
@@ -158,6 +160,7 @@ class GrindingRecord:
     stages: tuple[tuple[tuple[str, ...], ...], ...]
     warnings: tuple[str, ...]
     blocks: Mapping[int, int]
+    cycles: Mapping[int, CyclePlan]
 
     @property
     def seconds(self) -> float:

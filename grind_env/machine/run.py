@@ -13,6 +13,7 @@ import numpy as np
 from grind_env.control import (
     Arc,
     Control,
+    CyclePlan,
     CycleStart,
     CycleStrokes,
     DressEnd,
@@ -38,9 +39,9 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
-from grind_env.machine.job import Job, JobError
+from grind_env.machine.job import Job, JobError, PartConditions
 from grind_env.machine.mounting import Mount
-from grind_env.machine.part import PartConditions, PartRun
+from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import (
     DRESS_ROW,
@@ -75,6 +76,7 @@ class GrindingRun:
         parts: `record.PART_ROW`; a part has its row once it is taken off.
         stages: as of the record, a row with each of `parts`.
         blocks: as of the record.
+        cycles: as of the record.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
@@ -88,6 +90,7 @@ class GrindingRun:
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.stages: list[tuple[tuple[str, ...], ...]] = []
         self.blocks: dict[int, int] = {}
+        self.cycles: dict[int, CyclePlan] = {}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self._line = 0  # of the cycle in force or before
@@ -107,6 +110,7 @@ class GrindingRun:
             tuple(self.stages),
             tuple(self.watch.warnings),
             self.blocks,
+            self.cycles,
         )
 
     def take(self, event: Event) -> None:
@@ -187,13 +191,15 @@ class GrindingRun:
 
     def _start_cycle(self, event: CycleStart) -> None:
         plan = event.plan
-        dress = None if plan.program is None else self.dressing.plan(plan.program, self.position, plan.axis)
+        dress = None
+        if plan.program is not None:
+            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self._line = plan.line
-        self.blocks[plan.line] = plan.block
+        self.blocks[plan.line], self.cycles[plan.line] = plan.block, plan
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis

@@ -9,7 +9,8 @@ Where the strokes are not settled by the program alone, because they depend on t
 a pick has come, there is no script, and a `ScriptError` says where and why.
 """
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from grind_env.control import (
@@ -77,25 +78,29 @@ class Script:
     ranges: Ranges
 
 
-def script_of(programs: Programs, job: Job, ranges: Ranges = OWN_WORDS) -> Script:
+def script_of(
+    programs: Programs, job: Job, ranges: Ranges = OWN_WORDS, variables: Mapping[int, float] | None = None
+) -> Script:
     """The script of a part program.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
         ranges: with which its blocks may be run instead of their own words.
+        variables: values that `#` variables have at the start (`Control.variables`).
 
     Raises:
         ScriptError: its strokes depend on more than the program.
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
-    as_it_is = _Writer(programs, job)
+    writer = functools.partial(_Writer, programs, job, variables or {})
+    as_it_is = writer()
     blocks = as_it_is.run()
     dressing = [block.takes_dresses for block in blocks] if any(ranges) else None
-    corners = [blocks, _Writer(programs, job, dressing, elsewhere=True).run()]
+    corners = [blocks, writer(dressing, elsewhere=True).run()]
     if (ranges.J or ranges.L) and any(block.crosses for block in blocks):
-        corners += [_Writer(programs, job, dressing, elsewhere=turned, across=True).run() for turned in (False, True)]
+        corners += [writer(dressing, elsewhere=turned, across=True).run() for turned in (False, True)]
     else:
         corners += corners
     for block, *others in zip(*corners, strict=True):
@@ -115,6 +120,7 @@ class _Writer:
     Args:
         programs: the program.
         job: the job.
+        variables: values that `#` variables have at the start.
         dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
         elsewhere: whether the table comes to rest at its other end at every stop.
         across: whether every crossover comes to its end where it would with a traverse more.
@@ -124,6 +130,7 @@ class _Writer:
         self,
         programs: Programs,
         job: Job,
+        variables: Mapping[int, float],
         dressing: Sequence[bool] | None = None,
         *,
         elsewhere: bool = False,
@@ -131,13 +138,13 @@ class _Writer:
     ) -> None:
         self.programs, self.job, self.dressing = programs, job, dressing
         self.elsewhere, self.across = elsewhere, across
-        self.control = replace(job.control, announce_cycles=True, whole_cycles=True)
+        self.control = replace(job.control, announce_cycles=True, whole_cycles=True, variables=variables)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * first_diameter(job))
         self.running = Running(job)
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
-        self.plans: dict[int, DressRun] = {}
+        self.plans: dict[tuple[int, tuple[tuple[int, float], ...]], DressRun] = {}
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -146,6 +153,9 @@ class _Writer:
     def run(self) -> list[ScriptBlock]:
         for event in self.execution:
             self._take(event)
+            if self.execution.dependent is not None:
+                read = f"it reads #{self.execution.dependent}, which depends on the wheel or on where a cycle has ended"
+                raise self._error(read)
         return self.blocks
 
     def _take(self, event: Event) -> None:
@@ -155,7 +165,7 @@ class _Writer:
                 if self.dressing is not None and self.dressing[len(self.blocks)]:
                     self.execution.choose(D="1")
             case CycleStart():
-                self._begin(event.plan)
+                self._begin(event.plan, event.variables)
             case CycleEnd() if event.plan.plunges:
                 self._end(event.plan)
             case Stroke():
@@ -196,7 +206,7 @@ class _Writer:
             words = "the coolant is off" if self.running.is_dry else "the wheel turns with another speed than the job's"
             raise self._error(f"{words} in its strokes", line)
 
-    def _begin(self, plan: CyclePlan) -> None:
+    def _begin(self, plan: CyclePlan, variables: Mapping[int, float]) -> None:
         """A cycle begins."""
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
@@ -211,11 +221,13 @@ class _Writer:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
         if plan.program is not None:
-            if plan.program not in self.plans:
-                self.plans[plan.program] = run_dress(
-                    self.programs, plan.program, self.job, self.control, execution.position, plan.axis
+            key = plan.program, tuple(sorted(variables.items()))
+            if key not in self.plans:
+                control = replace(self.control, variables=variables)
+                self.plans[key] = run_dress(
+                    self.programs, plan.program, self.job, control, execution.position, plan.axis
                 )
-            dress = self.plans[plan.program]
+            dress = self.plans[key]
             wheel, diamond = self.job.setup.wheel, self.job.diamond
             missed = diamond and missed_pass(dress, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)
             if missed is not None:

@@ -227,7 +227,7 @@ class Watch:
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
         plan, length = event.cycle, abs(event.end[event.axis] - event.start[event.axis])
-        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)))
+        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)), event.inch)
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
 
@@ -248,9 +248,9 @@ class Watch:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
             cycle.overload = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit)
 
-    def _judge_speed(self, line: int, feed: float, length: float) -> None:
+    def _judge_speed(self, line: int, feed: float, length: float, inch: bool) -> None:
         """Warn of a stroke of that length, mm, at a feed that the table does not make."""
-        beyond = beyond_table(feed, length, self.control.acceleration, self.job.setup.machine)
+        beyond = beyond_table(feed, length, self.control.acceleration, self.job.setup.machine, inch)
         if beyond is not None:
             self.warn(line, "speed", beyond)
 
@@ -279,17 +279,17 @@ class Watch:
             extremes: what they have come to.
             before: the wheel before the first one.
             after: the wheel after the last one.
-            dressed: the dresses between them, shape (dresses, fields of `Dressed`).
+            dressed: the dresses between them, shape (dresses, fields of `Dressed`); none where they miss the diamond.
         """
         assert self.part is not None and self._cycle is not None
         plan, least = event.plan, self.job.setup.wheel.minimum_diameter
         shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
         alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
         inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
-        self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary))
+        self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary), event.inch)
         if inside or not (shallow and alive):
             made, A = 0, before.A
-            for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=True):
+            for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
                 self._judge_strokes(event, made, rows[made:upto], A)
                 self.diameter(ds)
                 made, A = upto, dressed_A

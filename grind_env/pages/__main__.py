@@ -1,10 +1,12 @@
-"""Write the pages of all ids, their index, and the validation of the process: `python -m grind_env.pages FOLDER`."""
+"""Write the pages of all ids, their index, the fields of files, the validation: `python -m grind_env.pages FOLDER`."""
 
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 from grind_env.pages.exponents import plot_exponents
+from grind_env.pages.fields import FILE as FIELDS
+from grind_env.pages.fields import fields_page
 from grind_env.pages.page import page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
@@ -28,6 +30,7 @@ def write(folder: Path) -> list[Path]:
         plot_exponents(rows, folder / name)
     texts = {
         "index.md": index(),
+        FIELDS: fields_page(),
         FILE: validation_page(rows, predictions(rig), neighbours(rig.catalogue, rows), *pictures),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }

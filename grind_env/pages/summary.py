@@ -88,4 +88,5 @@ def index() -> str:
     ]
     header = ("id", "job", "steps", "actions", "observation", "easy or hard")
     judged = "How the process model under them compares with measured grinding: [validation](validation.md)."
-    return f"# Environments\n\n{table(header, rows)}\n\n{judged}\n"
+    written = "What may stand in the files of a job, a catalogue and a task: [fields](fields.md)."
+    return f"# Environments\n\n{table(header, rows)}\n\n{written}\n\n{judged}\n"

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from grind_env.machine.job import Job
 from grind_env.policies.evaluation import split_of
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
@@ -14,6 +15,10 @@ class Played:
 
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
+    job: Job
+    """Of that program: with the wheel, lots and stocks of the episode."""
+    requests: tuple[float, ...]
+    """Times of the control, s, at which the operator asks for a dress while it runs."""
     cost: float
     """$."""
     good: float
@@ -53,6 +58,8 @@ def play(policy: Policy, problem: Problem, seed: int, render_mode: str | None = 
         outcomes = env.outcomes
         return Played(
             program=env.part_program(),
+            job=env.part_job(),
+            requests=env.operator_dress_at() if hasattr(env, "operator_dress_at") else (),
             cost=sum(outcome.cost for outcome in outcomes),
             good=sum(outcome.good for outcome in outcomes),
             finished=round(sum(outcome.finished for outcome in outcomes)),

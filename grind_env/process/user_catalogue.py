@@ -1,8 +1,10 @@
 """The catalogue of a user's document: its files, and the values that a set-up overrides in an entry.
 
-Jobs and tasks have both: `[catalogue] files = ["shop.toml"]`, and `[setup] wheel_overrides = { width = 65.0 }`.
+Jobs and tasks have both: `[catalogue] files = ["shop.toml"]`, and `[setup] wheel_overrides = { width = 65.0 }`. A job
+may have entries of its own, too, in tables such as `[catalogue.wheel.NAME]`.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,21 +16,23 @@ OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
 """Keys of a set-up that change single values of an entry."""
 
 
-def files_of(document: Table, folder: Path, error: Error) -> list[Path]:
-    """The catalogue files that a document names, which are looked for in a folder."""
-    files = sub_table(document, "catalogue", ("files",), error).get("files", [])
+def files_of(document: Table, folder: Path, error: Error, own: Iterable[str] = ()) -> list[Path]:
+    """The catalogue files that a document names, which are looked for in a folder; `own` keys may stand beside them."""
+    files = sub_table(document, "catalogue", ("files", *own), error).get("files", [])
     if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
         raise wrong("catalogue.files", files, "a list of file names", error)
     return [folder / name for name in files]
 
 
 def catalogue_of(document: Table, folder: Path, error: Error) -> Catalogue:
-    """The built-in catalogue with the files that a document names."""
-    files = files_of(document, folder, error)
+    """The built-in catalogue with the files that a document names, and the entries in it."""
+    files = files_of(document, folder, error, KINDS)
+    entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in KINDS}
     try:
-        return load_catalogue(*files)
+        return load_catalogue(*files, document=entries)
     except CatalogueError as reason:
-        raise error(f"catalogue.files: {reason}", "catalogue.files", files) from None
+        place = "catalogue.files" if files else "catalogue"
+        raise error(f"{place}: {reason}", place, files) from None
 
 
 def entry_of(catalogue: Catalogue, key: str, name: object, setup: Table, error: Error) -> Any:

@@ -1,5 +1,6 @@
 """A view as text: the facts of the picture, for a terminal or a log."""
 
+from grind_env.errors import printable
 from grind_env.render.sheet import Sheet
 from grind_env.render.strips import Strip, strips_of
 from grind_env.render.view import View
@@ -13,7 +14,7 @@ WIDTH = 30
 
 def panel(view: View | Sheet) -> str:
     """The view as lines of at most 100 characters; bars stand for the last blocks, a digit for the dresses of one."""
-    return _sheet(view) if isinstance(view, Sheet) else _view(view)
+    return printable(_sheet(view) if isinstance(view, Sheet) else _view(view))
 
 
 def _view(view: View) -> str:

@@ -1,46 +1,53 @@
-"""Pictures of a grinding record."""
+"""Pictures of a grinding record, drawn by matplotlib."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, shortened
 from grind_env.files import write_atomically
+from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.cost import Limits
+from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
+from grind_env.render.tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "plot_record"]
+
 FORMATS = (".png", ".svg", ".pdf")
-SPARKING = 0.001
-"""mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""
 
-MOST_LABELS = 20
-"""Parts that are all numbered and set off by lines; of more every k-th is numbered, without lines."""
+MOST_LABELS = 14
+"""Blocks, parts or dresses that are labelled; of more every k-th is."""
 
-SHORT_LABELS = 10
-"""Parts above which the word `part` stands before the first number only."""
+PANEL = 1.5
+"""in; height of a panel."""
 
-BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
+LONGEST_TITLE = 90
+"""Characters of a title, which keep to the width of the picture."""
+
+SHADE = "#efe7da"
+"""Where strokes spark out."""
 
 
 class PlotError(GrindError):
     """A picture that cannot be drawn."""
 
 
-def plot_record(record: GrindingRecord, path: str | Path, limits: Limits | None = None) -> None:
-    """Draw depth, power, wear-flat area, temperature and burn ratio over the time of the run.
+def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
+    """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
 
-    Dresses are shaded and parts numbered.
+    Single strokes stand side by side, with their blocks, parts, dresses and spark-out strokes marked; of many strokes
+    there are bands, from the lowest value to the highest, by part where there are many parts.
 
     Args:
         record: of `machine.grind`.
         path: a .png, .svg or .pdf file.
-        limits: of the job; those of power and temperature are drawn.
+        job: of the run; with it size and limits are drawn.
+        title: such as the name of the program.
 
     Raises:
         PlotError: another suffix, or matplotlib is not installed.
@@ -54,116 +61,121 @@ def plot_record(record: GrindingRecord, path: str | Path, limits: Limits | None 
         from matplotlib.figure import Figure
     except ImportError:
         raise PlotError("plots need matplotlib; install grind_env[plot]") from None
-    figure = Figure(figsize=(10, 9.5))
-    figure.subplots_adjust(left=0.1, right=0.93, top=0.97, bottom=0.055, hspace=0.1)
+    shown = picture(record, job)
+    figure = Figure(figsize=(10, 1.1 + PANEL * len(shown.curves)), layout="constrained")
     FigureCanvasAgg(figure)
-    _draw(record, figure, limits)
+    _draw(shown, figure)
+    summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
+    summary.set_parse_math(False)
     write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=130))
 
 
-def _draw(record: GrindingRecord, figure: "Figure", limits: Limits | None) -> None:
-    strokes = record.strokes
-    time = strokes["time"] + 0.5 * strokes["seconds"]
-    panels = list(figure.subplots(5, 1, sharex=True))
-    depth, cut, power, flats, heat = panels
+def _draw(shown: Picture, figure: "Figure") -> None:
+    from matplotlib.ticker import MaxNLocator
 
-    changes = np.flatnonzero(np.diff(strokes["part"])) + 1
-    pauses = np.union1d(record.dresses["after"], changes)
-    Z = np.insert(1000.0 * strokes["Z"], pauses, np.nan)
-    depth.step(np.insert(time, pauses, np.nan), Z, where="mid", color=BLUE, lw=1.4)
-    depth.invert_yaxis()
-    _label(depth, "programmed\ndepth, µm")
-    _dots(cut, time, 1000.0 * strokes["ae"], pauses, BLUE)
-    _label(cut, "depth of\ncut, µm")
-    _dots(power, time, 0.001 * strokes["power"], pauses, ORANGE)
-    _label(power, "power\nabove idle, kW")
-    _dots(flats, time, 100.0 * strokes["A"], pauses, GREEN)
-    _label(flats, "wear-flat\narea, %")
-    _dots(heat, time, strokes["T"], pauses, RED)
-    _label(heat, "temperature\nrise, K", RED)
-    burn = heat.twinx()
-    _dots(burn, time, np.where(strokes["ae"] >= SPARKING, strokes["Br"], np.nan), pauses, GREY)
-    _limit(burn, 1.0, "burn ratio 1", GREY, burn, 1.0)
-    _label(burn, "burn ratio", GREY)
-    burn.grid(False)
-    heat.set_xlabel("time, s")
-
-    for panel in (cut, power, heat):
-        panel.set_ylim(bottom=0.0)
-    burn.set_ylim(0.0, max(1.5, burn.get_ylim()[1]))  # so that its line is not on that of the temperature
-    if limits is not None:
-        _limit(power, 0.001 * limits.power, f"limit {0.001 * limits.power:.2f} kW", ORANGE, power, 0.0)
-        _limit(heat, limits.rise, f"temperature limit {limits.rise:.0f} K", RED, burn, 0.0)
-    for panel in panels:
-        _mark_dresses(panel, record)
-        _mark_parts(panel, record, numbered=panel is depth)
-        panel.yaxis.set_label_coords(-0.07, 0.5)
-    if record.dresses.size:
-        depth.legend(loc="lower left", frameon=False, fontsize=9)
-    last = strokes[-1]
-    heat.set_xlim(strokes["time"][0], last["time"] + last["seconds"])
+    panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
+    for panel, curve in zip(panels, shown.curves, strict=True):
+        _draw_curve(panel, curve, shown)
+        _mark_limits(panel, curve)
+        _mark_pauses(panel, shown)
+    figure.align_ylabels(panels)
+    _name_blocks(panels[0], shown)
+    if shown.dresses or shown.spark_out is not None:
+        _name_marks(panels[0], shown)
+    panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
+    panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _dots(axes: "Axes", time: Any, values: Any, pauses: Any, color: str) -> None:
-    """A dot per stroke, joined by a thin line that breaks where a dress or a new part comes between."""
-    axes.plot(np.insert(time, pauses, np.nan), np.insert(values, pauses, np.nan), color=color, lw=0.7, alpha=0.5)
-    axes.plot(time, values, "o", color=color, ms=3.0, mew=0.0)
-
-
-def _limit(axes: "Axes", value: float, text: str, color: str, top: "Axes", side: float) -> None:
-    """A dashed line with its text above it, on the topmost axes, at the left (0) or the right (1) end."""
-    axes.axhline(value, color=color, lw=0.8, ls="--")
-    axes.set_ylim(top=max(axes.get_ylim()[1], 1.2 * value))
-    top.annotate(
-        text,
-        (side, value),
-        (4.0 - 8.0 * side, 2.0),
-        xycoords=("axes fraction", axes.transData),
-        textcoords="offset points",
-        ha="right" if side else "left",
-        va="bottom",
-        fontsize=8,
-        color=color,
-        bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
-    )
-
-
-def _label(axes: "Axes", text: str, color: str = "black") -> None:
-    axes.set_ylabel(text, color=color)
-    axes.tick_params(axis="y", colors=color)
+def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
+    if curve.downwards:
+        axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
+    elif shown.banded:
+        low, high = (np.append(side, side[-1]) for side in (curve.low, curve.high))
+        axes.fill_between(shown.edges, low, high, step="post", color=curve.color, alpha=0.3, lw=0)
+        axes.plot(shown.at, curve.mean, color=curve.color, lw=1.0)
+    else:
+        at, values = (np.insert(each, shown.breaks, np.nan) for each in (shown.at, curve.mean))
+        axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5)
+        axes.plot(shown.at, curve.mean, "o", color=curve.color, ms=3.0 if len(shown.at) < 200 else 1.5, mew=0.0)
+    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=9)
+    axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color="#e3e3e3", lw=0.6)
     axes.set_axisbelow(True)
-    axes.spines["top"].set_visible(False)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
-def _mark_dresses(axes: "Axes", record: GrindingRecord) -> None:
-    for k, dress in enumerate(record.dresses):
-        label = "dress" if k == 0 else None
-        axes.axvspan(dress["time"], dress["time"] + dress["seconds"], color=ORANGE, alpha=0.16, lw=0, label=label)
+def _wrapped(title: str, unit: str) -> str:
+    """A heading on two or three short lines."""
+    words, lines = title.split(), [""]
+    for word in words:
+        if len(lines[-1]) + len(word) > 13 and lines[-1]:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join([*lines[:-1], f"{lines[-1]}, {unit}" if unit != "-" else lines[-1]])
 
 
-def labelled_every(parts: int) -> int:
-    """Of that many parts every k-th is numbered: 1, 2 or 5 times a power of ten."""
-    least, decade = max(math.ceil(parts / MOST_LABELS), 1), 1
-    while 5 * decade < least:
-        decade *= 10
-    return next(step * decade for step in (1, 2, 5) if step * decade >= least)
+def _mark_limits(axes: "Axes", curve: Curve) -> None:
+    for limit in curve.limits:
+        axes.axhline(limit.value, color=curve.color, lw=0.8, ls="--")
+        axes.annotate(
+            limit.text,
+            (1.0, limit.value),
+            (-4.0, 2.0 if limit.value > 0.0 else -2.0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            ha="right",
+            va="bottom" if limit.value > 0.0 else "top",
+            fontsize=8,
+            color=curve.color,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+        )
 
 
-def _mark_parts(axes: "Axes", record: GrindingRecord, numbered: bool) -> None:
-    if len(record.parts) < 2:
-        return
-    first = np.searchsorted(record.strokes["part"], record.parts["part"])
-    every = labelled_every(len(first))
-    for k, (part, start) in enumerate(zip(record.parts["part"], record.strokes["time"][first], strict=True)):
-        if len(first) <= MOST_LABELS:
-            axes.axvline(start, color=GREY, lw=0.8, ls=":")
-        if numbered and k % every == 0:
-            axes.annotate(
-                f"part {part}" if k == 0 or len(first) <= SHORT_LABELS else f"{part}",
-                (start, 1.0),
-                (3, 3),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                fontsize=9,
-            )
+def _mark_pauses(axes: "Axes", shown: Picture) -> None:
+    """Dresses as lines, spark-out strokes as shades, the blocks and parts set off."""
+    for at, _ in shown.dresses:
+        axes.axvline(at, color=ORANGE, lw=1.2)
+    for first, after in joined_runs(() if shown.spark_out is None else shown.spark_out):
+        axes.axvspan(shown.edges[first], shown.edges[after], color=SHADE, lw=0, zorder=0)
+    if len(shown.spans) <= 2 * MOST_LABELS:
+        for span in shown.spans[1:]:
+            axes.axvline(shown.edges[span.first], color=GREY, lw=0.8, ls=":")
+
+
+def _name_blocks(axes: "Axes", shown: Picture) -> None:
+    """Number the parts and the blocks above the topmost panel."""
+    several = len(shown.parts) > 1
+    if several:
+        _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
+    _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
+
+
+def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, height: float) -> None:
+    every = labelled_every(len(places), MOST_LABELS) if places else 1
+    for first, label in places[::every]:
+        axes.annotate(
+            label,
+            (shown.edges[first], 1.0),
+            (1.0, height),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            fontsize=8,
+            annotation_clip=False,
+        )
+
+
+def _name_marks(axes: "Axes", shown: Picture) -> None:
+    """The legend of dresses and spark-out."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    marks: list[Any] = []
+    if shown.dresses:
+        seconds = sorted({round(seconds) for _, seconds in shown.dresses})
+        span = f"{seconds[0]}" if len(seconds) == 1 else f"{seconds[0]} to {seconds[-1]}"
+        marks.append(Line2D([], [], color=ORANGE, lw=1.2, label=f"dress, {span} s"))
+    if shown.spark_out is not None and shown.spark_out.any():
+        marks.append(Patch(color=SHADE, label="spark-out"))
+    if marks:
+        axes.legend(handles=marks, loc="lower left", frameon=False, fontsize=8, ncols=len(marks))

@@ -12,14 +12,17 @@ from grind_env.machine.record import GrindingRecord
 def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
     """Where the parts of these numbers have been most beyond a limit, and what to do; empty if nothing more is known.
 
+    Where parts are of several kinds it is said of those with the limits of the first one.
+
     Args:
         cause: a field of `process.cost.Limits`.
         parts: their numbers.
         record: of the run.
         job: of the run.
     """
+    limits = job.of_part(parts[0]).limits
+    parts = [number for number in parts if job.of_part(number).limits == limits]
     rows = record.parts[np.isin(record.parts["part"], parts)]
-    limits = job.limits
     if cause == "power":
         unit = "% of the torque at which the spindle stalls"
         return _of_stroke(record, parts, "torque", rows["peak_torque"].max(), 1.0, 100.0, unit, "lower J or E")

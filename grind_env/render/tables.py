@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from grind_env.errors import printable
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
@@ -61,7 +62,7 @@ MOST_ROWS = 60
 """Of the table; of more the first and the last are printed."""
 
 
-class _Row(NamedTuple):
+class Row(NamedTuple):
     """Successive parts that a table shows in one row."""
 
     first: int
@@ -77,10 +78,26 @@ class _Row(NamedTuple):
         return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
 
 
-def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
-    from rich.text import Text
+class PartTable(NamedTuple):
+    """A row for each part, or for successive ones that are alike."""
 
+    fields: tuple[str, ...]
+    """Of `record.PART_ROW`, a column each; the first is the number."""
+    headings: tuple[str, ...]
+    rows: list[Row]
+
+
+class Fault(NamedTuple):
+    """A limit that parts are beyond."""
+
+    sentence: str
+    """What limit, and which parts."""
+    why: str
+    """Where, by how much and what to change; empty if nothing more is known."""
+
+
+def part_table(record: GrindingRecord, job: Job) -> PartTable:
+    """The table of the parts, successive ones of which it shows the same in one row."""
     columns = {
         name: column
         for name, column in COLUMNS.items()
@@ -90,36 +107,53 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
         for name, (_, form) in columns.items()
     }
-    rows = _joined(record, job, cells)
-    cells["part"] = [row.number for row in rows]
-    places = _places([heading for heading, _ in columns.values()], list(cells.values()))
-    console.print(Text(title, "italic"), soft_wrap=True)
-    height = max(heading.count("\n") for heading, _ in columns.values())
-    headings = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading, _ in columns.values()]
-    for line in zip(*headings, strict=True):
-        console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
-    console.print("─" * places[-1], soft_wrap=True)
+    headings = tuple(heading for heading, _ in columns.values())
+    return PartTable(tuple(columns), headings, _joined(record, job, cells))
+
+
+def faults(record: GrindingRecord, job: Job) -> list[Fault]:
+    """The limits that parts are beyond."""
     bad: dict[str, list[int]] = {}
     for part, stages in zip(record.parts, record.stages, strict=True):
         for words in beyond(causes(part, job), stages):
             bad.setdefault(words, []).append(int(part["part"]))
-    _print_rows(rows, tuple(columns), places, console)
+    found = []
+    for words, numbers in bad.items():
+        limit = SENTENCES.get(words, f"beyond the limit of {words}")
+        cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
+        sentence = f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}"
+        found.append(Fault(sentence, reason(cause, numbers, record, job)))
+    return found
+
+
+def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
+    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
+    from rich.text import Text
+
+    table = part_table(record, job)
+    cells = [[row.number for row in table.rows], *zip(*(row.texts for row in table.rows), strict=True)]
+    places = _places(table.headings, cells)
+    console.print(Text(printable(title), "italic"), soft_wrap=True)
+    height = max(heading.count("\n") for heading in table.headings)
+    headings = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading in table.headings]
+    for line in zip(*headings, strict=True):
+        console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
+    console.print("─" * places[-1], soft_wrap=True)
+    _print_rows(table.rows, table.fields, places, console)
     console.print()
     console.print(totals(record), highlight=False)
     console.print(Text(_size(record)), soft_wrap=True)
-    for words, numbers in bad.items():
-        limit = SENTENCES.get(words, f"beyond the limit of {words}")
-        console.print(Text(f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}", "red"), soft_wrap=True)
-        cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
-        if why := reason(cause, numbers, record, job):
-            console.print(Text(f"  {why}", "red"), soft_wrap=True)
+    for fault in faults(record, job):
+        console.print(Text(printable(fault.sentence), "red"), soft_wrap=True)
+        if fault.why:
+            console.print(Text(printable(f"  {fault.why}"), "red"), soft_wrap=True)
     for warning in record.warnings:
-        console.print(Text(f"warning: {warning}", "yellow"), soft_wrap=True)
+        console.print(Text(printable(f"warning: {warning}"), "yellow"), soft_wrap=True)
 
 
-def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[_Row]:
+def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[Row]:
     """The rows of a table, successive parts of which it shows the same in one."""
-    rows: list[_Row] = []
+    rows: list[Row] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
         scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
@@ -127,11 +161,11 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
         if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
-            rows.append(_Row(int(part["part"]), int(part["part"]), texts, red))
+            rows.append(Row(int(part["part"]), int(part["part"]), texts, red))
     return rows
 
 
-def _print_rows(rows: Sequence[_Row], columns: Sequence[str], places: Sequence[int], console: "Console") -> None:
+def _print_rows(rows: Sequence[Row], columns: Sequence[str], places: Sequence[int], console: "Console") -> None:
     """Print rows of a table, of very many the first and the last."""
     from rich.text import Text
 
@@ -197,7 +231,8 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
         Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
         `earlier` of one that was not good at a gauging stop.
     """
-    passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], job.limits)
+    limits = job.of_part(int(part["part"])).limits
+    passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], limits)
     others = {"unground": part["unground"] > 0.0, "earlier": part["earlier"] < SCRAP_BELOW}
     return (*passed, *(name for name, is_so in others.items() if is_so))
 

@@ -14,6 +14,8 @@ G00 G01 G02 G03 G04 G05 G07 G08 G09 G10 G17 G18 G19 G20 G28 G29 G30 G33 G39 G39.
 G70 G71 G76 G77 G80 G81 G81.1 G82 G82.1 G83 G83.1 G84 G90 G91 G92 G92.1 G94 G95 G96 G97 M00 M01 M02 M03 M30 M98 M99 M800
 M801 M900 M902 M904 X1. X-30. X0 Y-.02 Y5. Z2. Z10. I3. I0 J-.01 J0 K5. K-1. R4. R-9. Q-.01 Q0 L0 L2 L999 F60. F.1 F0
 E6000. E0 S100. S0 T1 T0000 T0102 P9000 P1 P0 D2 D0 D999 N7 O9000 O1 X#1 Y[#2] Z[1/0] G[#3] X[[1+2]*#1] X[#9] M[30]
+#1=#2+1 #100=#100*2 #3000=1 #5221=#5041 IF[#1EQ2]GOTO7 IF[#1GT0]THEN#2=1 GOTO8 WHILE[#1LT9]DO1 DO2 END1 END2 G65
+G66 G52 G53 A1 B[#1] X[SIN[#1]] X[#1MOD#2] X#2033 Z#5043 X2.3E2 X0,2 ;remark
 / ( ) (X) % ; - . + X- X+-1 X1.. X123456. X99999. X.0001 é \x00 [ ] #
 """
 STRAY_WORDS = VOCABULARY.split()
@@ -59,6 +61,8 @@ class Writer:
             (self._calls, 2),
             (self._reference, 1),
             (self._expressions, 1),
+            (self._loop, 1),
+            (self._macro, 1),
             (self._stray, 1 if self.rng.random() < 0.3 else 0),
         ]
         writers, weights = zip(*choices, strict=True)
@@ -251,6 +255,23 @@ class Writer:
         numbers = [*self.subprograms, *([999] if self.rng.random() < 0.05 else [])]
         times = self._maybe(0.3, f"L{self.rng.choice([0, 2, 5])}")
         return [f"M98 P{self.rng.choice(numbers)} {times}"] if numbers else []
+
+    def _loop(self) -> list[str]:
+        """A section gone through some times by one of the ways there are, or without end."""
+        rng, number = self.rng, self.rng.randint(1, 3)
+        count, label, body = rng.choice([0, 1, 2, 2, 9999]), rng.randint(500, 520), self._section()
+        if rng.random() < 0.5:
+            return [f"#{number}=0", f"WHILE [#{number} LT {count}] DO {number}", *body, f"#{number}=#{number}+1"] + (
+                [f"END {number}"] if rng.random() < 0.95 else []
+            )
+        return [f"#{number}=0", f"N{label} #{number}=#{number}+1", *body, f"IF [#{number} LT {count}] GOTO {label}"]
+
+    def _macro(self) -> list[str]:
+        rng = self.rng
+        number = rng.choice([*self.subprograms, *self.dressers, 999])
+        lines = [f"G65 P{number} A{self._number(5.0)} X{self._number(5.0)} L{rng.choice([1, 2])}", "G52 X1. Z[#1+1]"]
+        lines += [f"G53 G0{rng.randint(0, 1)} Z{self._number(20.0)}", f"#5{rng.choice(['221', '203', '041'])}=2.5"]
+        return rng.sample(lines, rng.randint(1, 2))
 
     def _reference(self) -> list[str]:
         return [self.rng.choice(["G28 X1. Y2.", "G30 P3 Z4.", "G30 X1.", "G28 Z0"]), self._maybe(0.5, "G29 X3. Z2.")]

@@ -26,15 +26,19 @@ from grind_env.control import (
 )
 from grind_env.control.compensation.corners import CompensationFault
 from grind_env.control.decode import decode
+from grind_env.control.flow import MOST_BLOCKS
+from grind_env.control.formulas import FormulaFault, VariableFault
+from grind_env.control.functions import FunctionFault
 from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.modes import Modes
+from grind_env.control.options import interrupts_of
 from grind_env.control.source import HELD
 from grind_env.control.words import Block, read_block
 from grind_env.toml import tomllib
 
 MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
 SOURCES = Path(grind_env.control.__file__).parent
-FAULTS = (ControlError, CompensationFault, ImpossibleArc)
+FAULTS = (ControlError, CompensationFault, ImpossibleArc, FormulaFault, FunctionFault, VariableFault)
 MAKERS = {*(fault.__name__ for fault in FAULTS), "error", "_error"}
 """What a call that makes an error is named."""
 
@@ -89,9 +93,12 @@ def hold(folder: Path) -> None:
     list(execute(read("G00 X1."), control))
 
 
-def encoding(folder: Path) -> None:
-    (folder / "part.nc").write_bytes(b"G00 X1.\n(R\xfcckzug)\n")
-    read_file(folder / "part.nc")
+def job_file(folder: Path) -> None:
+    read_file(folder / "part.toml")
+
+
+def long_program(folder: Path) -> None:
+    list(execute(read("X1\n" * MOST_BLOCKS + "GOTO 5", "part.nc")))
 
 
 def changed_file(folder: Path) -> None:
@@ -116,7 +123,9 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "wheel radius": lambda folder: execute(read("G00 X1.")).set_wheel_radius(-1.0),
     "dress program": lambda folder: dress_program_moves(read("G00 X1.", "part.nc"), 5),
     "missing file": lambda folder: read_file(folder / "part.nc"),
-    "encoding": encoding,
+    "job file": job_file,
+    "interrupt": lambda folder: interrupts_of(["9200"]),
+    "long program": long_program,
     "changed file": changed_file,
     "long block": lambda folder: read("  " + "M03 " * 2500 + "M", "part.nc"),
     "unevaluated": unevaluated,

@@ -267,9 +267,3 @@ def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:
     (tmp_path / "O77.nc").write_text("O77\nM98 P78\nM98 P79\nM99\nO78\nG00 X8.\nM99\nO79\nX-\nM99")
     moves = [event for event in execute(read_file(tmp_path / "part.nc")) if isinstance(event, Motion)]
     assert [move.end[0] for move in moves] == [8.0, 9.0]
-
-
-def test_text_in_another_encoding_names_the_line(tmp_path) -> None:
-    (tmp_path / "part.nc").write_bytes(b"G00 X1\n(R\xfcckzug)\nM30")
-    with pytest.raises(ControlError, match=r"line 2 of .*part\.nc is not text in UTF-8; save"):
-        read_file(tmp_path / "part.nc")

@@ -18,13 +18,31 @@ from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
 Found = tuple[int, int, str]
 
 
+def naive_remark(rest: str) -> bool:
+    """Whether what follows a ; in its line is a remark and no block."""
+    rest = rest.lstrip(" \t")
+    if not rest or rest[0].isspace() or rest[0] in "(/#;%":
+        return False
+    if not (rest[0].isascii() and rest[0].isalpha()):
+        return True
+    if re.match(r"(if|while|goto|do|end)[ \t]*[\[#0-9]", rest.lower()):
+        return False
+    if rest[0].upper() in "EFIJKQRXYZ" and rest[1:2].upper() == "O" and not re.match("[A-Za-z]", rest[2:3]):
+        return False
+    behind = rest[1:].lstrip(" \t")[:1]
+    return bool(behind) and behind not in "-+.0123456789[#();%\n"
+
+
 def naive_blocks(text: str) -> list[Found]:
     """Line, column and text of every block, found character by character."""
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     found: list[Found] = []
     line, column, commented, begun = 1, 1, False, False
-    block, begin = "", 1
-    for character in text + "\n":
+    block, begin, remark = "", 1, False
+    for position, character in enumerate(text + "\n"):
+        if remark and character != "\n":
+            continue
+        remark = character == ";" and naive_remark(text[position + 1 :].partition("\n")[0])
         ends = character in ";\n" or (character == "%" and not commented)
         if not ends:
             commented = (commented or character == "(") and character != ")"
@@ -53,7 +71,10 @@ def lines(count: int) -> str:
 
 
 programs_text = st.lists(
-    st.sampled_from([*"GX1 ();%\n\r\t\ufeffé", "\r\n", "O1", "O2", "O3", "(o)", "G01 X-1.5", "M99"]), max_size=30
+    st.sampled_from(
+        [*"GX1 ();%\n\r\t\ufeffé", "\r\n", "; a ; 1%", ";XO", ";-", "O1", "O2", "O3", "(o)", "G01 X-1.5", "M99"]
+    ),
+    max_size=30,
 ).map("".join)
 
 
@@ -263,16 +284,34 @@ def test_a_pipe_is_read_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("chunk", [3, 1 << 16])
 @pytest.mark.parametrize(
     ("data", "line"),
-    [(b"G00\n(R\xfcck)", 2), (b"X1\rX2\r\n\n\xff", 4), (b"M30\n%\nabc\n\x80\n", 4), (b"X1\n(\xc3", 2)],
+    [(b"G00\n(R\0ck)", 2), (b"X1\rX2\r\n\n\0", 4), (b"M30\n%\nabc\n\0\n", 4), (b"X1\n(\0", 2)],
 )
-def test_what_is_not_utf_8_is_found_wherever_it_stands(
+def test_what_is_no_text_is_found_wherever_it_stands(
     path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, data: bytes, line: int
 ) -> None:
     monkeypatch.setattr(source_module, "CHUNK", chunk)
     path.write_bytes(data)
-    with pytest.raises(ControlError, match=rf"^line {line} of .*part\.nc is not text in UTF-8; save") as caught:
+    with pytest.raises(ControlError, match=r"a byte 0 stands in this line, .*; save") as caught:
         read_file(path)
-    assert caught.value.name == "file"
+    assert (caught.value.name, caught.value.line) == ("file", line)
+
+
+@pytest.mark.parametrize("chunk", [3, 1 << 16])
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "cp437"])
+def test_comments_in_any_8_bit_code_break_nothing(
+    path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, encoding: str
+) -> None:
+    monkeypatch.setattr(source_module, "CHUNK", chunk)
+    text = "O1 (Rückzug)\nX1 (ä)\nX2 ; zurück\n(ö) X3\nO2 (ü)\nX4\n"
+    path.write_bytes(text.encode(encoding))
+    programs = list(read_file(path))
+    found = [[word for source in program.blocks for word in read_block(source).words] for program in programs]
+    assert [[(str(word), word.column) for word in each] for each in found] == [
+        [("X1", 1), ("X2", 1), ("X3", 5)],
+        [("X4", 1)],
+    ]
+    if encoding != "cp437":
+        assert next(iter(programs[0].blocks)).text == "X1 (ä)"
 
 
 @pytest.mark.parametrize("name", ["missing.nc", "."])
@@ -386,12 +425,13 @@ def test_labels_of_up_to_five_digits(text: str) -> None:
         ("U1", "unknown-word", 1),
         ("X1 É", "block-format", 4),
         ("X1+2", "block-format", 3),
-        ("#1=5", "not-supported", 1),
-        ("G01 #[1+1]=2", "not-supported", 5),
-        ("IF[#1EQ2]GOTO5", "not-supported", 1),
-        ("X1 goto 10", "not-supported", 4),
-        ("WHILE[#1LT3]DO1", "not-supported", 1),
-        ("END1", "not-supported", 1),
+        ("#1 X5", "expression", 4),
+        ("G01 #[1+1]=2", "block-format", 5),
+        ("IF[#1EQ2]GOTO", "expression", 14),
+        ("X1 goto 10", "block-format", 4),
+        ("WHILE[#1LT3]DO4", "expression", 15),
+        ("END", "expression", 4),
+        ("#1=5 X2", "block-format", 6),
         ("X[1+2", "expression", 2),
         ("X-[[1]", "expression", 3),
         ("X[1]]", "expression", 5),

@@ -8,8 +8,7 @@ from grind_env.control import Control, read
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES, TALLY, as_table
 from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.grind import grind
-from grind_env.machine.job import Job, Part, Setup, Times, WheelStart
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.rows import LOG, Table
 from grind_env.process.catalogue import load_catalogue

@@ -12,8 +12,8 @@ from grind_env.control import Control, ControlError, Event, Execution, Programs,
 from grind_env.machine import grind as grind_module
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.job import PartConditions
 from grind_env.machine.job_file import load_job
-from grind_env.machine.part import PartConditions
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
 

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.machine.job import JobError, WheelStart
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import JobError, PartConditions, WheelStart
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CYCLE, HEAD, STROKE, job, run
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,14 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import grind_env
 from grind_env.control import Spindle, Switch, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, Job
+from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.running import Running, Told
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
 BY_PROGRAM = {"spindle": "by program", "coolant": "by program"}
 AGAIN = "G82 Y-.08 J-.01\n"
@@ -159,6 +164,15 @@ def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() ->
     stepped = run(HEAD + text + "M30\n", missed, control=replace(missed.control, operator_dress_at=LONG_AFTER))
     assert stepped.warnings == found.warnings
     np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
+
+
+def test_strokes_that_are_looked_at_one_by_one_may_have_a_missed_dress_between_them() -> None:
+    path = EXAMPLES / "plate_g82.nc"
+    text = path.read_text(encoding="utf-8").replace("E9000.", "E1000. D1")
+    set_up = load_job(path.with_suffix(".toml"))
+    found = grind(read(text), replace(set_up, diamond=Diamond(x=-100.0, y=10.0, z=-10.0)))
+    assert len(found.dresses) == 2
+    assert "dresses nothing" in found.warnings[0]
 
 
 def test_a_program_that_misses_the_diamond_has_no_script() -> None:

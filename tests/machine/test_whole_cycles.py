@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from grind_env.control import read
 from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
-from grind_env.machine.job import Job, Stage, Times, WheelStart
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
 from grind_env.machine.record import GrindingRecord, Table
 from grind_env.machine.watch import Watch
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run

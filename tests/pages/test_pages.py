@@ -357,9 +357,10 @@ def test_the_index_leads_to_every_page(tmp_path: Path) -> None:
     text = (tmp_path / "docs" / "index.md").read_text(encoding="utf-8")
     links = re.findall(r"\[(grind/[^\]]+)\]\(([^)]+)\)", text)
     assert [name for name, _ in links] == EVERY
-    others = {"index.md", "validation.md", "validation.png"}
+    others = {"index.md", "fields.md", "validation.md", "validation.png"}
     assert {path.name for path in files} == others | {link for _, link in links}
     assert "](validation.md)" in text
+    assert "](fields.md)" in text
     for name, link in links:
         assert (tmp_path / "docs" / link).read_text(encoding="utf-8") == page(name)
 

@@ -16,6 +16,7 @@ from grind_env.control.compensation.corners import (
     side_change,
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
+from grind_env.control.compensation.gouging import Course
 from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, Point, Segment
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
@@ -55,6 +56,7 @@ class Compensation:
         self.programmed: Position | None = None
         self.plane = "G18"
         self.detect = True
+        self._course = Course()
 
     def position(self, actual: Position) -> Position:
         """The programmed position, the axes standing at `actual`."""
@@ -131,7 +133,7 @@ class Compensation:
         else:  # a lapsed compensation has left the wheel where this move ends
             to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
             elements = (Segment(move.start, to),)
-        self.offset, self.programmed = offset, path.end
+        self.offset, self.programmed, self._course = offset, path.end, Course()
         pieces = _pieces(elements, actual, path.end, plane)
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
 
@@ -169,10 +171,28 @@ class Compensation:
         except CompensationFault as fault:
             own = command.block.place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
+        if self.detect and command.action != "G00":
+            self._refuse_gouging(command, path, element, (*run, *generated), before.radius)
         self.programmed = path.end
         pieces = [Piece(piece.path, share=share) for piece in _pieces(run, actual, path.end, plane)]
         pieces += [Piece(piece.path, generated=True) for piece in _pieces(generated, path.end, path.end, plane)]
         return pieces + self._lapse(coming, path.end, plane, generated[-1].end if generated else junction.end)
+
+    def _refuse_gouging(
+        self, command: Command, path: Path, element: Element, centre: tuple[Element, ...], radius: float
+    ) -> None:
+        """Refuse an element beside which the wheel cuts into an earlier one that is no neighbour."""
+        third = 3 - sum(PLANES[command.modes.plane])
+        level, own = path.end[third], command.block.place
+        if path.start[third] != level:
+            return
+        gouged = self._course.follow(own, element, centre, level)
+        if gouged is not None:
+            raise command.error(
+                "interference",
+                f"between block {own.block} and block {gouged.block}{_seen_from(own, gouged)} there is no room for a "
+                f"wheel of radius {radius:.4f} mm, which cuts into one; use a smaller radius or leave more room",
+            )
 
     def _junction(
         self,

@@ -8,7 +8,7 @@ import itertools
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import plan_dress
-from grind_env.machine.job import Job, Part, Setup, Stage, Times
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times, WheelStart
+from grind_env.process.state import WheelState
 from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
@@ -195,9 +195,39 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     return replace(bare, times=replace(times, dress_setup=beyond))
 
 
-def job_from_surface(task: Task) -> Job:
+def job_of_kinds(task: Task, blocks: Sequence[CycleBlock]) -> Job:
+    """The job of an episode of these blocks, the kinds of the first part giving that of the job."""
+    first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
+    return job(task, *(block.kind for block in blocks[: first + 1]))
+
+
+def job_from_surface(task: Task, blocks: Sequence[Any] = ()) -> Job:
     """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
     return job(task, *task.kinds, first=0.0)
+
+
+def job_of_strokes(task: Task, blocks: Sequence[Any]) -> Job:
+    """The job of a task whose steps are strokes."""
+    return job(task, *task.kinds)
+
+
+def drawn_job(task: Task, bare: Job, wheel: WheelState, tape: NDArray[np.float64]) -> Job:
+    """A job with the wheel and the parts of an episode, as they were drawn.
+
+    Args:
+        task: of the episode.
+        bare: the job for nominal parts.
+        wheel: at the start.
+        tape: shape (blocks, fields of `TapeRow`).
+    """
+    start = task.start
+    found = WheelStart(
+        diameter=wheel.ds,
+        diamond_flat=wheel.wd,
+        wear_flat_area=None if start.wear_flat_area is None else wheel.A,
+        volume_since_dress=None if start.wear_flat_area is None else wheel.V,
+    )
+    return replace(bare, wheel=found, parts=tuple(conditions(task, tape)))
 
 
 def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:

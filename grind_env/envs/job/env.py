@@ -1,6 +1,7 @@
 """The user's own job: every cycle block of a part program is a step."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, JobError
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import View
@@ -186,6 +187,17 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         chosen = zip((self.blocks[block.number].block for block in self.ground), words, strict=True)
         return with_words_chosen(self.programs, list(chosen))
 
+    def part_job(self) -> Job:
+        """The job of that program: `machine.grind` makes of both what the episode was, with its lots and stocks.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+        """
+        tape = self.tape
+        if tape is None:
+            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        return replace(self.job, parts=tape.conditions)
+
     def record(self) -> GrindingRecord:
         """Strokes, dresses and finished parts since the last reset, as `machine.grind` records them.
 
@@ -275,6 +287,9 @@ def load_simulation(program: str | None, job: str | None, parts: int, spread: fl
     path = EXAMPLE if program is None else Path(program)
     programs = repeated(read_file(path), parts)
     settings = load_job(path.with_suffix(".toml") if job is None else job)
+    if settings.parts:
+        message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
+        raise JobError(message, "parts")
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
     return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts), file=file)
 

@@ -162,6 +162,12 @@ class JobSimulation(Simulation):
         self._wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
         return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, self._wheel)
 
+    def without_spread(self) -> "JobSimulation":
+        """The same, read in the same way, with nominal parts and exact gauges."""
+        twin = copy.copy(self)
+        twin._begin_with(twin._generator_of(0.0))
+        return twin
+
     def _nominal_cost(self) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
         episodes, total = self.start([np.random.default_rng(0)]), 0.0

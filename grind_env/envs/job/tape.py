@@ -16,8 +16,7 @@ from grind_env.envs.blocks.tape import TapeRow, log_normal, unless, write_row
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, from_ranges
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
-from grind_env.machine.job import Lots
-from grind_env.machine.part import PartConditions
+from grind_env.machine.job import Lots, PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
 """Logarithmic standard deviation of each factor that an episode draws once, by stroke parameter."""

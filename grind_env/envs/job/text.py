@@ -4,9 +4,11 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from grind_env.control import Programs, read
+from grind_env.control import ControlError, Programs, read
 from grind_env.control.rewriting import with_words
-from grind_env.control.words import Block
+from grind_env.control.source import SourceText, readable
+from grind_env.control.statements import Goto
+from grind_env.control.words import Block, read_block
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.program_episode import Words
 
@@ -33,7 +35,7 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
         JobProgramError: a block stands in another file, or was run twice with different words.
     """
     with programs.main.blocks.text.open() as handle:
-        lines = _LINE.findall(handle.read().decode("utf-8-sig"))
+        lines = _LINE.findall(readable(handle.read().decode("utf-8-sig", "surrogateescape")))
     changed: dict[tuple[int, int], tuple[str, str]] = {}
     for block, words in chosen:
         source = block.source
@@ -46,7 +48,7 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
         if changed.setdefault((source.line, source.column), (source.text, text))[1] != text:
             raise JobProgramError(
                 f"{source.file}:{source.line}: the cycle block has run more than once with different words, so that "
-                "no single text says both; write its M98 calls out"
+                "no single text says both; write its M98 calls and loops out"
             )
     for (line, column), (old, new) in sorted(changed.items(), reverse=True):
         text = lines[line - 1]
@@ -69,10 +71,17 @@ def repeated(programs: Programs, parts: int) -> Programs:
         parts: how often it is run.
 
     Raises:
-        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin.
+        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin, or it jumps
+            by GOTO, which would lead from one part into another.
     """
     if parts == 1:
         return programs
+    for block in programs.main.blocks:
+        if _jumps(block):
+            raise JobProgramError(
+                f"{block.file}:{block.line}: the program jumps by GOTO and cannot be run for {parts} parts; loop by "
+                "WHILE, or put what is jumped over into a subprogram"
+            )
     for program in [*programs][1:]:
         for block in program.blocks:
             if _ends(block.text):
@@ -94,6 +103,13 @@ def _others(programs: Programs) -> Iterator[str]:
     for program in [*programs][1:]:
         yield f"O{program.number}"
         yield from (source.text for source in program.blocks)
+
+
+def _jumps(source: SourceText) -> bool:
+    try:
+        return isinstance(read_block(source).statement, Goto)
+    except ControlError:  # it is refused when it is executed
+        return False
 
 
 def _ends(text: str) -> bool:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.form import Form
 from grind_env.envs.observations import Reading, readings
 from grind_env.envs.reciprocation.program import block_text, part_program
@@ -40,5 +41,5 @@ class ReciprocationSimulation(Simulation):
         step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], cycles, *arguments)
 
 
-G81 = Form("G81", ReciprocationSimulation, block_text, part_program)
+G81 = Form("G81", ReciprocationSimulation, block_text, part_program, job=job_from_surface)
 """A step is one part: a G81 with its infeeds and dwells."""

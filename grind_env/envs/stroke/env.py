@@ -4,7 +4,7 @@ import gymnasium as gym
 
 from grind_env.control import read
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
-from grind_env.envs.blocks.program import job
+from grind_env.envs.blocks.program import job_of_strokes
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.form import Form
 from grind_env.envs.reciprocation.program import request_times
@@ -16,7 +16,7 @@ from grind_env.envs.tasks import Task, read_task
 TASK = "stroke"
 """Name of its task file."""
 
-STROKES = Form("G81", StrokeSimulation, block_text, part_program, coming_stroke, stroke_view)
+STROKES = Form("G81", StrokeSimulation, block_text, part_program, coming_stroke, job_of_strokes, stroke_view)
 """A step is one stroke: the blocks of the program that lead to it."""
 
 
@@ -96,7 +96,7 @@ class StrokeEnv(GrindEnv):
 
     def operator_dress_at(self) -> tuple[float, ...]:
         """Times of the control, s, at which the operator asks for a dress when that program runs."""
-        return request_times(read(self.part_program()), job(self.task, *self.task.kinds).control)
+        return request_times(read(self.part_program()), job_of_strokes(self.task, self.blocks).control)
 
 
 def check_arguments(observation: object, predress: object, cycle: object) -> None:

@@ -4,7 +4,6 @@ The dataclasses say it all: their annotations what a key may hold, their docstri
 """
 
 import itertools
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -17,6 +16,9 @@ from grind_env.envs.tasks.tables import Kind
 from grind_env.process.catalogue import KINDS, load_catalogue, quantities
 from grind_env.process.entries import Choice
 from grind_env.process.tables import Content, contents
+from grind_env.toml import toml_text, toml_value
+
+__all__ = ["Row", "document", "json_schema", "rows", "rows_of", "schema_text", "toml_text"]
 
 TYPES = {float: "number", int: "whole number", bool: "true or false", str: "text", tuple: "list", Mapping: "table"}
 JSON_TYPES = {float: "number", int: "integer", bool: "boolean", str: "string", tuple: "array", Mapping: "object"}
@@ -46,15 +48,24 @@ class Row:
     derived: str = ""
     required: bool = False
 
-    def __str__(self) -> str:
-        """The key with type, range, unit and default: `load: number, 0 to 86400 s; default 20.0`."""
+    @property
+    def holds(self) -> str:
+        """Type, range and unit: `number, 0 to 86400 s`."""
         content = self.content
         holds = " or ".join(content.choices) or TYPES[content.type]
         if content.type in (tuple, Mapping):
             holds = " ".join(filter(None, (holds, "of", str(content.count or ""), f"{TYPES[content.item]}s")))
-        span = f", {content.quantity}" if content.quantity else ""
-        default = self.derived or ("none" if self.default is None else _toml(self.default))
-        return f"{self.key}: {holds}{span}; {'required' if self.required else f'default {default}'}"
+        return f"{holds}{f', {content.quantity}' if content.quantity else ''}"
+
+    @property
+    def otherwise(self) -> str:
+        """What it is if it is left out: `required`, `default 20.0`."""
+        default = self.derived or ("none" if self.default is None else toml_value(self.default))
+        return "required" if self.required else f"default {default}"
+
+    def __str__(self) -> str:
+        """The key with type, range, unit and default: `load: number, 0 to 86400 s; default 20.0`."""
+        return f"{self.key}: {self.holds}; {self.otherwise}"
 
 
 def rows() -> list[Row]:
@@ -62,13 +73,14 @@ def rows() -> list[Row]:
     tables = {**TABLES, "kind": Kind}
     return [
         Row("", "base", Content(str, str), BASE),
-        *(row for row in _rows("", Task) if row.key in PLAIN),
-        *(row for name, kind in tables.items() for row in _rows(name, kind)),
+        *(row for row in rows_of("", Task) if row.key in PLAIN),
+        *(row for name, kind in tables.items() for row in rows_of(name, kind)),
         Row("catalogue", "files", Content(tuple, str), FILES),
     ]
 
 
-def _rows(table: str, kind: Any) -> Iterator[Row]:
+def rows_of(table: str, kind: Any) -> Iterator[Row]:
+    """The keys of a table, from the annotations and the docstring of its dataclass."""
     known, said = contents(kind), meanings(kind, "Attributes")
     for item in fields(kind):
         if item.name not in known:
@@ -183,28 +195,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return dict(value)
     return list(value) if isinstance(value, tuple) else value
-
-
-def toml_text(content: Mapping[str, Any], heading: str = "") -> str:
-    """A document as TOML."""
-    tables = {key: value for key, value in content.items() if _is_table(value)}
-    lines = [f"{key} = {_toml(value)}" for key, value in content.items() if key not in tables]
-    blocks = ["\n".join(lines)] if lines else []
-    for key, value in tables.items():
-        name = f"{heading}{key if key.isidentifier() else json.dumps(key)}"
-        for each in value if isinstance(value, list) else [value]:
-            inner = toml_text(each, f"{name}.")
-            title = f"[[{name}]]" if isinstance(value, list) else f"[{name}]"
-            bare = any(not _is_table(entry) for entry in each.values())
-            blocks.append(f"{title}\n{inner}" if bare else inner)
-    return "\n\n".join(blocks)
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value)

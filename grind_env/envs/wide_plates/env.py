@@ -1,20 +1,12 @@
 """`grind/WidePlates-v0`: parts wider than the wheel, ground with the cross picks of a G83."""
 
 from dataclasses import replace
-from typing import Any
-
-import gymnasium as gym
-import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
-from grind_env.machine.job import WheelStart
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.state import WheelState
 
 TASK = "wide_plates"
 
@@ -58,29 +50,11 @@ class WidePlatesEnv(GrindEnv):
     ) -> None:
         super().__init__(TASK, observation, show_block, action, predress, cycle, render_mode)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """As `GrindEnv.reset`."""
-        observation, info = super().reset(seed=seed, options=options)
-        assert self.episodes is not None
-        self.first_wheel = WheelState(*self.episodes.wheels[0].tolist())
-        return observation, info
-
     def record(self) -> GrindingRecord:
         """Strokes, dresses and finished parts since the last reset: the part program, ground.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
         """
-        if self.episodes is None or not self.blocks:
-            raise gym.error.ResetNeeded("nothing has been ground: call reset() and step() first")
-        job, start, wheel = job_from_surface(self.task), self.task.start, self.first_wheel
-        found = WheelStart(
-            diameter=wheel.ds,
-            diamond_flat=wheel.wd,
-            wear_flat_area=start.wear_flat_area,
-            volume_since_dress=start.volume,
-        )
-        parts = conditions(self.task, self.episodes.tape[0])[: len(self.blocks)]
-        return grind(read(self.part_program()), replace(job, wheel=found), conditions=parts)
+        job = self.part_job()
+        return grind(read(self.part_program()), replace(job, parts=job.parts[: len(self.blocks)]))

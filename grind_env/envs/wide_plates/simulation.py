@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.cycles.traverse import TraverseCycle
+from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.contexts import Given
 from grind_env.envs.form import Form
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
@@ -93,7 +94,7 @@ class CrossSimulation(Simulation):
         step_traverses(self._zones, *self._crossing, cycles, *arguments)
 
 
-G83 = Form("G83", CrossSimulation, block_text, part_program)
+G83 = Form("G83", CrossSimulation, block_text, part_program, job=job_from_surface)
 """A step is one part: a G83 block."""
 
 

@@ -1,0 +1,105 @@
+"""The system variables: positions, coordinate offsets and the radius table (numbers as usual, D).
+
+Lengths are in the units in force, X as G07 or G08 writes it. What is read of the wheel's radius, or of an axis that
+cycles lead, depends on what the wheel has done: `Reading.dependent` keeps the first such number.
+"""
+
+from decimal import Decimal
+
+from grind_env.control.control import WHEEL_RADIUS
+from grind_env.control.formulas import VariableFault, rounded
+from grind_env.control.modes import WORK_SYSTEMS
+from grind_env.control.motions import Position
+from grind_env.control.moves import Mover
+from grind_env.control.numbers import MILLIMETRES_PER_INCH
+from grind_env.control.paths import AXES, displaced
+
+RADII = range(2001, 2100)
+"""Entry 1 of the radius table and so on; the wheel's own is #2033."""
+PROGRAM_ENDS, MACHINE, PRESENT = 5001, 5021, 5041
+EXTERNAL, FIRST_SYSTEM, SYSTEM_STEP = 5201, 5221, 20
+
+NONE_SUCH = (
+    "#1 to #33 are local, #100 to #199 and #500 to #999 common variables, #2001 to #2099 the radius table, #3000 the "
+    "alarm, #5001 to #5003, #5021 to #5023 and #5041 to #5043 positions and #5201 to #5383 coordinate offsets"
+)
+
+
+class SystemVariables:
+    """Those of one execution.
+
+    Attributes:
+        dependent: the first variable read whose value depends on the wheel or on where a cycle has ended; None before.
+    """
+
+    def __init__(self, mover: Mover) -> None:
+        self.mover = mover
+        self.dependent: int | None = None
+
+    def read(self, number: int) -> Decimal:
+        """The value of a system variable.
+
+        Raises:
+            VariableFault: there is none of this number that can be read.
+        """
+        mover = self.mover
+        if number in RADII:
+            entry = number - RADII[0] + 1
+            if entry == WHEEL_RADIUS:
+                self.dependent = self.dependent or number
+            return self._shown(mover.tooling.radius_of(entry), None)
+        if (offset := _offset(number)) is not None:
+            system, axis = offset
+            return self._shown((mover.work.external if system is None else mover.work.offsets[system])[axis], axis)
+        origin = mover.work.origin(mover.modes.work_system)
+        for first, position, zero in (
+            (PROGRAM_ENDS, mover.position, origin),
+            (MACHINE, mover.timeline.position, (0.0, 0.0, 0.0)),
+            (PRESENT, mover.timeline.position, origin),
+        ):
+            axis = number - first
+            if 0 <= axis < len(AXES):
+                if axis in mover.timeline.led_by_cycles:
+                    self.dependent = self.dependent or number
+                return self._shown(displaced(position[axis], -zero[axis]), axis)
+        raise VariableFault(f"#{number} is no variable that can be read here; {NONE_SUCH}")
+
+    def write(self, number: int, value: Decimal) -> None:
+        """Write a coordinate offset or an entry of the radius table.
+
+        Raises:
+            VariableFault: there is none of this number that can be written.
+        """
+        work = self.mover.work
+        if number in RADII:
+            self.mover.tooling.radii[number - RADII[0] + 1] = self._millimetres(value, None)
+        elif (offset := _offset(number)) is not None:
+            system, axis = offset
+            changed = list(work.external if system is None else work.offsets[system])
+            changed[axis] = self._millimetres(value, axis)
+            point: Position = changed[0], changed[1], changed[2]
+            if system is None:
+                work.external = point
+            else:
+                work.offsets[system] = point
+        else:
+            raise VariableFault(f"#{number} is no variable that can be assigned; {NONE_SUCH}")
+
+    def _shown(self, mm: float, axis: int | None) -> Decimal:
+        return rounded(Decimal(repr(mm)) / self._unit(axis))
+
+    def _millimetres(self, value: Decimal, axis: int | None) -> float:
+        return float(value * self._unit(axis))
+
+    def _unit(self, axis: int | None) -> Decimal:
+        modes = self.mover.modes
+        unit = MILLIMETRES_PER_INCH if modes.inch else Decimal(1)
+        return unit / 2 if modes.diameter and axis == 0 else unit
+
+
+def _offset(number: int) -> tuple[str | None, int] | None:
+    """The work system, None for the external offset, and the axis of an offset's number; None for other numbers."""
+    if 0 <= (axis := number - EXTERNAL) < len(AXES):
+        return None, axis
+    system, axis = divmod(number - FIRST_SYSTEM, SYSTEM_STEP)
+    return (WORK_SYSTEMS[system], axis) if 0 <= system < len(WORK_SYSTEMS) and axis < len(AXES) else None

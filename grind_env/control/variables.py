@@ -1,0 +1,158 @@
+"""The ``#`` variables of paramacros: local, common and system ones (20-13; numbers of system variables D)."""
+
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Protocol, TypeAlias
+
+from grind_env.control.formulas import Value, VariableFault, rounded
+
+LOCALS = range(1, 34)
+COMMON = (range(100, 200), range(500, 1000))
+ALARM = 3000
+LARGEST_VALUE = 1e30
+"""Of a variable at the start."""
+DEEPEST_MACRO = 4
+"""Levels of macros called by G65 (20-13)."""
+
+KINDS = "#1 to #33 are local, #100 to #199 and #500 to #999 common variables"
+
+Values: TypeAlias = Mapping[int, float]
+Notes: TypeAlias = Mapping[tuple[int, int], Value]
+"""Values of variables by level, -1 of the common ones, and number."""
+
+
+class System(Protocol):
+    """What of the control itself a program can read and write."""
+
+    def read(self, number: int) -> Decimal:
+        """The value of a system variable; a `VariableFault` says why it has none."""
+
+    def write(self, number: int, value: Decimal) -> None:
+        """Set it; a `VariableFault` says why that is impossible."""
+
+
+class Variables:
+    """The variables of an execution.
+
+    Attributes:
+        level: of the macro under execution; 0 in the main program and in what M98 calls.
+    """
+
+    def __init__(self, given: Values, system: System) -> None:
+        self.system, self.level = system, 0
+        self._locals: list[dict[int, Decimal]] = [{} for _ in range(DEEPEST_MACRO + 1)]
+        self._common: dict[int, Decimal] = {}
+        self._found: dict[tuple[int, int], Value] | None = None
+        self._written: set[tuple[int, int]] = set()
+        for number, value in given.items():
+            self.write(number, rounded(Decimal(repr(float(value)))))
+
+    def read(self, number: int) -> Value:
+        """The value of a variable; None of a vacant one, which #0 always is.
+
+        Raises:
+            VariableFault: there is no such variable, or it has no value now.
+        """
+        held = self._held(number)
+        if held is None:
+            return None if number == 0 else self.system.read(number)
+        value, key = held.get(number), self._key(number)
+        if self._found is not None and key not in self._written:
+            self._found[key] = value
+        return value
+
+    def write(self, number: int, value: Value) -> None:
+        """Assign a value; None makes the variable vacant.
+
+        Raises:
+            VariableFault: there is no such variable, or it cannot be written.
+        """
+        held = self._held(number)
+        if number == 0:
+            raise VariableFault(f"#0 cannot be assigned; {KINDS}")
+        if held is None:
+            if value is None:
+                raise VariableFault(f"#{number} cannot be made vacant; {KINDS}")
+            self.system.write(number, value)
+        else:
+            self._written.add(self._key(number))
+            if value is None:
+                held.pop(number, None)
+            else:
+                held[number] = value
+
+    def begin_notes(self) -> None:
+        """From now on, note the values that are read as they were before."""
+        self._found, self._written = {}, set()
+
+    def end_notes(self) -> Notes:
+        """What has been noted."""
+        notes, self._found = self._found or {}, None
+        return notes
+
+    def agree(self, notes: Notes) -> bool:
+        """Whether what was noted still has its values."""
+        return all(self._kept(level).get(number) == value for (level, number), value in notes.items())
+
+    def enter(self, arguments: Mapping[int, Decimal]) -> None:
+        """Begin a macro: the local variables of its level keep what no argument assigns (20-13)."""
+        self.level += 1
+        self._locals[self.level].update(arguments)
+
+    def leave(self) -> None:
+        """Return from a macro."""
+        self.level -= 1
+
+    def ahead(self, system: System) -> "Variables":
+        """A copy for a look at the blocks ahead, which changes nothing here."""
+        copy = Variables({}, system)
+        copy.level = self.level
+        copy._locals, copy._common = [dict(each) for each in self._locals], dict(self._common)
+        return copy
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """All values that a program can have assigned, to be compared."""
+        return dict(self._common), *map(dict, self._locals)
+
+    @property
+    def values(self) -> Values:
+        """Values by number as a program that is executed now finds them, those of system variables left out."""
+        return {number: float(value) for number, value in (self._common | self._locals[self.level]).items()}
+
+    def _held(self, number: int) -> dict[int, Decimal] | None:
+        """Where the value of a local or common variable is kept; None for others."""
+        return self._kept(self._key(number)[0]) if number in LOCALS or is_common(number) else None
+
+    def _key(self, number: int) -> tuple[int, int]:
+        """Level, -1 of a common variable, and number."""
+        return (self.level if number in LOCALS else -1), number
+
+    def _kept(self, level: int) -> dict[int, Decimal]:
+        return self._common if level < 0 else self._locals[level]
+
+
+class Foreseen:
+    """The system variables to a look at the blocks ahead, where positions and tables are not yet what they will be.
+
+    Attributes:
+        asked: whether one was needed.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def read(self, number: int) -> Decimal:
+        """Refuse to tell."""
+        self.asked = True
+        raise VariableFault(f"#{number} is read where the radius compensation looks ahead; copy it before G41 or G42")
+
+    def write(self, number: int, value: Decimal) -> None:
+        """Refuse as well."""
+        self.asked = True
+        raise VariableFault(f"#{number} is assigned where the radius compensation looks ahead; do so before G41 or G42")
+
+
+def is_common(number: int) -> bool:
+    """Whether all programs share a variable."""
+    return any(number in numbers for numbers in COMMON)

@@ -1,0 +1,152 @@
+"""An episode of a user's program that is ground elsewhere: on a machine, of which somebody says what was measured.
+
+What an observation says is either measured or book-keeping: E and D, dresses, depths, volumes. The book is kept by the
+compiled step, with a wheel and a part without spread; what was measured takes the place of what that step would have
+measured, with no noise added, in the same compiled account of a block. So the observation is the one that the
+environment would give if it had measured the same.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.blocks.tables import Outcome, ShopMemory
+from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.step import Found, settle_jobs
+from grind_env.envs.job.tape import NEW_LOT
+from grind_env.envs.observations import gauged_diameter, measured_roughness
+from grind_env.envs.simulation import BOOKED, DIAMETER
+from grind_env.machine.settings import D, E
+from grind_env.machine.tally import Tally
+
+GAUGED, PICK, SIZE = (ShopMemory._fields.index(name) for name in ("gauged", "pick", "size_error"))
+NONE_GAUGED, OUTCOME_FIELDS = -1.0, len(Outcome._fields)
+
+
+class Measured(NamedTuple):
+    """What was measured of a block, and of the part that it finished."""
+
+    mean_power: float = 0.0
+    """Mean load of the spindle in the last (up to 6) full plunges since a dress, W above idle; 0 if none was read."""
+    first_power: float = 0.0
+    """The same of the first full plunges."""
+    peak_power: float = 0.0
+    """Highest load, W; 0 if none was read."""
+    size_error: float | None = None
+    """Stock left on the finished part, um."""
+    Ra: float | None = None
+    """Of the finished part, um; the observation shows it one part later."""
+    Ra_before: float | None = None
+    """Of the part before it, um, where it was not known yet."""
+    diameter: float | None = None
+    """Of the wheel, mm."""
+    new_wheel: bool = False
+    """Whether the wheel was changed after the block."""
+    new_lot: bool = False
+    """Whether the coming part begins a new lot."""
+
+
+class MeasuredEpisode:
+    """One episode, block by block.
+
+    Args:
+        simulation: of the program; its observations are the ones that are made.
+
+    Attributes:
+        simulation: without spread, and with wheels that are changed only when it is said.
+    """
+
+    def __init__(self, simulation: JobSimulation) -> None:
+        self.simulation = simulation.without_spread()
+        self.simulation.change_shop(simulation.shop._replace(least_diameter=0.0))
+        self._shops = np.array([self.simulation.shop])
+        episodes = self.simulation.start([np.random.default_rng(0)])
+        assert isinstance(episodes, JobEpisodes)
+        self._episodes = episodes
+        self._episodes.tape[..., NEW_LOT] = 0.0
+        self._episodes.tape[0, 0, NEW_LOT] = 1.0
+
+    @property
+    def block(self) -> int:
+        """Number of the coming block, from 0."""
+        return int(self._episodes.block[0])
+
+    @property
+    def over(self) -> bool:
+        """Whether the last block has been ground."""
+        return self.block >= len(self.simulation.blocks)
+
+    def observation(self) -> NDArray[np.float32]:
+        """Before the coming block, shape (1, entries)."""
+        return self.simulation.observe(self._episodes)
+
+    def taken(self, speed: float, executions: float) -> tuple[float, int]:
+        """E, mm/min, and D as the words of the coming block say them."""
+        choice = np.array([speed]), np.array([executions])
+        speeds, dresses = self.simulation.taken(self._episodes, choice)
+        return float(speeds[0]), int(dresses[0])
+
+    def take(self, speed: float, executions: int, measured: Measured) -> None:
+        """The coming block was ground with E (mm/min) and D, and this was measured of it.
+
+        Raises:
+            GrindError: the control refuses the block.
+        """
+        simulation, episodes = self.simulation, self._episodes
+        number, kept = episodes.block.copy(), episodes.memory.copy()
+        ends = simulation.blocks[int(number[0])].finished > 0
+        settings = simulation.own_settings(episodes)
+        speeds, dresses = np.array([speed]), np.array([float(executions)])
+        settings[:, E], settings[:, D] = speeds, dresses
+        # a wheel as it was mounted: the nominal one may stall where the true one has not
+        fresh = simulation.first_wheels(1)
+        fresh[:, DIAMETER] = episodes.wheels[:, DIAMETER]
+        episodes.wheels[:] = fresh
+        _, tallies = simulation.step(episodes, speeds, dresses)
+        tallies[0] = Tally(*tallies[0].tolist())._replace(
+            first_power=measured.first_power,
+            first_count=1.0,
+            power_1=measured.mean_power,
+            **dict.fromkeys(("power_2", "power_3", "power_4", "power_5", "power_6"), 0.0),
+            last_count=1.0,
+            peak_load=measured.peak_power,
+        )
+        found = Found(
+            good=1.0,
+            size_error=float(kept[0, SIZE]) if measured.size_error is None else measured.size_error,
+            change=float(measured.new_wheel),
+            handover=0.0,
+            pick=float(episodes.memory[0, PICK]),
+        )
+        episodes.block[:], episodes.memory[:] = number, kept
+        if ends and measured.Ra_before is not None:
+            episodes.memory[0, GAUGED] = self._roughness(measured.Ra_before)
+        if measured.diameter is not None:
+            episodes.wheels[0, DIAMETER] = measured.diameter
+        settle_jobs(
+            simulation.kinds,
+            self._shops,
+            episodes.tape,
+            episodes.first,
+            episodes.block,
+            episodes.wheels,
+            episodes.parts,
+            episodes.memory,
+            settings,
+            np.array([0]),
+            tallies,
+            np.array([found]),
+            np.zeros((1, OUTCOME_FIELDS)),
+        )
+        if ends:
+            episodes.memory[0, GAUGED] = NONE_GAUGED if measured.Ra is None else self._roughness(measured.Ra)
+        if measured.diameter is not None:
+            episodes.memory[0, BOOKED] = gauged_diameter(measured.diameter, 0.0)
+        if ends or measured.new_wheel or measured.diameter is not None:
+            episodes.wheels[0, DIAMETER] = episodes.memory[0, BOOKED]
+        if measured.new_lot and not self.over:
+            episodes.tape[0, self.block, NEW_LOT] = 1.0
+
+    def _roughness(self, Ra: float) -> float:
+        return float(measured_roughness(Ra, self.simulation.job.limits.roughness, 0.0))

@@ -1,0 +1,74 @@
+"""The catalogue as it is shown: what each key of an entry holds, and where its numbers come from."""
+
+import inspect
+import re
+from collections.abc import Sequence
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import NamedTuple
+
+from grind_env.files import read_text
+from grind_env.process.catalogue import BUILT_IN, KINDS, Entry, quantities
+from grind_env.process.entries import Quantity
+
+_COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
+"""A field of an entry class with the remark behind it."""
+
+
+class EntryKey(NamedTuple):
+    """A key of an entry."""
+
+    key: str
+    symbol: str
+    """In the process model and the literature."""
+    unit: str
+    legal: str
+    """Range, or the words."""
+    default: str
+    """Empty if an entry has to give it, itself or by its base."""
+    meaning: str
+    """Empty where the name says it."""
+
+
+def keys_of(kind: type[Entry]) -> list[EntryKey]:
+    """The keys of the entries of a kind."""
+    remarks = dict(_COMMENTED.findall(inspect.getsource(kind)))
+    defaults = {each.name: "" if each.default is MISSING else f"{each.default:g}" for each in fields(kind)[1:]}
+    found = []
+    for key, legal in quantities(kind).items():
+        symbol, unit, span = "", "", str(legal)
+        if isinstance(legal, Quantity):
+            symbol, unit, span = legal.symbol, legal.unit, f"{legal.low:g} to {legal.high:g}"
+        found.append(EntryKey(key, symbol, unit, span, defaults[key], remarks.get(key, "")))
+    return found
+
+
+def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
+    """What the comments in the catalogue say of an entry; that of the last file which has it.
+
+    Args:
+        kind: a key of `KINDS`.
+        name: of the entry.
+        files: those of a user, after the built-in one.
+    """
+    heading = re.compile(rf"^\[{kind}\.\"?{re.escape(name)}\"?\]\s*(?:#\s*(.*))?\n((?:#.*\n)*)", re.MULTILINE)
+    found = ""
+    for path in (_built_in(kind), *files):
+        if match := heading.search(read_text(path)):
+            found = " ".join(filter(None, (match[1] or "", _text(match[2]))))
+    return found
+
+
+def preface(kind: str) -> str:
+    """What the built-in file of a kind says of all its entries; empty if nothing."""
+    return _text("".join(re.findall(r"\A((?:#.*\n)*)", read_text(_built_in(kind)))))
+
+
+def _built_in(kind: str) -> Path:
+    assert kind in KINDS
+    return BUILT_IN / f"{kind}s.toml"
+
+
+def _text(comment: str) -> str:
+    """Lines of a comment as one."""
+    return " ".join(line.lstrip("# ").rstrip() for line in comment.splitlines())

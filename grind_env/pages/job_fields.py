@@ -1,0 +1,36 @@
+"""Every key of a job file, from the dataclasses that it is read into."""
+
+from collections.abc import Mapping
+
+from grind_env.envs.tasks.schema import FILES, Row, rows_of
+from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.process.catalogue import KINDS, USUAL
+from grind_env.process.tables import Content
+
+STAGES = "part.stages"
+"""A table for each stage, headed `[[part.stages]]`."""
+
+MATERIAL = "work material: the name of an entry of the catalogue"
+
+
+def job_rows() -> list[Row]:
+    """All keys, table by table."""
+    text, numbers = Content(str, str), Content(Mapping, float)
+    names = [Row("setup", kind, text, f"{kind}: the name of an entry of the catalogue", USUAL[kind]) for kind in USUAL]
+    overrides = [
+        Row("setup", f"{kind}_overrides", numbers, f"single values of the {kind} that differ from its entry")
+        for kind in KINDS
+    ]
+    return [
+        Row("part", "material", text, MATERIAL, required=True),
+        *rows_of("part", Part),
+        *rows_of(STAGES, Stage),
+        *names,
+        *rows_of("setup", Setup),
+        *overrides,
+        *rows_of("times", Times),
+        *rows_of("wheel", WheelStart),
+        *rows_of("diamond", Diamond),
+        *rows_of("lots", Lots),
+        Row("catalogue", "files", Content(tuple, str), FILES),
+    ]

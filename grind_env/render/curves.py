@@ -1,0 +1,314 @@
+"""What pictures of a record show, whatever draws them: quantities stroke by stroke, or of many strokes as bands.
+
+The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.cost import NO_LIMIT, Limits
+
+Array = NDArray[Any]
+
+SPARKING = 0.001
+"""mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""
+
+MOST_STROKES = 600
+"""Drawn one by one; of more groups of them are."""
+
+MOST_GROUPS = 300
+"""In a picture of bands."""
+
+MANY_PARTS = 20
+"""From so many on the groups are parts, or successive ones together, and not strokes."""
+
+BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
+
+
+class Limit(NamedTuple):
+    """A line across a panel."""
+
+    value: float
+    text: str
+
+
+class Span(NamedTuple):
+    """Successive strokes of one execution of a block."""
+
+    first: int
+    """Its first stroke, from 0."""
+    after: int
+    """The stroke after its last one."""
+    label: str
+    """N word or line of the block: `N50`, `line 7`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Curve:
+    """A quantity of a run.
+
+    Attributes:
+        title: what it is.
+        unit: of its values.
+        color: of it in all pictures.
+        low: its value in each group; of single strokes the value itself, like the next two.
+        mean: likewise.
+        high: likewise.
+        limits: lines to be drawn with it.
+        downwards: whether larger values are drawn lower: a depth.
+    """
+
+    title: str
+    unit: str
+    color: str
+    low: Array
+    mean: Array
+    high: Array
+    limits: tuple[Limit, ...] = ()
+    downwards: bool = False
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The lowest and the highest value that its axis shows: zero and the limits are always among them."""
+        values = [0.0, *(limit.value for limit in self.limits)]
+        for side in (self.low, self.high):
+            if np.isfinite(side).any():
+                values += [float(np.nanmin(side)), float(np.nanmax(side))]
+        low, high = min(values), max(values)
+        room = 0.15 * (high - low) or 1.0
+        return low - room if low < 0.0 else low, high + room
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Picture:
+    """All curves of a run over one axis.
+
+    Attributes:
+        axis: what the axis counts: `stroke` or `part`.
+        at: place of each group on it; that of a group of several is its middle.
+        edges: where groups begin, and the end of the last one, so that steps can be drawn.
+        banded: whether a group is more than one stroke or part, so that a curve is a band.
+        curves: from above.
+        breaks: places before which curves are interrupted, by dresses and new parts.
+        dresses: place and seconds of each, where strokes are drawn one by one.
+        spans: the blocks, likewise.
+        parts: first stroke and number of each part, likewise.
+        spark_out: whether each stroke sparks out, likewise.
+    """
+
+    axis: str
+    at: Array
+    edges: Array
+    banded: bool
+    curves: tuple[Curve, ...]
+    breaks: tuple[int, ...] = ()
+    dresses: tuple[tuple[float, float], ...] = ()
+    spans: tuple[Span, ...] = ()
+    parts: tuple[tuple[int, int], ...] = ()
+    spark_out: Array | None = None
+
+
+def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
+    """The curves of a record; with its job those of size and the limits, too."""
+    strokes, parts = record.strokes, record.parts
+    by_part = strokes.size > MOST_STROKES and parts.size >= MANY_PARTS
+    values = _of_parts(record, job) if by_part else _of_strokes(record, job)
+    count = parts.size if by_part else strokes.size
+    most = MOST_GROUPS if by_part or count > MOST_STROKES else count
+    size = math.ceil(count / most)
+    starts = np.arange(0, count, size)
+    edges = np.append(starts, count) + 0.5
+    shown = Picture(
+        axis="part" if by_part else "stroke",
+        at=0.5 * (edges[:-1] + edges[1:]),
+        edges=edges,
+        banded=size > 1,
+        curves=tuple(_grouped(curve, starts) for curve in values),
+    )
+    if by_part or shown.banded:
+        return shown
+    changes = np.flatnonzero(np.diff(strokes["part"])) + 1
+    return replace(
+        shown,
+        breaks=tuple(np.union1d(record.dresses["after"], changes).astype(int).tolist()),
+        dresses=tuple((float(dress["after"]) + 0.5, float(dress["seconds"])) for dress in record.dresses),
+        spans=tuple(spans(record)),
+        parts=tuple((int(np.searchsorted(strokes["part"], part)), int(part)) for part in parts["part"]),
+        spark_out=sparks_out(record),
+    )
+
+
+def spans(record: GrindingRecord) -> list[Span]:
+    """The executions of blocks in the order in which they were run."""
+    strokes = record.strokes
+    again = (np.diff(strokes["number"]) <= 0) & (strokes["number"][1:] > 0)
+    changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
+    firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
+    return [
+        Span(first, after, block_name(record, int(strokes["line"][first])))
+        for first, after in itertools.pairwise(firsts)
+    ]
+
+
+def block_name(record: GrindingRecord, line: int) -> str:
+    """The block in a line as pictures and tables name it."""
+    block = record.blocks.get(line, line)
+    return f"line {line}" if block == line else f"N{block}"
+
+
+def sparks_out(record: GrindingRecord) -> Array:
+    """Whether each stroke of a record sparks out: grinds at a depth that has been ground at all over before.
+
+    In a cycle that plunges these are the L last traverses of all at its depth; in one that the program feeds, the
+    strokes between which it does not.
+    """
+    strokes = record.strokes
+    found = np.zeros(strokes.size, dtype=bool)
+    for span in spans(record):
+        Z = strokes["Z"][span.first : span.after]
+        plan = record.cycles.get(int(strokes["line"][span.first]))
+        if plan is not None and plan.plunges:
+            at_depth = int((Z[-1] - DEPTH_TOLERANCE <= Z).sum())
+            found[span.after - at_depth * plan.spark_out // (1 + plan.spark_out) : span.after] = True
+        elif not strokes["groove"][span.first]:
+            found[span.first + 1 : span.after] = np.abs(np.diff(Z)) <= DEPTH_TOLERANCE
+    return found
+
+
+def behind(record: GrindingRecord, job: Job) -> Array:
+    """How far the mean depth ground off is behind the programmed one after each stroke, um.
+
+    At the end of a part that the program grinds to its size it is the mean size error.
+    """
+    strokes = record.strokes
+    ground = [job.of_part(number).part for number in record.parts["part"].tolist()]
+    areas = np.array([part.width * part.length for part in ground])
+    removed = strokes["ae"] * strokes["b"] * strokes["Lw"] / areas[strokes["part"] - 1]
+    total = np.cumsum(removed)
+    firsts = np.searchsorted(strokes["part"], strokes["part"])
+    before = np.where(firsts > 0, total[firsts - 1], 0.0)
+    deepest = np.empty(strokes.size)
+    for first in np.unique(firsts):
+        of_part = slice(first, first + int((firsts == first).sum()))
+        deepest[of_part] = np.maximum.accumulate(strokes["Z"][of_part])
+    return np.asarray(1000.0 * (deepest - (total - before)))
+
+
+def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
+    strokes = record.strokes
+    burn = np.where(strokes["ae"] >= SPARKING, strokes["Br"], np.nan)
+    curves = [
+        replace(_curve("programmed depth", "µm", BLUE, 1000.0 * strokes["Z"]), downwards=True),
+        _curve("depth of cut", "µm", BLUE, 1000.0 * strokes["ae"]),
+        *_loads(strokes["power"], strokes["T"], burn, strokes["A"], strokes["Ra"], job),
+    ]
+    if job is not None and not strokes["groove"].any():
+        curves.append(_size("ground behind the program, mean", behind(record, job), job))
+    return curves
+
+
+def _of_parts(record: GrindingRecord, job: Job | None) -> list[Curve]:
+    strokes, parts = record.strokes, record.parts
+    firsts = np.searchsorted(strokes["part"], parts["part"])
+    lasts = np.append(firsts[1:], strokes.size) - 1
+    curves = _loads(
+        parts["peak_power"],
+        np.maximum.reduceat(strokes["T"], firsts),
+        np.maximum.reduceat(np.where(strokes["ae"] >= SPARKING, strokes["Br"], 0.0), firsts),
+        strokes["A"][lasts],
+        parts["Ra"],
+        job,
+        "highest ",
+    )
+    if job is not None:
+        curves.append(_size("largest size error", parts["worst_error"], job))
+    return [*curves, _curve("wheel diameter lost", "mm", GREY, strokes["ds"][0] - strokes["ds"][lasts])]
+
+
+def _loads(
+    power: Array, rise: Array, burn: Array, flats: Array, roughness: Array, job: Job | None, which: str = ""
+) -> list[Curve]:
+    limits = None if job is None else _common_limits(job)
+    return [
+        _curve(
+            f"{which}power above idle",
+            "kW",
+            ORANGE,
+            0.001 * power,
+            () if limits is None else (Limit(0.001 * limits.power, f"limit {0.001 * limits.power:.2f} kW"),),
+        ),
+        _curve(
+            f"{which}temperature rise",
+            "K",
+            RED,
+            rise,
+            () if limits is None or limits.rise <= NO_LIMIT else (Limit(limits.rise, f"limit {limits.rise:.0f} K"),),
+        ),
+        _curve(f"{which}burn ratio", "-", GREY, burn, (Limit(1.0, "burn threshold"),)),
+        _curve("wear-flat area", "%", GREEN, 100.0 * flats),
+        _curve(
+            "roughness Ra",
+            "µm",
+            BLUE,
+            roughness,
+            (Limit(limits.roughness, f"limit {limits.roughness:g} µm"),)
+            if limits is not None and limits.roughness > NO_LIMIT
+            else (),
+        ),
+    ]
+
+
+def _common_limits(job: Job) -> Limits:
+    """The limits of all parts, without those that parts of several kinds do not share."""
+    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.parts) + 1))}
+    return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
+
+
+def _size(title: str, values: Array, job: Job) -> Curve:
+    size = _common_limits(job).size
+    limits = (Limit(size, f"limit {size:g} µm"), Limit(-size, f"limit -{size:g} µm")) if size > NO_LIMIT else ()
+    return _curve(title, "µm", GREEN, values, limits)
+
+
+def _curve(title: str, unit: str, color: str, values: Array, limits: tuple[Limit, ...] = ()) -> Curve:
+    return Curve(title=title, unit=unit, color=color, low=values, mean=values, high=values, limits=limits)
+
+
+def _grouped(curve: Curve, starts: Array) -> Curve:
+    """A curve with successive values together, from each of `starts` up to the next."""
+    values = curve.mean
+    if len(starts) == len(values):
+        return curve
+    known = np.isfinite(values)
+    counts = np.maximum(np.add.reduceat(known.astype(float), starts), 1.0)
+    low = np.minimum.reduceat(np.where(known, values, np.inf), starts)
+    high = np.maximum.reduceat(np.where(known, values, -np.inf), starts)
+    mean = np.add.reduceat(np.where(known, values, 0.0), starts) / counts
+    none = ~np.isfinite(low)
+    return replace(
+        curve, low=np.where(none, np.nan, low), mean=np.where(none, np.nan, mean), high=np.where(none, np.nan, high)
+    )
+
+
+def labelled_every(count: int, most: int) -> int:
+    """Of that many things every k-th is labelled, at most `most` of them: k is 1, 2 or 5 times a power of ten."""
+    least, decade = max(math.ceil(count / most), 1), 1
+    while 5 * decade < least:
+        decade *= 10
+    return next(step * decade for step in (1, 2, 5) if step * decade >= least)
+
+
+def joined_runs(values: Sequence[bool] | Array) -> list[tuple[int, int]]:
+    """Where successive values are true: first index, and the index after the last."""
+    padded = np.concatenate([[False], np.asarray(values, dtype=bool), [False]])
+    changes = np.flatnonzero(np.diff(padded.astype(int)))
+    return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))

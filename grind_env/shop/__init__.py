@@ -1,0 +1,4 @@
+"""What a shop does with its own program, job and log: optimise, sweep, calibrate, advise, report.
+
+Stands on policies and machine, below the command line; libraries of the extra `[shop]` are imported where used.
+"""

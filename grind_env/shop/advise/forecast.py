@@ -1,0 +1,137 @@
+"""Why: what is believed of the wheel, and what the coming block would come to with it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.blocks.tables import ShopMemory
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.model import MemberModel
+from grind_env.machine.tally import Tally
+from grind_env.policies.columns import AREA, COST, LOADING
+from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
+
+PARTS_AHEAD = 5
+"""Parts over which what a dress saves is counted."""
+SHARP, DULL = 0.8, 1.6
+"""Wear-flat area over that of a wheel at which rules have their stated E."""
+LEAST_SAVING = 0.005
+"""$; less is told as nothing."""
+PEAK = Tally._fields.index("peak_load")
+SURVIVAL = ShopMemory._fields.index("survival")
+
+
+class Forecast(NamedTuple):
+    """What is believed before a block, and expected of it."""
+
+    dullness: float
+    """Mean of the wear-flat area, loading included, share of the wheel's surface."""
+    dullness_spread: float
+    """Standard deviation, like the next two of that name."""
+    growth: float
+    """Factor on how fast wheel and lot dull, 1 for usual ones."""
+    growth_spread: float
+    """Logarithmic."""
+    power: float
+    """Highest load of the coming block at its E and D, W."""
+    power_spread: float
+    power_limit: float
+    """Of the spindle, W."""
+    dresses: int
+    """Executions whose price and saving follow; 0 where the block can have none."""
+    dress_cost: float
+    """$."""
+    dress_saving: float
+    """What the parts ahead cost less with it than without, its own price left out, at the same E, $."""
+    parts: int
+    """How many they are."""
+
+
+class Forecaster:
+    """Follows wheel and lot of one episode by an ensemble, as `grind_env.belief` does.
+
+    Raises:
+        BeliefError: the control has to execute the program, which no ensemble can.
+    """
+
+    def __init__(self, simulation: JobSimulation) -> None:
+        self.simulation, self.model = simulation, MemberModel(simulation)
+        self.belief = WheelBelief(self.model)
+        self.belief.begin(1)
+
+    def update(self, observation: NDArray[np.float32]) -> None:
+        """Take in the observation before a block, shape (1, entries)."""
+        self._believed = self.belief.update(observation)
+
+    def forecast(self, block: int, speed: float, executions: int) -> Forecast:
+        """What is believed, and what E (mm/min) and D make of it; `block` is the number of the coming one, from 0."""
+        simulation, wheels = self.simulation, self.belief.wheels[0]
+        area = wheels[:, AREA] + LOADED_AREA * wheels[:, LOADING]
+        outlines = simulation.blocks
+        first, last_part = outlines[block], min(outlines[block].part + PARTS_AHEAD, simulation.parts) - 1
+        ahead = [number for number in range(block, len(outlines)) if outlines[number].part <= last_part]
+        peak, cost = self._grind(ahead, speed, executions)
+        tried = max(executions, 1) if first.takes_dresses else 0
+        saved, price = 0.0, tried * simulation.dress_price
+        if tried:
+            other = self._grind(ahead, speed, 0 if executions else tried)[1]
+            without, dressed = (other, cost) if executions else (cost, other)
+            saved = without - dressed + price
+        return Forecast(
+            dullness=float(area.mean()),
+            dullness_spread=float(area.std()),
+            growth=float(np.exp(self._believed.growth[0])),
+            growth_spread=float(self._believed.growth_spread[0]),
+            power=float(peak.mean()),
+            power_spread=float(peak.std()),
+            power_limit=simulation.job.setup.machine.power_limit,
+            dresses=tried,
+            dress_cost=price,
+            dress_saving=saved,
+            parts=last_part - first.part + 1,
+        )
+
+    def _grind(self, blocks: list[int], speed: float, executions: int) -> tuple[NDArray[np.float64], float]:
+        """Highest load of each member in the first of these blocks, W, and mean cost of all, $; later D are 0."""
+        belief, outlines = self.belief, self.simulation.blocks
+        members = np.arange(belief.size)
+        branches = belief.members.pick(members)
+        self.model.write_factors(branches, members, belief.factors()[0])
+        branches.memory[:] = 0.0
+        branches.memory[:, SURVIVAL] = 1.0
+        total, peak = 0.0, np.zeros(belief.size)
+        text = outlines[blocks[0]].block.source.text
+        for number in blocks:
+            first, outline = number == blocks[0], outlines[number]
+            E = speed if outline.block.source.text == text else outline.plan.feed
+            choice = np.full(belief.size, E), np.full(belief.size, float(executions if first else 0))
+            outcomes, tallies = self.model.simulation.step(branches, *choice)
+            total += float(outcomes[:, COST].mean())
+            peak = tallies[:, PEAK].copy() if first else peak
+        return peak, total
+
+
+def sentences(seen: Forecast) -> list[str]:
+    """A forecast as sentences."""
+    relative = seen.dullness / REFERENCE_AREA
+    state = "sharp" if relative < SHARP else "dull" if relative > DULL else "neither sharp nor dull"
+    slow, fast = (seen.growth * np.exp(sign * seen.growth_spread) for sign in (-1.0, 1.0))
+    dulling = f"{seen.growth:.1f} times as fast as usual ({slow:.1f} to {fast:.1f})"
+    said = [
+        f"the wheel is believed {state}: wear flats {100.0 * seen.dullness:.2f} % of it, "
+        f"+/- {100.0 * seen.dullness_spread:.2f}; it dulls {dulling}",
+        f"expected power {seen.power / 1000.0:.2f} kW +/- {seen.power_spread / 1000.0:.2f} at this E, "
+        f"the spindle has {seen.power_limit / 1000.0:.2f} kW",
+    ]
+    if seen.dresses:
+        times = "a dress" if seen.dresses == 1 else f"{seen.dresses} dress executions"
+        parts = "this part" if seen.parts == 1 else f"these {seen.parts} parts"
+        saves = (
+            f"saves about {seen.dress_saving:.2f} $ over {parts}"
+            if seen.dress_saving >= LEAST_SAVING
+            else f"saves nothing over {parts}"
+        )
+        said.append(f"{times} now costs {seen.dress_cost:.2f} $ and {saves}, E being the same")
+    return said

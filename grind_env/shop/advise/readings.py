@@ -1,0 +1,177 @@
+"""What somebody at the machine says of a block or a part, checked."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from grind_env.belief.sensor import POWER_RANGE
+from grind_env.envs.job.measured import Measured
+from grind_env.envs.job.outline import INCH, BlockOutline
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.policies.choices import speed_bounds
+from grind_env.process.equations import LEAST_DIAMETER
+
+MOST_RA = 50.0
+"""um; no ground surface is rougher."""
+YES, NO = ("1", "yes", "true"), ("0", "no", "false")
+
+
+class ReadingError(GrindError):
+    """A reading that is no number, is out of range, or belongs to another block."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Readings:
+    """What was measured of a block, or of a part that it finished; None where nothing was.
+
+    Attributes:
+        block: number of the block, from 1, to check that no row is missing.
+        part: of its part, from 1, likewise.
+        E: table speed with which it was ground, in the units of the program, where it was not the advised one.
+        D: dress executions, likewise.
+        mean_power: mean load of the spindle above idle in its last (up to six) full picks since a dress, W.
+        first_power: the same of its first full picks, W.
+        peak_power: highest load, W.
+        size_error: stock left on the finished part, um.
+        Ra: of the finished part, um.
+        Ra_before: of the part finished before it, um, where that was not known yet.
+        diameter: of the wheel, mm.
+        new_wheel: 1 if the wheel was changed after the block.
+        new_lot: 1 if the next part begins a new lot of material.
+    """
+
+    block: int | None = None
+    part: int | None = None
+    E: float | None = None
+    D: int | None = None
+    mean_power: float | None = None
+    first_power: float | None = None
+    peak_power: float | None = None
+    size_error: float | None = None
+    Ra: float | None = None
+    Ra_before: float | None = None
+    diameter: float | None = None
+    new_wheel: bool | None = None
+    new_lot: bool | None = None
+
+    def given(self) -> dict[str, Any]:
+        """What is not missing, by name."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+    def measured(self) -> Measured:
+        """As the episode takes it: a power that nobody read is 0."""
+        return Measured(
+            mean_power=self.mean_power or 0.0,
+            first_power=self.first_power or 0.0,
+            peak_power=self.peak_power or 0.0,
+            size_error=self.size_error,
+            Ra=self.Ra,
+            Ra_before=self.Ra_before,
+            diameter=self.diameter,
+            new_wheel=bool(self.new_wheel),
+            new_lot=bool(self.new_lot),
+        )
+
+
+NAMES = tuple(each.name for each in fields(Readings))
+WHOLE, FLAGS = ("block", "part", "D"), ("new_wheel", "new_lot")
+OF_PART = ("size_error", "Ra", "Ra_before", "new_lot")
+"""What can be said only of a block that finishes a part."""
+
+
+def readings_of(table: Mapping[str, Any], place: str) -> Readings:
+    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing.
+
+    Args:
+        table: by name; `Readings` says the names.
+        place: where they stand, for messages.
+
+    Raises:
+        ReadingError: a name is not known, or a value is no number.
+    """
+    values: dict[str, Any] = {}
+    for name, value in table.items():
+        if name not in NAMES:
+            raise ReadingError(
+                f"{place}: there is no reading {quoted(name)}{did_you_mean(str(name), NAMES)}: "
+                f"the readings are {', '.join(NAMES)}"
+            )
+        if value is None or (isinstance(value, str) and not value.strip()):
+            continue
+        values[name] = _flag(name, value, place) if name in FLAGS else _number(name, value, place)
+    return Readings(**values)
+
+
+def _number(name: str, value: Any, place: str) -> float | int:
+    try:
+        number = float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else math.nan
+    except (ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ReadingError(f"{place}: {name} is {quoted(value)}, but must be a number; leave it empty if it is missing")
+    if name not in WHOLE:
+        return number
+    if number != int(number):
+        raise ReadingError(f"{place}: {name} is {quoted(value)}, but must be a whole number")
+    return int(number)
+
+
+def _flag(name: str, value: Any, place: str) -> bool:
+    text = str(int(value) if isinstance(value, float) and value.is_integer() else value).strip().lower()
+    if text not in YES + NO:
+        raise ReadingError(f"{place}: {name} is {quoted(value)}, but must be 1 or 0")
+    return text in YES
+
+
+def check_readings(readings: Readings, simulation: JobSimulation, number: int, place: str) -> None:
+    """Check readings against the block that they are to be of.
+
+    Args:
+        readings: of the block.
+        simulation: of the program.
+        number: of the block, from 0.
+        place: where they stand, for messages.
+
+    Raises:
+        ReadingError: they are of another block, or one is out of range.
+    """
+    block, job = simulation.blocks[number], simulation.job
+    for name, expected in (("block", number + 1), ("part", block.part + 1)):
+        found = getattr(readings, name)
+        if found is not None and found != expected:
+            raise ReadingError(f"{place}: this is of {name} {found}, but {name} {expected} is awaited: give that one")
+    given = readings.given()
+    if not block.finished and (early := next((name for name in OF_PART if name in given), None)):
+        raise ReadingError(
+            f"{place}: {early} is of a finished part, but block {number + 1} finishes none: give it with the last "
+            f"block of part {block.part + 1}"
+        )
+    for name, (low, high, unit) in _ranges(simulation, block).items():
+        value = given.get(name)
+        if value is not None and not low <= value <= high:
+            raise ReadingError(f"{place}: {name} is {value:g}, but must lie between {low:g} and {high:g} {unit}")
+    if readings.D and not block.takes_dresses:
+        raise ReadingError(f"{place}: D is {readings.D}, but block {number + 1} can have no D word: leave it out")
+    if readings.new_wheel and job.times.wheel_change is None and readings.diameter is None:
+        raise ReadingError(f"{place}: new_wheel is 1, but not how large it is: give its diameter, mm, as well")
+
+
+def _ranges(simulation: JobSimulation, block: BlockOutline) -> dict[str, tuple[float, float, str]]:
+    """Lowest and highest value of readings, with their unit."""
+    job, task = simulation.job, simulation.task
+    scale, unit = (1.0 / INCH, "inch/min") if block.inch else (1.0, "mm/min")
+    slowest, fastest = (scale * bound for bound in speed_bounds(task))
+    power = (0.0, POWER_RANGE * job.setup.machine.power_limit, "W")
+    return {
+        "E": (slowest, fastest, unit),
+        "D": (0, task.action.executions, "executions"),
+        "mean_power": power,
+        "first_power": power,
+        "peak_power": power,
+        "size_error": (-1000.0 * job.part.stock, 1000.0 * job.part.stock, "um"),
+        "Ra": (0.0, MOST_RA, "um"),
+        "Ra_before": (0.0, MOST_RA, "um"),
+        "diameter": (LEAST_DIAMETER, job.setup.wheel.diameter + 1.0, "mm"),
+    }

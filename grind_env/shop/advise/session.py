@@ -1,0 +1,169 @@
+"""A session at the machine: advice goes out, readings come in, and everything is kept."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from grind_env.shop.advise.adviser import Advice, Adviser
+from grind_env.shop.advise.forecast import sentences
+from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
+from grind_env.shop.advise.sources import Row, Source
+from grind_env.shop.advise.state import ANEW, Origin, StateError, Step, read_state, write_log, write_state
+from grind_env.shop.advise.values import write_values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files:
+    """Where a session keeps what it knows.
+
+    Attributes:
+        state: to go on from.
+        log: a row a block.
+        values: of paramacros; None for none.
+    """
+
+    state: Path
+    log: Path
+    values: Path | None = None
+
+
+@dataclass(kw_only=True)
+class Session:
+    """Advises before every block, and takes what is read of it.
+
+    Args:
+        adviser: before its first block.
+        origin: what it rests on.
+        files: where it is kept.
+        source: of readings.
+        say: prints a text.
+        by_part: whether a row is of a part, and not of a block: all blocks of a part are then advised on before it, and
+            nothing is read of those that do not finish it.
+        as_json: print advice as JSON objects, one a line.
+    """
+
+    adviser: Adviser
+    origin: Origin
+    files: Files
+    source: Source
+    say: Callable[[str], None]
+    by_part: bool = False
+    as_json: bool = False
+    steps: list[Step] = field(default_factory=list)
+    given: list[Advice] = field(default_factory=list)
+
+    def begin(self) -> None:
+        """Forget what the state file has kept."""
+        write_state(self.files.state, self.origin, [])
+
+    def resume(self) -> None:
+        """Tell the adviser what the state file has kept.
+
+        Raises:
+            GrindError: it is damaged, of another batch, or its advice was another one.
+        """
+        for step in read_state(self.files.state, self.origin):
+            advice = self.adviser.advice
+            if advice is None or advice.words != step.words:
+                raise StateError(f"{self.files.state} was written by another version, which advised otherwise: {ANEW}")
+            self._told(advice, step.readings)
+            self.steps.append(step)
+        if self.steps:
+            write_log(self.files.log, self.adviser.simulation, self.steps)
+
+    def run(self) -> None:
+        """Advise until the batch is over, or there are no more readings.
+
+        Raises:
+            GrindError: a reading is refused, or a file cannot be written; what was told before is kept.
+        """
+        if self.source.retold and not self._retold():
+            return
+        while (advice := self.adviser.advice) is not None:
+            self._show(advice)
+            ends = self.adviser.simulation.blocks[advice.block].finished > 0
+            if self.by_part and not ends:
+                # kept with the row of the part: who is stopped before that sees all its advice again
+                self._pass(advice, Readings())
+                continue
+            readings = self._read(advice)
+            if readings is None:
+                return
+            self._keep(advice, readings)
+        if not self.as_json:
+            self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
+
+    def _read(self, advice: Advice) -> Readings | None:
+        """Readings of the block; None if there are no more."""
+        while True:
+            try:
+                row = self.source.next(self._asked(advice))
+                return None if row is None else self._checked(row, advice.block)
+            except ReadingError as error:
+                if not self.source.patient:
+                    raise
+                self.say(str(error))
+
+    def _checked(self, row: Row, number: int) -> Readings:
+        readings = readings_of(row.table, row.place)
+        check_readings(readings, self.adviser.simulation, number, row.place)
+        return readings
+
+    def _asked(self, advice: Advice) -> str:
+        part = self.adviser.simulation.blocks[advice.block].part + 1
+        return f"measured of part {part}" if self.by_part else f"measured of block {advice.block + 1}"
+
+    def _retold(self) -> bool:
+        """Whether the source begins with what was told before: rows of a file that is read from its beginning.
+
+        Raises:
+            StateError: a row says something else than before.
+        """
+        for number, step in enumerate(self.steps):
+            if self.by_part and not self.adviser.simulation.blocks[number].finished:
+                continue
+            row = self.source.next("")
+            if row is None:
+                raise StateError(f"{self.files.state} knows block {number + 1}, which the measurements lack: {ANEW}")
+            if self._checked(row, number) != step.readings:
+                raise StateError(f"{row.place} says something else of block {number + 1} than it did before: {ANEW}")
+        return True
+
+    def _keep(self, advice: Advice, readings: Readings) -> None:
+        """Take readings of a block, and of those before it of which there are none; they are then on disk."""
+        self._pass(advice, readings)
+        write_state(self.files.state, self.origin, self.steps)
+        write_log(self.files.log, self.adviser.simulation, self.steps)
+
+    def _pass(self, advice: Advice, readings: Readings) -> None:
+        self._told(advice, readings)
+        now = datetime.now().isoformat(timespec="seconds")
+        self.steps.append(Step(time=now, words=advice.words, readings=readings))
+
+    def _told(self, advice: Advice, readings: Readings) -> None:
+        self.adviser.take(readings)
+        self.given.append(advice)
+
+    def _show(self, advice: Advice) -> None:
+        simulation = self.adviser.simulation
+        block, forecast = simulation.blocks[advice.block], self.adviser.forecast()
+        if self.files.values is not None:
+            write_values(self.files.values, simulation, [*self.given, advice])
+        if self.as_json:
+            reasons = None if forecast is None else forecast._asdict()
+            said = {"block": advice.block + 1, "part": block.part + 1, **advice.words, "reason": reasons}
+            self.say(json.dumps(said))
+            return
+        words = " ".join(f"{letter}{value}" for letter, value in advice.words.items())
+        self.say(f"block {advice.block + 1} of {len(simulation.blocks)}, part {block.part + 1}: {words}")
+        if self.steps and self.steps[-1].readings.mean_power is None and (block.starts_part or not self.by_part):
+            self.say(
+                f"  no mean_power was read before: {self.adviser.policy.name} sees 0 W, the belief follows the model"
+            )
+        if forecast is None:
+            self.say(f"  nothing is believed of the wheel: {simulation.why}")
+        else:
+            for sentence in sentences(forecast):
+                self.say(f"  {sentence}")

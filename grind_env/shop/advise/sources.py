@@ -1,0 +1,146 @@
+"""Where readings come from: a CSV that grows, JSON lines, a prompt."""
+
+import csv
+import io
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, TextIO
+
+from grind_env.errors import quoted
+from grind_env.files import read_text, shown
+from grind_env.shop.advise.readings import ReadingError
+
+POLL = 0.5
+"""s between two looks at a file that grows."""
+
+
+class Row(NamedTuple):
+    """Readings as they were found."""
+
+    table: dict[str, Any]
+    place: str
+    """Where, for messages."""
+
+
+class Source(Protocol):
+    """Gives rows, in the order in which the blocks are ground."""
+
+    retold: bool
+    """Whether it begins with what earlier sessions were told, as a file does that is read anew."""
+    patient: bool
+    """Whether somebody is there to correct a row that is refused."""
+
+    def next(self, asked: str) -> Row | None:
+        """The next row; None if there is no more. `asked` says what is awaited."""
+
+
+class CsvSource:
+    """Rows of a CSV with a header, separated by commas, or by semicolons, when numbers may have a decimal comma.
+
+    Args:
+        path: of the file.
+        follow: whether to wait for further rows; a last line without its end is then taken to be in the making.
+        wait: waits for a while.
+    """
+
+    retold, patient = True, False
+
+    def __init__(self, path: Path, *, follow: bool, wait: Callable[[float], None] = time.sleep) -> None:
+        self.path, self.follow, self.wait, self.taken = path, follow, wait, 0
+
+    def next(self, asked: str) -> Row | None:
+        """As `Source.next`.
+
+        Raises:
+            ReadError: the file cannot be read.
+            ReadingError: it has no header, or a row has more cells than that.
+        """
+        while True:
+            rows = self._rows()
+            if self.taken < len(rows):
+                self.taken += 1
+                return rows[self.taken - 1]
+            if not self.follow:
+                return None
+            self.wait(POLL)
+
+    def _rows(self) -> list[Row]:
+        text = read_text(self.path)
+        if self.follow:
+            text = text[: text.rfind("\n") + 1]
+        semicolons = ";" in text.partition("\n")[0]
+        lines = list(csv.reader(io.StringIO(text), delimiter=";" if semicolons else ","))
+        if not lines:
+            return []
+        names, rows = [name.strip() for name in lines[0]], []
+        for number, cells in enumerate(lines[1:], 2):
+            place = f"{shown(self.path)}, row {number}"
+            if not any(cell.strip() for cell in cells):
+                if cells:
+                    rows.append(Row({}, place))
+                continue
+            if len(cells) > len(names):
+                raise ReadingError(f"{place} has {len(cells)} cells, but the header {len(names)}: name every column")
+            values = [cell.replace(",", ".") for cell in cells] if semicolons else cells
+            rows.append(Row(dict(zip(names, values, strict=False)), place))
+        return rows
+
+
+class JsonLines:
+    """One JSON object a line, such as `{"peak_power": 2400, "size_error": 3}`; `{}` if nothing was measured."""
+
+    retold, patient = False, False
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream, self.line = stream, 0
+
+    def next(self, asked: str) -> Row | None:
+        """As `Source.next`.
+
+        Raises:
+            ReadingError: a line is no JSON object.
+        """
+        while text := self.stream.readline():
+            self.line += 1
+            if not text.strip():
+                continue
+            place = f"line {self.line} of the input"
+            try:
+                table = json.loads(text)
+            except (ValueError, RecursionError):
+                table = None
+            if not isinstance(table, dict):
+                raise ReadingError(f"{place} is {quoted(text.strip())}, but must be a JSON object of readings by name")
+            return Row(table, place)
+        return None
+
+
+class Prompt:
+    """Asks somebody at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
+
+    retold, patient = False, True
+
+    def __init__(self, ask: Callable[[str], str] = input) -> None:
+        self.ask = ask
+
+    def next(self, asked: str) -> Row | None:
+        """As `Source.next`; None at the end of the input or for `stop`.
+
+        Raises:
+            ReadingError: a word is no `name=value`.
+        """
+        try:
+            text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
+        except EOFError:
+            return None
+        if text == "stop":
+            return None
+        table: dict[str, Any] = {}
+        for word in text.split():
+            name, sign, value = word.partition("=")
+            if not sign:
+                raise ReadingError(f"{quoted(word)} is no reading: write name=value, such as peak_power=2400")
+            table[name] = value
+        return Row(table, "what was typed")

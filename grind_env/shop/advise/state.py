@@ -1,0 +1,146 @@
+"""What an adviser has been told so far, in a file that is whole whenever it is stopped; and the log beside it.
+
+The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy
+and belief are functions of what was measured.
+"""
+
+import csv
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.program_episode import Words
+from grind_env.errors import GrindError, quoted, reason
+from grind_env.files import csv_cell, is_file, read_bytes, read_text, shown, write_atomically
+from grind_env.policies.policy import Policy
+from grind_env.shop.advise.readings import NAMES, Readings, readings_of
+
+FORMAT = 1
+ANEW = "give --restart to begin anew, or --state for another file"
+
+
+class StateError(GrindError):
+    """A state file that is damaged, or of another batch."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """What the advice of a file rests on, as hashes; each field is named in messages."""
+
+    parts: int
+    program: str
+    job: str
+    policy: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A block that was ground.
+
+    Attributes:
+        time: at which it was told, ISO 8601.
+        words: that were advised, by letter.
+        readings: what was told.
+    """
+
+    time: str
+    words: Words
+    readings: Readings
+
+
+def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> Origin:
+    """What advice rests on.
+
+    Args:
+        simulation: of the program.
+        policy: that advises.
+        file: that it is saved in; None for one with a name.
+    """
+    texts = [block.block.source.text for block in simulation.blocks]
+    shop = simulation.shop._replace(reference_cost=1.0)
+    numbers = simulation.kinds, simulation.base, simulation.first_wheels(1), np.array([shop])
+    tables = [table.tolist() for table in numbers]
+    job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
+    rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))
+    return Origin(
+        parts=simulation.parts,
+        program=_hash(json.dumps(texts)),
+        job=_hash(json.dumps(job)),
+        policy=f"{policy.name} {rule}",
+    )
+
+
+def read_state(path: Path, origin: Origin) -> list[Step]:
+    """The blocks that a file tells of; none if there is no file.
+
+    Raises:
+        StateError: it is damaged, or was written with another program, job, number of parts or policy.
+        ReadError: it cannot be read.
+    """
+    if not is_file(path):
+        return []
+    try:
+        document = json.loads(read_text(path))
+        if document["format"] != FORMAT:
+            raise StateError(f"{shown(path)} has format {quoted(document['format'])}, but {FORMAT} is read: {ANEW}")
+        found = Origin(**document["origin"])
+        steps = [
+            Step(
+                time=str(step["time"]),
+                words={str(letter): str(value) for letter, value in step["words"].items()},
+                readings=readings_of(step["readings"], f"{shown(path)}, block {number}"),
+            )
+            for number, step in enumerate(document["steps"], 1)
+        ]
+    except StateError:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise StateError(f"{shown(path)} is no state of an adviser, or damaged ({reason(error)}): {ANEW}") from None
+    for name, value in asdict(origin).items():
+        if getattr(found, name) != value:
+            what = "number of parts" if name == "parts" else name
+            raise StateError(f"{shown(path)} was written with another {what}: {ANEW}")
+    return steps
+
+
+def write_state(path: Path, origin: Origin, steps: Sequence[Step]) -> None:
+    """Write the file, whole or not at all; errors as of `write_atomically`."""
+    document = {
+        "format": FORMAT,
+        "origin": asdict(origin),
+        "steps": [{"time": step.time, "words": step.words, "readings": step.readings.given()} for step in steps],
+    }
+    text = json.dumps(document, indent=1)
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def write_log(path: Path, simulation: JobSimulation, steps: Sequence[Step]) -> None:
+    """Write a CSV with a row for each block that was ground, whole or not at all; errors as of `write_atomically`."""
+    names = [name for name in NAMES if name not in ("block", "part", "E", "D")]
+
+    def write(partial: Path) -> None:
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(["time", "block", "part", "advised_E", "advised_D", "E", "D", *names])
+            for number, step in enumerate(steps):
+                told: dict[str, Any] = {
+                    name: int(value) if isinstance(value, bool) else value
+                    for name, value in step.readings.given().items()
+                }
+                advised = [step.words["E"], step.words.get("D", "")]
+                ground = [told.get("E", advised[0]), told.get("D", advised[1])]
+                row = [step.time, number + 1, simulation.blocks[number].part + 1, *advised, *ground]
+                rows.writerow([csv_cell(value) for value in (*row, *(told.get(name, "") for name in names))])
+
+    write_atomically(path, write)
+
+
+def _hash(content: str | bytes) -> str:
+    data = content.encode() if isinstance(content, str) else content
+    return hashlib.sha256(data).hexdigest()[:16]

@@ -1,0 +1,102 @@
+"""Advice as values of paramacro variables, in a file that the control runs before the blocks that read them."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from grind_env.envs.job.outline import BlockOutline, Choice
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.program_episode import Words
+from grind_env.errors import GrindError
+from grind_env.files import write_atomically
+from grind_env.shop.advise.adviser import Advice
+
+FIRST = 101
+"""Common variable with which E and D begin where the program names none."""
+_PROGRAM = re.compile(r"[Oo](\d{1,8})")
+
+
+class ValuesError(GrindError):
+    """Blocks of which no values can be written: expressions, or two of a part that read the same variable."""
+
+
+class Variables(NamedTuple):
+    """Numbers of the variables that a block reads."""
+
+    E: int
+    D: int
+
+
+def variables_of(block: BlockOutline, place: int) -> Variables:
+    """Those that stand in the E and D words of a block; else #101 and #102, #103 and #104 for the next block, ...
+
+    Args:
+        block: of the program.
+        place: of the block in its part, from 0.
+
+    Raises:
+        ValuesError: E or D is an expression.
+    """
+    found = []
+    for k, letter in enumerate("ED"):
+        match = re.search(rf"(?<![A-Z]){letter}\s*(?:#\s*(\d+)|\[)", block.block.source.text.upper())
+        if match and not match[1]:
+            raise ValuesError(
+                f"line {block.block.source.line}: {letter} is an expression, for which no value can be written: "
+                f"let it be a variable, such as {letter}#{FIRST + k}"
+            )
+        found.append(int(match[1]) if match else FIRST + 2 * place + k)
+    return Variables(*found)
+
+
+def check_variables(simulation: JobSimulation) -> None:
+    """Refuse to write the values of several blocks at once, unless each has its own variables.
+
+    Raises:
+        ValuesError: two blocks of a part read the same one.
+    """
+    taken: dict[int, int] = {}
+    for number, block in enumerate(simulation.blocks):
+        if block.part != simulation.blocks[0].part:
+            return
+        for variable in variables_of(block, number):
+            if variable in taken:
+                raise ValuesError(
+                    f"blocks {taken[variable] + 1} and {number + 1} of one part both read #{variable}: give each "
+                    "its own variables, or advise --by block"
+                )
+            taken[variable] = number
+
+
+def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]) -> None:
+    """Write assignments of E and D of all blocks of a part, whole or not at all; errors as of `write_atomically`.
+
+    A block that has not been advised on yet has the numbers of the program, so that it runs from the beginning. A file
+    named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs; any other a program that the
+    operator runs. E is in the units of the program.
+
+    Args:
+        path: of the file.
+        simulation: of the program.
+        advice: given so far.
+    """
+    values, first = dict[int, str](), dict[int, int]()
+    for number, block in enumerate(simulation.blocks):
+        if first.setdefault(block.part, number) == 0:
+            own = block.words(Choice(block.plan.feed, int(block.plan.dresses)))
+            values |= _assignments(block, number, own, "AS PROGRAMMED")
+    for each in advice:
+        block = simulation.blocks[each.block]
+        source = f"PART {block.part + 1}, BLOCK {each.block + 1}"
+        values |= _assignments(block, each.block - first[block.part], each.words, source)
+    called = _PROGRAM.fullmatch(path.stem)
+    text = "\n".join([*([f"O{called[1]}"] if called else []), *values.values(), "M99" if called else "M30"]) + "\n"
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="ascii"))
+
+
+def _assignments(block: BlockOutline, place: int, words: Words, source: str) -> dict[int, str]:
+    """Assignments of the E and D of a block, by number of the variable."""
+    variables, unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
+    lines = {variables.E: f"#{variables.E}={words['E']} (E, {unit}, {source})"}
+    return lines | ({variables.D: f"#{variables.D}={words['D']} (D)"} if "D" in words else {})

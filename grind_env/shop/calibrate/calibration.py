@@ -1,0 +1,303 @@
+"""`calibrate`: from the files of a shop to a calibration."""
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Programs, read_file
+from grind_env.machine.job import Job
+from grind_env.machine.job_file import load_job
+from grind_env.machine.record import GrindingRecord
+from grind_env.shop.calibrate.align import Alignment, align, shifted
+from grind_env.shop.calibrate.columns import read_map
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit
+from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.gauge import Gauge, read_gauge
+from grind_env.shop.calibrate.logs import Log, read_log
+from grind_env.shop.calibrate.meter import averaged, without_lag
+from grind_env.shop.calibrate.observe import Observations, observe
+from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
+from grind_env.shop.calibrate.pattern import Numbers, Pattern, pattern_of
+from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
+from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
+from grind_env.shop.calibrate.sheet import Floats
+
+DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
+"""Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
+LEAST_POWER = 0.002
+"""The same, of the root mean square of all strokes."""
+SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
+"""Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
+BURN_WIDTH = 0.05
+"""Of the step in temperature rise at which burn is seen, of the rise that tempers."""
+LINEAR_STEP = 0.5
+"""Spreads of the prior over which the effect of a constant is taken to be linear."""
+HOPELESS = 0.3
+"""Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+CLEARLY = 0.8
+"""Of the misfit of a place: what another one must have to be preferred."""
+HELD_OUT = 4
+"""One part in so many judges the fit, the last ones; from `ENOUGH_PARTS` on."""
+ENOUGH_PARTS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class _Gauged:
+    """What was gauged, one value after the other.
+
+    Attributes:
+        value: as of `fit.Data`, like the next two.
+        error: see there.
+        kind: see there.
+        part: of each, from 1.
+        origin: part from whose wheel diameter that of the value is the difference; 0 of other kinds.
+    """
+
+    value: Floats
+    error: Floats
+    kind: NDArray[np.str_]
+    part: Numbers
+    origin: Numbers
+
+
+def calibrate(
+    log: Path,
+    program: Path,
+    job: Path,
+    *,
+    gauge: Path | None = None,
+    map_file: Path | None = None,
+    names: str = "auto",
+    told: Callable[[str], None] = lambda stage: None,
+) -> Calibration:
+    """Fit the process model to a log of the spindle's power.
+
+    Args:
+        log: text of rows with time and power.
+        program: part program that was run, once or several times.
+        job: what was ground on which machine.
+        gauge: text with a row for every part that was measured.
+        map_file: what the columns are, where their names do not say it.
+        names: of the constants to fit, with commas between; `auto` for those of the usual ones that the log tells.
+        told: is told what is being done.
+
+    Raises:
+        CalibrationError: nothing can be fitted; the message says why, and what to do.
+        GrindError: program or job cannot be used.
+    """
+    said = read_map(map_file)
+    settings, programs = load_job(job), read_file(program)
+    parameters = chosen_parameters(settings, names)
+    told("reading the log")
+    rows = read_log(log, settings.setup.machine, said)
+    gauged = None if gauge is None else read_gauge(gauge, said)
+    pattern = pattern_of(programs, settings)
+    twice = powers(Forward(programs, settings, (1.0, 1.0)).run(settings)).reshape(2, -1)
+    told("looking for the program in the log")
+    found = align(rows, pattern, twice[1])
+    told("fitting")
+    rows = averaged(rows, found.time_unit)
+    rows, found, lag = without_lag(rows, pattern, found, twice[1])
+    found = _best_place(rows, pattern, twice[1], found, settings, programs, parameters)
+    model = _model(rows, pattern, found, gauged, settings, programs)
+    seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
+    parts = found.executions * forward.parts_each
+    jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
+    fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
+    _refuse_hopeless(fitted, data)
+    held_out = None
+    if data.held_out.any() and not data.held_out.all():
+        told("fitting without the last parts")
+        others = fit(parameters, scales, data, model.predict, held_out=data.held_out, jumps=jumps)
+        held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
+    return Calibration(
+        source=log.name,
+        program=program.name,
+        job=settings,
+        fitted=with_entries(settings, changes_of(fitted.parameters, fitted.z)),
+        estimates=estimates_of(fitted),
+        scales=scales_of(fitted),
+        data=data,
+        fit=fitted,
+        label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
+        part=np.concatenate([seen.execution * forward.parts_each + 1, extra.part]),
+        time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
+        errors=errors_of(fitted, data, fitted.used),
+        held_out=held_out,
+        quality=found.quality,
+        idle=_idle(seen, math.exp(fitted.scales["power"])) if rows.known_scale else None,
+        by_stroke=seen.by_stroke,
+        remarks=(
+            *rows.remarks,
+            *(() if gauged is None else gauge_remarks(gauged, parts)),
+            *log_remarks(rows, found, seen, pattern, lag),
+            *fit_remarks(fitted),
+            *overridden(job, fitted),
+        ),
+    )
+
+
+def _refuse_hopeless(fitted: Fit, data: Data) -> None:
+    error = errors_of(fitted, data, fitted.used)["power"][2]
+    if error > HOPELESS:
+        raise CalibrationError(
+            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} %, and "
+            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check part, wheel and machine of the job"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Model:
+    """What was measured in a log that is aligned in some way, and the machine that predicts it."""
+
+    seen: Observations
+    extra: _Gauged
+    data: Data
+    forward: Forward
+    job: Job
+
+    def predict(self, changes: Changes) -> Floats:
+        """What would be measured with other constants."""
+        changed = with_entries(self.job, changes)
+        record = self.forward.run(changed)
+        return np.concatenate([self.seen.weights @ powers(record), _predicted(record, changed, self.extra)])
+
+
+def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
+    seen = observe(log, pattern, found)
+    forward = Forward(programs, job, found.overrides.tolist())
+    extra = _gauged(gauge, found.executions * forward.parts_each, job)
+    nominal = seen.weights @ powers(forward.run(job))
+    unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
+    return _Model(seen, extra, _data(seen, pattern, unit, extra, forward.parts_each, found.executions), forward, job)
+
+
+def _best_place(
+    log: Log,
+    pattern: Pattern,
+    expected: Floats,
+    found: Alignment,
+    job: Job,
+    programs: Programs,
+    parameters: tuple[Parameter, ...],
+) -> Alignment:
+    """The alignment that the model can agree with best, among those in which a run begins a stroke sooner or later.
+
+    With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants
+    do is taken to be linear.
+    """
+    forward = Forward(programs, job, found.overrides.tolist())
+    nominal = powers(forward.run(job))
+    moved = [
+        powers(forward.run(with_entries(job, changes_of((each,), np.array([LINEAR_STEP]))))) for each in parameters
+    ]
+    slopes = np.column_stack([nominal, *((each - nominal) / LINEAR_STEP for each in moved)])
+
+    def misfit(place: Alignment) -> float:
+        seen = observe(log, pattern, place)
+        observed = seen.weights @ slopes
+        scale = float(observed[:, 0] @ seen.power / (observed[:, 0] @ observed[:, 0])) if not log.known_scale else 1.0
+        error = np.hypot(seen.error / scale, DISCREPANCY * np.abs(observed[:, 0]).max())[:, None]
+        columns = np.column_stack([log.scale_spread * observed[:, 0], observed[:, 1:]]) / error
+        rest = (seen.power / scale - observed[:, 0]) / error[:, 0]
+        count = columns.shape[1]
+        z = np.linalg.solve(columns.T @ columns + np.eye(count), columns.T @ rest)
+        return float((np.square(rest - columns @ z).sum() + z @ z) / rest.size)
+
+    best, least = found, misfit(found)
+    for run, strokes in itertools.product(range(pattern.runs), (-1, 1)):
+        other = shifted(found, log, pattern, expected, run, strokes)
+        value = math.inf if other is None else misfit(other)
+        if other is not None and value < CLEARLY * least:
+            best, least = other, value
+    return best
+
+
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
+    power = seen.power / unit
+    discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
+    error = np.sqrt(
+        np.square(seen.error / unit)
+        + np.square(discrepancy * power)
+        + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
+    )
+    kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
+    execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
+    return Data(
+        value=np.concatenate([power, extra.value]),
+        error=np.concatenate([error, extra.error]),
+        kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
+        held_out=execution >= kept,
+    )
+
+
+def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
+    """What was gauged of the parts that are in the log."""
+    rows: list[tuple[float, float, str, int, int]] = []
+    if gauge is not None:
+        errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 1.0}
+        inside = gauge.part <= parts
+        for kind, error in errors.items():
+            values = getattr(gauge, kind)
+            rows += [(values[k], error, kind, gauge.part[k], 0) for k in np.flatnonzero(np.isfinite(values) & inside)]
+        wheels = np.flatnonzero(np.isfinite(gauge.diameter) & inside)
+        for k in wheels[1:]:
+            less = gauge.diameter[k] - gauge.diameter[wheels[0]]
+            rows.append((less, DIAMETER_ERROR * math.sqrt(2.0), "diameter", gauge.part[k], gauge.part[wheels[0]]))
+    value, error_, kind_, part, origin = zip(*rows, strict=True) if rows else ((), (), (), (), ())
+    return _Gauged(
+        np.array(value, np.float64),
+        np.array(error_, np.float64),
+        np.array(kind_, "U10"),
+        np.array(part, np.int64),
+        np.array(origin, np.int64),
+    )
+
+
+def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
+    """What the gauges would show."""
+    parts, at = record.parts, extra.part - 1
+    if not extra.part.size:
+        return np.empty(0)
+    last = np.searchsorted(record.strokes["part"], np.arange(1, len(parts) + 1), side="right") - 1
+    diameter = record.strokes["ds"][last]
+    limit = job.limits.rise
+    values: Mapping[str, Floats] = {
+        "size": parts["size_error"][at],
+        "Ra": parts["Ra"][at],
+        YES_OR_NO: (parts["rise"][at] - limit) / (BURN_WIDTH * limit),
+        "diameter": diameter[at] - diameter[np.maximum(extra.origin - 1, 0)],
+    }
+    return np.select([extra.kind == kind for kind in values], list(values.values()))
+
+
+def _last(executions: int) -> str:
+    """Which parts are held out, as it is said."""
+    last = max(executions // HELD_OUT, 1)
+    return f"the last of {executions} parts" if last == 1 else f"the last {last} of {executions} parts"
+
+
+def _idle(seen: Observations, scale: float) -> Idle:
+    idle = seen.idle[np.isfinite(seen.idle)] / scale
+    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()))
+
+
+def _labels(seen: Observations, pattern: Pattern) -> list[str]:
+    firsts = np.array([np.flatnonzero(pattern.run == run)[0] for run in range(pattern.runs)])
+    return [
+        f"part {execution + 1}, line {pattern.line[stroke]}, "
+        + _strokes(seen, pattern, stroke, run, stroke - firsts[run] + 1)
+        for execution, run, stroke in zip(seen.execution.tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True)
+    ]
+
+
+def _strokes(seen: Observations, pattern: Pattern, stroke: int, run: int, number: int) -> str:
+    if pattern.crosses[stroke]:
+        return "all strokes"
+    return f"stroke {number} of run {run + 1}" if seen.by_stroke else f"run {run + 1}"

@@ -1,0 +1,165 @@
+"""What the columns of a sheet are: guessed by their names in the usual languages, or said by a map.
+
+A map is a TOML text::
+
+    [log]                   # of the log, by heading or by number from 1
+    time = "Zeit"
+    power = 3
+    power_unit = "%"        # where the heading does not say it: W, kW, hp, % or A
+    time_unit = "ms"        # s, ms, us, min or clock
+    rated_power = 7500      # W at 100 %
+    volts = 400             # of a three-phase drive whose amperes are logged
+    power_factor = 0.85
+
+    [gauge]                 # of the parts measured
+    Ra = "Rauheit"
+    nominal_size = 24.8     # mm, where sizes are measured as such
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from grind_env.errors import did_you_mean, quoted
+from grind_env.files import ReadError, shown
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.sheet import Sheet, plain
+from grind_env.toml import TomlError, read_toml
+
+WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
+"""By which columns are known, by the table of a map that may name them and by the name of the column."""
+
+MAP_VALUES: Mapping[str, tuple[str, ...]] = {
+    "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor"),
+    "gauge": ("nominal_size", "size_unit"),
+    "table": ("free_scale",),
+}
+"""What a map says beside columns, by its table."""
+
+UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """What a map says.
+
+    Attributes:
+        file: its file; None without one.
+        tables: by name; those of `MAP_VALUES`.
+    """
+
+    file: Path | None = None
+    tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def value(self, table: str, key: str) -> Any:
+        """What it says; None if nothing."""
+        return self.tables.get(table, {}).get(key)
+
+    def number(self, table: str, key: str) -> float | None:
+        """The same of a number above 0."""
+        value = self.value(table, key)
+        if value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0:
+            raise CalibrationError(f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0")
+        return float(value)
+
+
+def read_map(path: Path | None) -> Map:
+    """Read a map.
+
+    Args:
+        path: its file; None for a map that says nothing.
+
+    Raises:
+        CalibrationError: it cannot be read, or says what no map can.
+    """
+    if path is None:
+        return Map()
+    try:
+        tables = read_toml(path)
+    except ReadError as error:
+        raise CalibrationError(f"the map cannot be read ({error.reason}); name a TOML file") from None
+    except TomlError as error:
+        raise CalibrationError(f"{shown(path)}: the map is not valid TOML: {error}") from None
+    for name, table in tables.items():
+        if name not in MAP_VALUES or not isinstance(table, Mapping):
+            raise CalibrationError(
+                f"{shown(path)}: there is no table [{name}]; those of a map are [log], [gauge] and [table]"
+            )
+        legal = (*WORDS[name], *MAP_VALUES[name])
+        for key in table:
+            if key not in legal:
+                hint = did_you_mean(key, legal)
+                raise CalibrationError(
+                    f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}"
+                )
+    return Map(path, tables)
+
+
+def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
+    """Which of the columns that a table of a map may name is which; those that are not there are left out.
+
+    A map says it, or else the words in their headings.
+
+    Raises:
+        CalibrationError: the map names no column, or two columns are equally likely.
+    """
+    known = WORDS[table]
+    found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}
+    for name, words in known.items():
+        if name in found:
+            continue
+        scores = {number: _score(sheet, number, name, words) for number in range(len(sheet.headings))}
+        scores = {number: score for number, score in scores.items() if score and number not in found.values()}
+        best = [number for number, score in scores.items() if score == max(scores.values())]
+        if len(best) > 1:
+            names = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
+            raise CalibrationError(
+                f"{shown(sheet.path)}: columns {names} may both be the {name}; say which with a map: "
+                f"[{table}] {name} = ..."
+            )
+        if best:
+            found[name] = best[0]
+    return found
+
+
+def names_of(sheet: Sheet) -> str:
+    """The headings of a sheet, as messages list them."""
+    return ", ".join(heading.name for heading in sheet.headings)
+
+
+def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
+    value, names = said.value(table, name), [heading.name for heading in sheet.headings]
+    full = [f"{heading.name} [{heading.unit}]" for heading in sheet.headings]
+    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= len(names):
+        return value - 1
+    for listed in (names, full):
+        if value in listed:
+            return listed.index(value)
+    raise CalibrationError(
+        f"{said.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
+        f"its columns are {', '.join(names)}"
+    )
+
+
+def _score(sheet: Sheet, number: int, name: str, words: Sequence[str]) -> float:
+    """How much the heading of a column is like those words; 0 if not."""
+    heading = sheet.headings[number]
+    tokens = [token for token in re.split(r"[\W\d_]+", plain(heading.name)) if token]
+    whole = [word for word in words if word in tokens or word == plain(heading.name)]
+    part = [word for word in words if len(word) > 3 and any(token.startswith(word) for token in tokens)]
+    score = 2.0 * len(whole[:1]) + 1.0 * len(part[:1])
+    unit = plain(heading.unit)
+    if name == "power":
+        if any(token in ("limit", "soll", "setpoint", "rated", "cumul", "energie", "energy") for token in tokens):
+            return 0.0
+        score += 2.0 * (unit in UNIT_OF_POWER) * bool(score or unit in ("w", "kw", "a", "amp"))
+        score += 0.5 * any(
+            token.startswith(("spind", "spdl", "husillo", "broche", "mandrino", "ist")) for token in tokens
+        )
+    if name == "time":
+        score += 2.0 * (unit in ("s", "ms", "us", "min", "h", "sec", "hh:mm:ss")) + 3.0 * sheet.is_clock(number)
+    return score

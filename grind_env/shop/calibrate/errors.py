@@ -1,0 +1,7 @@
+"""What cannot be calibrated."""
+
+from grind_env.errors import GrindError
+
+
+class CalibrationError(GrindError):
+    """A log, gauge file, map or choice of parameters from which nothing can be fitted."""

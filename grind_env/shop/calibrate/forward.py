@@ -1,0 +1,60 @@
+"""The machine under a program that is run again and again with other constants; `machine.grind`, but read once."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from grind_env.control import CycleStrokes, Event, Programs, Stroke, execute
+from grind_env.envs.job.text import repeated
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.machine.run import GrindingRun
+from grind_env.shop.calibrate.sheet import Floats
+
+
+class Forward:
+    """A program that is run several times, the wheel being carried over.
+
+    What the control makes of it depends on no constant that is fitted, so that it executes it once.
+
+    Args:
+        programs: the program.
+        job: with which the control executes it.
+        overrides: of the feed, one for every execution.
+
+    Raises:
+        ControlError: it is faulty.
+        JobProgramError: it cannot be run more than once.
+    """
+
+    def __init__(self, programs: Programs, job: Job, overrides: Sequence[float]) -> None:
+        self.programs = repeated(programs, len(overrides))
+        self.control = replace(job.control, whole_cycles=True)
+        self.events = list(execute(self.programs, self.control))
+        self.parts_each = len(self._ground(job, ()).parts) // len(overrides)
+        self.overrides = np.repeat(np.asarray(overrides, np.float64), self.parts_each).tolist()
+
+    def run(self, job: Job) -> GrindingRecord:
+        """What comes of it on a job; errors as of `machine.grind`."""
+        return self._ground(job, self.overrides)
+
+    def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:
+        run = GrindingRun(self.programs, job, self.control, ())
+        for event in self.events:
+            part = len(run.parts)
+            run.take(scaled(event, overrides[part]) if part < len(overrides) else event)
+        return run.record()
+
+
+def scaled(event: Event, override: float) -> Event:
+    """An event as it is under a feed override, with which strokes are slower or faster."""
+    if override != 1.0 and isinstance(event, (Stroke, CycleStrokes)):
+        return replace(event, feed=event.feed * override)
+    return event
+
+
+def powers(record: GrindingRecord) -> Floats:
+    """Of the strokes of the table, above idle, W."""
+    strokes: Floats = record.strokes["power"][record.strokes["groove"] == 0]
+    return strokes

@@ -1,0 +1,191 @@
+"""From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.idle import SCATTER, idle_at
+from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.pattern import Numbers, Pattern
+from grind_env.shop.calibrate.sheet import Floats
+
+EDGE_IN, EDGE_OUT = 0.35, 0.1
+"""Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the
+wheel
+runs in and out, and meters lag."""
+ENOUGH = 5
+"""Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+FEWEST = 2
+"""Samples of a stroke or run without which it is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """What a log says.
+
+    Arrays have a value for each stroke; for each run if strokes are too short for the log; for each block of a cycle
+    that crosses.
+
+    Attributes:
+        execution: of the program, from 0.
+        run: of the program.
+        stroke: of the program; the first of those of which it is the mean.
+        time: of its middle, s of the log.
+        power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
+        error: its standard error.
+        samples: of which it is the mean.
+        idle: power of the idling spindle under it.
+        weights: of the strokes of all executions in it, shape (observations, executions x strokes).
+        by_stroke: whether each is of one stroke, but for those of cycles that cross.
+        left_out: runs that are not in the log as expected.
+    """
+
+    execution: Numbers
+    run: Numbers
+    stroke: Numbers
+    time: Floats
+    power: Floats
+    error: Floats
+    samples: Numbers
+    idle: Floats
+    weights: Floats
+    by_stroke: bool
+    left_out: int
+
+
+def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
+    """Read the means of strokes or runs from a log in s.
+
+    Raises:
+        CalibrationError: no stroke has samples, or none lie between the strokes.
+    """
+    time, power = log.time, log.power
+    strokes, executions = pattern.run.size, found.executions
+    on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
+    for row, run in np.argwhere(found.correlation >= MATCHES).tolist():
+        chosen = pattern.run == run
+        begins, ends, _ = pattern.times(run, float(found.override[row, run]))
+        on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends
+    on[off <= on] = np.nan
+    numbers = np.flatnonzero(np.isfinite(on.ravel()))
+    numbers = numbers[np.argsort(on.ravel()[numbers])]
+    starts, stops = on.ravel()[numbers], off.ravel()[numbers]
+    of, idling = _sorted_out(time, starts, stops, log.dressing)
+    counts = np.bincount(of[of >= 0], minlength=numbers.size)
+    by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
+    middle = 0.5 * (starts + stops)
+    idle, idle_error = idle_at(middle, time[idling], power[idling])
+    samples = _Samples(
+        of=of,
+        above=np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan),
+        counts=counts,
+        noise=_noise(of, power),
+        idle=idle,
+        idle_error=idle_error,
+    )
+    group = _groups(numbers, pattern, by_stroke)
+    members = [np.flatnonzero(group == each) for each in range(int(group.max(initial=-1)) + 1)]
+    members = [each for each in members if _tells(samples, each)]
+    if not members:
+        raise CalibrationError("no stroke of the program has samples in the log; log faster, or for longer")
+    first = np.array([numbers[each[0]] for each in members])
+    weights = np.zeros((len(members), executions * strokes))
+    for row, each in enumerate(members):
+        weights[row, numbers[each]] = counts[each] / counts[each].sum()
+    means = np.array([_mean(samples, each) for each in members])
+    return Observations(
+        execution=first // strokes,
+        run=pattern.run[first % strokes],
+        stroke=first % strokes,
+        time=np.array([middle[each].mean() for each in members]),
+        power=means[:, 0],
+        error=means[:, 1],
+        idle=means[:, 2],
+        samples=np.array([counts[each].sum() for each in members]),
+        weights=weights,
+        by_stroke=by_stroke,
+        left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
+    )
+
+
+class _Samples(NamedTuple):
+    """The samples of a log, sorted by strokes."""
+
+    of: Numbers
+    """Of each sample the number of its stroke, or -1."""
+    above: Floats
+    """Of each its power above idle, W."""
+    counts: Numbers
+    """Of each stroke how many samples it has."""
+    noise: float
+    """Of a sample, W."""
+    idle: Floats
+    """Under each stroke, W."""
+    idle_error: Floats
+    """Standard error of that, W."""
+
+
+def _tells(samples: _Samples, members: Numbers) -> bool:
+    """Whether strokes have enough samples between them, and an idle power each that has some."""
+    counts = samples.counts[members]
+    return bool(counts.sum() >= FEWEST and np.isfinite(samples.idle[members[counts > 0]]).all())
+
+
+def _mean(samples: _Samples, members: Numbers) -> tuple[float, float, float]:
+    """Mean power of strokes above idle, its standard error, and the idle power under them, W."""
+    counts = samples.counts[members]
+    share = counts / counts.sum()
+    # the idle power of neighbouring strokes is read from the same samples: its errors do not average out
+    idle_error = float(np.sum(share * np.nan_to_num(samples.idle_error[members])))
+    error = float(np.hypot(samples.noise / np.sqrt(counts.sum()), idle_error))
+    inside = np.isin(samples.of, members)
+    return float(np.mean(samples.above[inside])), error, float(np.sum(share * np.nan_to_num(samples.idle[members])))
+
+
+def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
+    """Of each stroke, by its number among those of all executions, the number of the mean that it belongs to."""
+    strokes = pattern.run.size
+    execution, stroke = numbers // strokes, numbers % strokes
+    own = stroke if by_stroke else strokes + pattern.run[stroke]
+    keys = np.where(pattern.crosses[stroke], -1 - pattern.line[stroke], own)
+    _, group = np.unique(np.column_stack([execution, keys]), axis=0, return_inverse=True)
+    found: Numbers = group.ravel()
+    return found
+
+
+def _sorted_out(
+    time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]
+) -> tuple[Numbers, NDArray[np.bool_]]:
+    """Of each sample the number of the stroke that it is well within, or -1; and whether it is well between two."""
+    last = np.searchsorted(starts, time, side="right") - 1
+    here = np.maximum(last, 0)
+    length = stops[here] - starts[here]
+    begin, end = starts[here] + EDGE_IN * length, stops[here] - EDGE_OUT * length
+    within = (last >= 0) & (time >= begin) & (time <= end) & ~dressing
+    following = np.minimum(last + 1, starts.size - 1)
+    usual = float(np.median(np.diff(starts))) if starts.size > 1 else 1.0
+    # a longer gap may hold a dress, or the spindle may stand still: only its ends tell
+    gap = np.minimum(np.where((last >= 0) & (following > last), starts[following] - stops[here], usual), usual)
+    begin, end = stops[here] + EDGE_IN * gap, starts[following] - EDGE_OUT * gap
+    clear = ((last < 0) | (time >= begin)) & ((following == last) | (time <= end)) & ~dressing
+    near = ((last >= 0) & (time <= stops[here] + usual)) | ((following > last) & (time >= starts[following] - usual))
+    between = clear & near
+    return np.where(within, last, -1), between
+
+
+def _noise(of: Numbers, power: Floats) -> float:
+    """Standard deviation of a sample within a stroke, W, made larger as far as neighbours are alike."""
+    same = (of[1:] >= 0) & (of[1:] == of[:-1])
+    if same.sum() < 2 * ENOUGH:
+        inside = power[of >= 0]
+        return SCATTER * float(np.median(np.abs(inside - np.median(inside)))) if inside.size else 0.0
+    count = np.maximum(np.bincount(of[of >= 0]), 1)
+    mean = np.bincount(of[of >= 0], power[of >= 0]) / count
+    rest = np.where(of >= 0, power - mean[np.maximum(of, 0)], 0.0)
+    variance = float(np.mean(np.square(rest[of >= 0]))) * float(np.mean(count)) / max(float(np.mean(count)) - 1.0, 0.5)
+    alike = float(np.clip(np.mean((rest[1:] * rest[:-1])[same]) / max(variance, 1e-12), 0.0, 0.95))
+    return float(np.sqrt(variance * (1.0 + alike) / (1.0 - alike)))

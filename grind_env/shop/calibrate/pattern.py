@@ -1,0 +1,150 @@
+"""Where the strokes of a program lie in time: what a log of its power must look like."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import DressStart, Programs, ProgramStop, Stroke, execute
+from grind_env.control.rules import motion_time
+from grind_env.machine.job import Job
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.sheet import Floats
+
+Numbers = NDArray[np.int64]
+
+PAUSE = 0.5
+"""s; strokes further apart than that are not of one run."""
+
+FEW = 0.2
+"""Share of the strokes that may lie beside motions of the program for the rest to be told under an override."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """The strokes of one execution of a program; times in s from its first stroke on, each array a value per stroke.
+
+    A run is a sequence of strokes between which nothing happens: how long a dress, a stop or a load takes is not for
+    the program to say.
+
+    Attributes:
+        run: to which it belongs, from 0.
+        line: of its cycle block.
+        crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more
+            than a log tells; what a whole block of them takes does not.
+        way: along the table, mm.
+        near: of that way before the part begins, mm.
+        far: up to where the part ends, mm; as `near` if it passes beside the part.
+        feed: mm/s.
+        rest: between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for.
+        pause: before each run, the shortest, s, shape (runs,).
+        acceleration: of the table, mm/s2.
+        overridable: whether a feed override leaves its strokes where they are; where the program moves the axes beside
+            the table and dwells, it does not.
+    """
+
+    run: Numbers
+    line: Numbers
+    crosses: NDArray[np.bool_]
+    way: Floats
+    near: Floats
+    far: Floats
+    feed: Floats
+    rest: Floats
+    pause: Floats
+    acceleration: float
+    overridable: bool
+
+    @property
+    def runs(self) -> int:
+        """How many runs there are."""
+        return self.pause.size
+
+    def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:
+        """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start.
+
+        Args:
+            run: its number.
+            override: of the feed.
+        """
+        chosen = np.flatnonzero(self.run == run)
+        speed = self.feed[chosen] * override
+        each = list(zip(self.way[chosen].tolist(), speed.tolist(), strict=True))
+        seconds = np.array([motion_time(way, v, self.acceleration) for way, v in each]) + self.rest[chosen]
+        begin = np.concatenate([[0.0], np.cumsum(seconds)])
+        on, off = (
+            begin[:-1]
+            + np.array([self._passed(s, way, v) for s, (way, v) in zip(ends[chosen].tolist(), each, strict=True)])
+            for ends in (self.near, self.far)
+        )
+        return on, off, float(begin[-1])
+
+    def _passed(self, s: float, way: float, speed: float) -> float:
+        """When the table has gone the first `s` mm of a stroke, s: it speeds up, runs and slows down evenly."""
+        a = self.acceleration
+        ramp = min(0.5 * speed * speed / a, 0.5 * way)
+        if s <= ramp:
+            return math.sqrt(2.0 * max(s, 0.0) / a)
+        if s >= way - ramp:
+            return motion_time(way, speed, a) - math.sqrt(2.0 * max(way - s, 0.0) / a)
+        return math.sqrt(2.0 * ramp / a) + (s - ramp) / speed
+
+
+def pattern_of(programs: Programs, job: Job) -> Pattern:
+    """The pattern of a program.
+
+    Raises:
+        CalibrationError: it makes no stroke over the part.
+        ControlError: it is faulty.
+    """
+    strokes: list[Stroke] = []
+    breaks = [-math.inf]
+    for event in execute(programs, replace(job.control, whole_cycles=False)):
+        if isinstance(event, Stroke):
+            strokes.append(event)
+        elif isinstance(event, (DressStart, ProgramStop)):
+            breaks.append(event.time)
+    start, end = job.part.start, job.part.start + job.part.length
+    ways = [(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]
+    on_part = [sorted((_along(start, way), _along(end, way))) for way in ways]
+    near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
+    if not strokes or not np.any(far > near):
+        raise CalibrationError(
+            f"{programs.name} makes no stroke over the part, so that no power can be compared with a log"
+        )
+    begin, seconds = (np.array([getattr(stroke, name) for stroke in strokes]) for name in ("begin", "seconds"))
+    since = np.searchsorted(breaks, begin + 1e-6)
+    apart = begin[1:] > begin[:-1] + seconds[:-1] + PAUSE
+    begins_run = np.append(True, apart | (since[1:] > since[:-1]))
+    run = np.cumsum(begins_run) - 1
+    motion = np.array(
+        [
+            motion_time(abs(b - a), stroke.feed / 60.0, job.control.acceleration)
+            for (a, b), stroke in zip(ways, strokes, strict=True)
+        ]
+    )
+    same_run = np.append(run[1:] == run[:-1], False)
+    rest = np.where(same_run, np.append(np.diff(begin), 0.0), seconds) - motion
+    firsts = np.flatnonzero(begins_run)
+    pause = np.array([0.0, *(begin[k] - begin[k - 1] - seconds[k - 1] for k in firsts[1:].tolist())])
+    return Pattern(
+        run=run.astype(np.int64),
+        line=np.array([stroke.cycle.line for stroke in strokes]),
+        crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
+        way=np.array([abs(b - a) for a, b in ways]),
+        near=near,
+        far=far,
+        feed=np.array([stroke.feed / 60.0 for stroke in strokes]),
+        rest=np.maximum(rest, 0.0),
+        pause=np.maximum(pause, 0.0),
+        acceleration=job.control.acceleration,
+        overridable=sum(stroke.number is None for stroke in strokes) < FEW * len(strokes),
+    )
+
+
+def _along(coordinate: float, way: tuple[float, float]) -> float:
+    """How far along a way, mm, a coordinate is passed."""
+    begin, end = way
+    direction = 1.0 if end >= begin else -1.0
+    return min(max((coordinate - begin) * direction, 0.0), abs(end - begin))

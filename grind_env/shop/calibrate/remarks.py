@@ -1,0 +1,73 @@
+"""What is to be known of a calibration beside its numbers, as sentences."""
+
+from pathlib import Path
+
+from grind_env.process.user_catalogue import OVERRIDES
+from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.fit import Fit
+from grind_env.shop.calibrate.gauge import Gauge
+from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.observe import Observations
+from grind_env.shop.calibrate.pattern import Pattern
+from grind_env.toml import read_toml
+
+SCATTERS = 3.0
+"""Enlargement of errors that is told."""
+
+
+def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern, lag: float) -> list[str]:
+    """How the log lies beside the program."""
+    executions = f"{found.executions} times" if found.executions > 1 else "once"
+    remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
+    if lag:
+        remarks.append(f"the meter lags by about {lag:g} s, which was taken out")
+    if not log.sure_of_time:
+        remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
+    changed = [
+        f"execution {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides.tolist(), 1) if each != 1.0
+    ]
+    if changed:
+        remarks.append(f"the feed was overridden, {', '.join(changed)}")
+    if seen.left_out:
+        remarks.append(
+            f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were "
+            "left out"
+        )
+    if pattern.crosses.any():
+        remarks.append(
+            "of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not "
+            "tell"
+        )
+    if not seen.by_stroke:
+        remarks.append(
+            "the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted"
+        )
+    return remarks
+
+
+def gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
+    """What was made of the gauge file, if so many parts are in the log."""
+    beyond = int((gauge.part > parts).sum())
+    more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
+    return [*gauge.remarks, *more]
+
+
+def fit_remarks(fitted: Fit) -> list[str]:
+    """What is to be known of the errors of a fit."""
+    return [
+        f"the {kind} scatters {factor:.1f} times as much as its samples say; the intervals allow for it, but the model "
+        "does not follow all that happened"
+        for kind, factor in fitted.factors.items()
+        if factor > SCATTERS
+    ]
+
+
+def overridden(job: Path, fitted: Fit) -> list[str]:
+    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
+    setup = read_toml(job).get("setup", {})
+    fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
+    told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]
+    names = [name for name in told if name in fixed]
+    if not names:
+        return []
+    return [f"the job sets {', '.join(names)} itself; take it out there, or the calibrated value has no effect"]

@@ -1,0 +1,208 @@
+"""What a calibration has found, for the screen, for reports and as a catalogue file."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.files import write_atomically
+from grind_env.machine.job import Job
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.fit import NORMAL_90, Data, Fit
+from grind_env.shop.calibrate.parameters import Parameter, entries_of
+from grind_env.shop.calibrate.sheet import Floats
+
+BARE_KEY = re.compile("[A-Za-z0-9_-]+")
+"""A key that TOML takes without quotes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A constant as it was found.
+
+    Attributes:
+        parameter: which one, with its value in the catalogue.
+        value: most probable; that of the catalogue if the measurements do not tell it.
+        low: lower end of the interval that holds it with 90 %.
+        high: upper end.
+        told: whether the measurements tell it.
+        share: spread after measuring over that before.
+    """
+
+    parameter: Parameter
+    value: float
+    low: float
+    high: float
+    told: bool
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOut:
+    """How well parts or settings are predicted that took no part in a fit to all others.
+
+    Attributes:
+        what: which these are.
+        errors: by kind of measurement, as of `fit.errors_of`: how many, the catalogue's error, that of the fit.
+    """
+
+    what: str
+    errors: Mapping[str, tuple[int, float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Idle:
+    """Power of the idling spindle, W: its mean under the strokes and the lowest and highest of them."""
+
+    mean: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """A calibration.
+
+    Attributes:
+        source: file of the log or table.
+        program: name of the part program; empty for a table.
+        job: as the catalogue had it before.
+        fitted: with the constants that were found.
+        estimates: of all that may have been fitted.
+        scales: factor of each meter whose scale is uncertain, with its interval of 90 %, by kind of measurement.
+        data: the measurements.
+        fit: what was found with all of them.
+        label: of each measurement, such as `part 2, block 50, stroke 7`.
+        part: of each measurement, from 1; the setting of a table.
+        time: of each, s of the log; NaN for what was gauged.
+        errors: by kind of measurement, as of `fit.errors_of`.
+        held_out: error on what took no part; None if there is too little.
+        quality: median correlation of the log with the program; NaN for a table.
+        idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
+        by_stroke: whether strokes have means of their own.
+        remarks: what was made of the files and what was left out, as sentences.
+    """
+
+    source: str
+    program: str
+    job: Job
+    fitted: Job
+    estimates: tuple[Estimate, ...]
+    scales: Mapping[str, tuple[float, float, float]]
+    data: Data
+    fit: Fit
+    label: tuple[str, ...]
+    part: NDArray[np.int64]
+    time: Floats
+    errors: Mapping[str, tuple[int, float, float]]
+    held_out: HeldOut | None
+    quality: float = math.nan
+    idle: Idle | None = None
+    by_stroke: bool = True
+    remarks: tuple[str, ...] = field(default=())
+
+    @property
+    def not_told(self) -> tuple[str, ...]:
+        """Names of the constants that were kept, because the measurements do not tell them."""
+        return tuple(each.parameter.name for each in self.estimates if not each.told)
+
+    @property
+    def tells_nothing(self) -> bool:
+        """Whether a catalogue file would have nothing to say."""
+        return self.idle is None and not any(each.told for each in self.estimates)
+
+
+def estimates_of(fitted: Fit) -> tuple[Estimate, ...]:
+    """Value and interval of each constant."""
+    return tuple(
+        Estimate(
+            parameter=each,
+            value=each.value(z),
+            low=each.value(z - NORMAL_90 * spread),
+            high=each.value(z + NORMAL_90 * spread),
+            told=told,
+            share=spread,
+        )
+        for each, z, spread, told in zip(
+            fitted.parameters, fitted.z.tolist(), fitted.spread.tolist(), fitted.told.tolist(), strict=True
+        )
+    )
+
+
+def scales_of(fitted: Fit) -> Mapping[str, tuple[float, float, float]]:
+    """Factor of each meter, and its interval."""
+    return {
+        kind: (
+            math.exp(value),
+            math.exp(value - NORMAL_90 * fitted.scale_spreads[kind]),
+            math.exp(value + NORMAL_90 * fitted.scale_spreads[kind]),
+        )
+        for kind, value in fitted.scales.items()
+    }
+
+
+def catalogue_text(found: Calibration) -> str:
+    """A catalogue file that redefines the entries of the job, with what was found."""
+    lines = [
+        f"# Calibrated by `grind calibrate` from {_comment(found.source)}"
+        + (f" and {_comment(found.program)}." if found.program else "."),
+        '# A job takes it up as its last catalogue file: [catalogue] files = [..., "this file"].',
+        "# Behind each value: the interval that holds it with 90 %, and what the catalogue had before.",
+    ]
+    kept = ", ".join(found.not_told)
+    if kept:
+        lines.append(f"# Kept as the catalogue has them, because the measurements do not tell them: {kept}.")
+    entries = entries_of(found.job)
+    for kind, entry in entries.items():
+        rows = [
+            f"{each.parameter.key} = {each.value:.4g}  # {each.low:.3g} to {each.high:.3g}"
+            f"{' ' + each.parameter.unit if each.parameter.unit else ''}; was {each.parameter.prior:.4g}"
+            for each in found.estimates
+            if each.told and each.parameter.kind == kind
+        ]
+        if kind == "machine" and found.idle is not None:
+            rows += _idle_rows(found.job, found.idle)
+        if rows:
+            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {_string(entry.name)}", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def write_catalogue(found: Calibration, path: Path) -> None:
+    """Write the catalogue file.
+
+    Raises:
+        CalibrationError: nothing was found that could stand in it.
+        FileError: the folder does not exist or cannot be written to.
+    """
+    if found.tells_nothing:
+        raise CalibrationError(
+            f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
+            "written; log faster, or more parts, or give what was gauged"
+        )
+    write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
+
+
+def _idle_rows(job: Job, idle: Idle) -> list[str]:
+    """What is left above idle stays what it was: that is what the limit of grinding has been."""
+    machine = job.setup.machine
+    left = machine.power_limit - machine.idle_power
+    return [
+        f"idle_power = {idle.mean:.0f}  # {idle.low:.0f} to {idle.high:.0f} W under the strokes",
+        f"power_limit = {left + round(idle.mean):.0f}  # leaves {left:.0f} W for grinding, as before",
+    ]
+
+
+def _comment(text: str) -> str:
+    return "".join(each if each.isprintable() else "?" for each in text)
+
+
+def _key(name: str) -> str:
+    return name if BARE_KEY.fullmatch(name) else _string(name)
+
+
+def _string(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,128 @@
+"""A calibration on the screen, and as plain data."""
+
+import math
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Column, Table
+
+from grind_env.shop.calibrate.fit import ABSOLUTE
+from grind_env.shop.calibrate.result import Calibration, Estimate
+
+
+def show(found: Calibration, console: Console) -> None:
+    """Print what was found, how well it predicts, and what was made of the files."""
+    table = Table(
+        "constant",
+        _numbers("was"),
+        _numbers("is"),
+        _numbers("90 %"),
+        Column("unit", no_wrap=True),
+        _numbers("spread left %"),
+        box=SIMPLE,
+        title=f"Calibrated from {found.source}",
+    )
+    for each in found.estimates:
+        if each.told:
+            table.add_row(*_row(each))
+    if table.row_count:
+        console.print(table)
+    else:
+        console.print(f"{found.source} tells none of the constants beyond what the catalogue says.")
+    for sentence in (*meter_sentences(found), *kept_sentences(found), *error_sentences(found)):
+        console.print(sentence)
+    for remark in found.remarks:
+        console.print(f"- {remark}", style="dim")
+
+
+def meter_sentences(found: Calibration) -> list[str]:
+    """What the meters show: idle power, and scales that are uncertain."""
+    idle = found.idle
+    said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
+    return said + [
+        f"Scale of the meter of {kind}: {value:.3f} ({low:.3f} to {high:.3f})."
+        for kind, (value, low, high) in found.scales.items()
+    ]
+
+
+def kept_sentences(found: Calibration) -> list[str]:
+    """Which constants are as they were."""
+    names = ", ".join(found.not_told)
+    return [f"Kept as they were, because the measurements do not tell them: {names}."] if names else []
+
+
+def error_sentences(found: Calibration) -> list[str]:
+    """How well the measurements are predicted, then those that took no part."""
+    said = [
+        f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        for kind, (count, before, after) in found.errors.items()
+    ]
+    if found.held_out is not None:
+        said += [
+            f"Error on {found.held_out.what}, fitted without: {count} of {kind} {_error(kind, after)}; "
+            f"with the catalogue {_error(kind, before)}."
+            for kind, (count, before, after) in found.held_out.errors.items()
+        ]
+    return said
+
+
+def as_data(found: Calibration) -> dict[str, Any]:
+    """The same for `--json`."""
+    return {
+        "source": found.source,
+        "program": found.program,
+        "constants": [
+            {
+                "name": each.parameter.name,
+                "entry": each.parameter.entry,
+                "unit": each.parameter.unit,
+                "was": each.parameter.prior,
+                "value": each.value,
+                "low": each.low,
+                "high": each.high,
+                "told": each.told,
+            }
+            for each in found.estimates
+        ],
+        "scales": {
+            kind: {"value": value, "low": low, "high": high} for kind, (value, low, high) in found.scales.items()
+        },
+        "idle": None
+        if found.idle is None
+        else {"mean": found.idle.mean, "low": found.idle.low, "high": found.idle.high},
+        "errors": _errors(found.errors),
+        "held_out": None
+        if found.held_out is None
+        else {"what": found.held_out.what, "errors": _errors(found.held_out.errors)},
+        "correlation": None if math.isnan(found.quality) else found.quality,
+        "by_stroke": found.by_stroke,
+        "remarks": list(found.remarks),
+    }
+
+
+def _numbers(heading: str) -> Column:
+    return Column(heading, justify="right", no_wrap=True)
+
+
+def _row(each: Estimate) -> tuple[str, ...]:
+    parameter = each.parameter
+    return (
+        f"{parameter.entry} {parameter.key}",
+        f"{parameter.prior:.4g}",
+        f"{each.value:.4g}",
+        f"{each.low:.3g} to {each.high:.3g}",
+        parameter.unit,
+        f"{100.0 * each.share:.0f}",
+    )
+
+
+def _error(kind: str, error: float) -> str:
+    units = {"size": "um", "diameter": "mm"}
+    return f"{error:.3g} {units[kind]}" if kind in ABSOLUTE else f"{100.0 * error:.1f} %"
+
+
+def _errors(errors: Any) -> dict[str, dict[str, float]]:
+    return {
+        kind: {"count": count, "catalogue": before, "fitted": after} for kind, (count, before, after) in errors.items()
+    }

@@ -1,0 +1,242 @@
+"""A table of settings, each with what was measured: the same fit without a log.
+
+A row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns are named as here; a map
+says which they are where they are not, and of which responses only ratios count, because their unit is not known::
+
+    [table]
+    table_speed = "vw"
+    free_scale = ["wear", "Ra"]
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.errors import quoted
+from grind_env.files import shown
+from grind_env.machine.job import Job
+from grind_env.machine.job_file import load_job
+from grind_env.process.catalogue import Catalogue
+from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.fit import Changes, Data, changes_of, errors_of, fit
+from grind_env.shop.calibrate.parameters import chosen_parameters, entries_of, with_entries
+from grind_env.shop.calibrate.remarks import fit_remarks, overridden
+from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
+from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
+from grind_env.validation.rig import SHARP, Rig
+
+SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
+"""What a row sets; `depth` is that of the dress."""
+RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")
+"""What is measured."""
+USUAL_UNITS = {
+    "wheel_speed": "m/s",
+    "table_speed": "mm/min",
+    "power": "w",
+    "Ft": "n/mm",
+    "Fn": "n/mm",
+    "Ra": "um",
+    "wear": "um",
+    "volume": "mm3/mm",
+}
+"""Of columns whose heading has none; lengths are in mm."""
+FACTORS = {
+    "wheel_speed": {"m/s": 1.0, "m/min": 1.0 / 60.0},
+    "table_speed": {"mm/min": 1.0 / 60.0, "m/min": 1000.0 / 60.0, "mm/s": 1.0, "m/s": 1000.0},
+    "power": {"w": 1.0, "kw": 1000.0},
+    "Ra": {"um": 1.0, "nm": 1e-3},
+    "wear": {"um": 1.0, "mm": 1000.0},
+    "volume": {"mm3/mm": 1.0, "mm2": 1.0},
+}
+"""Of units, to m/s, mm/s, W, um and mm3 per mm of width."""
+LENGTH_FACTORS = {"mm": 1.0, "um": 1e-3, "": 1.0}
+ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
+"""Relative errors of a response that is measured once with care."""
+FREE = 3.0
+"""Logarithmic spread of a scale that is not known."""
+BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear_factor"))
+"""Constants that settings tell and a log does not."""
+HELD_OUT, ENOUGH = 4, 6
+"""One row in so many judges the fit, if there are at least so many."""
+
+
+class _Row(NamedTuple):
+    """A row that has a response."""
+
+    setting: Mapping[str, float]
+    volume: float
+    """mm3/mm; NaN for a wheel that is sharp."""
+
+
+def calibrate_table(
+    table: Path,
+    job: Path,
+    *,
+    map_file: Path | None = None,
+    names: str = "auto",
+    told: Callable[[str], None] = lambda stage: None,
+) -> Calibration:
+    """Fit the process model to a table of settings.
+
+    Args:
+        table: text with a row for each setting.
+        job: whose material, wheel, dresser, fluid and machine are used, and whose part where a row says nothing else.
+        map_file: what the columns are.
+        names: as of `calibrate`, like the next one.
+        told: is told what is being done.
+
+    Raises:
+        CalibrationError: it has no settings or no responses, or a unit that is not known.
+        GrindError: the job cannot be used.
+    """
+    said = read_map(map_file)
+    settings = load_job(job)
+    parameters = chosen_parameters(settings, names, BESIDE)
+    sheet = read_sheet(table)
+    columns = find_columns(sheet, "table", said)
+    measured = [name for name in RESPONSES if name in columns]
+    if not measured or not any(name in columns for name in SETTINGS):
+        lacking = "no response" if not measured else "no setting"
+        legal = ", ".join(RESPONSES if not measured else SETTINGS)
+        raise CalibrationError(
+            f"{shown(table)} has {lacking} among {names_of(sheet)}; name columns {legal}, or say which they are with a "
+            "map, [table]; a log needs --program"
+        )
+    values = {name: _values(sheet, columns[name], name, settings.part.width) for name in columns}
+    rows = [_row(settings, values, k) for k in range(len(sheet.cells))]
+    free = _free(said, measured)
+    of_row, kind, value = (
+        np.array(each)
+        for each in zip(
+            *(
+                (k, name, values[name][k])
+                for name in measured
+                for k in range(len(rows))
+                if np.isfinite(values[name][k]) and values[name][k] > 0.0
+            ),
+            strict=True,
+        )
+    )
+    error = np.array([ERRORS[name] for name in kind.tolist()])
+    held_out = (of_row % HELD_OUT == HELD_OUT // 2) & (len(rows) >= ENOUGH)
+    data = Data(value, np.where(kind == "power", error * value, error), kind, held_out)
+
+    def predict(changes: Changes) -> Floats:
+        changed = with_entries(settings, changes)
+        found = [_ground(changed, row) for row in rows]
+        return np.array([found[k][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
+
+    told("fitting")
+    scales = dict.fromkeys(free, FREE)
+    fitted = fit(parameters, scales, data, predict, told)
+    judged = None
+    if held_out.any():
+        told("fitting without some settings")
+        judged = HeldOut(
+            f"{np.unique(of_row[held_out]).size} of {len(rows)} settings",
+            errors_of(fit(parameters, scales, data, predict, held_out=held_out), data, held_out),
+        )
+    return Calibration(
+        source=table.name,
+        program="",
+        job=settings,
+        fitted=with_entries(settings, changes_of(fitted.parameters, fitted.z)),
+        estimates=estimates_of(fitted),
+        scales=scales_of(fitted),
+        data=data,
+        fit=fitted,
+        label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
+        part=of_row + 1,
+        time=np.full(value.size, np.nan),
+        errors=errors_of(fitted, data, fitted.used),
+        held_out=judged,
+        remarks=(
+            *(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in columns.items()),
+            *(f"of {name} only ratios count" for name in free),
+            *fit_remarks(fitted),
+            *overridden(job, fitted),
+        ),
+    )
+
+
+def _values(sheet: Sheet, column: int, name: str, width: float) -> Floats:
+    """A column in the unit of the model."""
+    unit = plain(sheet.headings[column].unit).replace("^", "") or USUAL_UNITS.get(name, "")
+    values = sheet.numbers(column)
+    if name in ("Ft", "Fn"):
+        factor = {"n/mm": 1.0, "n": 1.0 / width}.get(unit)
+    elif name == "volume" and unit == "mm3":
+        factor = 1.0 / width
+    elif name == "G":
+        factor = 1.0
+    else:
+        factor = FACTORS.get(name, LENGTH_FACTORS).get(unit)
+    if factor is None:
+        raise CalibrationError(
+            f"{shown(sheet.path)}: {name} is in {quoted(unit)}, which is not known; convert the column"
+        )
+    return factor * values
+
+
+def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
+    usual = {
+        "width": min(job.part.width, job.setup.wheel.width),
+        "length": job.part.length,
+        "wheel_speed": job.setup.wheel_speed,
+    }
+    given = {name: float(values[name][k]) for name in SETTINGS if name in values and name != "volume"}
+    for name, value in given.items():
+        if not value > 0.0:
+            raise CalibrationError(f"setting {k + 1} has no {name}; every row needs all of its settings, above 0")
+    return _Row({**usual, **given}, float(values["volume"][k]) if "volume" in values else math.nan)
+
+
+def _free(said: Map, measured: list[str]) -> list[str]:
+    """The responses whose scale is not known."""
+    value = said.value("table", "free_scale")
+    if value is None:
+        return []
+    if not isinstance(value, list) or not all(name in measured for name in value):
+        raise CalibrationError(
+            f"{said.file}: table.free_scale is {quoted(value)}, but must list responses: {', '.join(measured)}"
+        )
+    return [str(name) for name in value]
+
+
+def _ground(job: Job, row: _Row) -> Mapping[str, float]:
+    """What a setting shows."""
+    entries = entries_of(job)
+    rig = Rig(_catalogue(job))
+    names = {kind: entries[kind].name for kind in ("material", "wheel", "dresser", "fluid")}
+    grinder = rig.fresh(
+        **names,
+        **row.setting,
+        constant_surface_speed=job.setup.constant_surface_speed,
+        diameter=job.wheel.diameter or job.setup.wheel.diameter,
+        diamond_flat=job.wheel.diamond_flat,
+    )
+    done = grinder.grind(SHARP) if math.isnan(row.volume) else grinder.grind_volume(row.volume)
+    return {
+        "power": done.power,
+        "Ft": done.Ft,
+        "Fn": done.Fn,
+        "Ra": done.Ra,
+        "wear": 1000.0 * grinder.wheel.W,
+        "G": grinder.g_ratio(),
+    }
+
+
+def _catalogue(job: Job) -> Catalogue:
+    """The entries of a job alone; the rig takes the machine that is the default."""
+    setup, material = job.setup, job.part.material
+    return Catalogue(
+        materials={material.name: material},
+        wheels={setup.wheel.name: setup.wheel},
+        dressers={setup.dresser.name: setup.dresser},
+        fluids={setup.fluid.name: setup.fluid},
+        machines={"default": setup.machine},
+    )

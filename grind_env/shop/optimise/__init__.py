@@ -1,0 +1,1 @@
+"""Better words for a part program, and the same text with them."""

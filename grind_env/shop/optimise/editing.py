@@ -1,0 +1,149 @@
+"""Numbers of single words changed in the text of a program; every other byte stays what it is."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import NamedTuple
+
+from grind_env.control.source import SourceText
+from grind_env.control.words import Word, read_block
+
+BYTE_ORDER_MARK = "\ufeff"
+LATIN = "latin-1"
+
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
+_NUMBER = re.compile(r"([A-Za-z][ \t]*)([+-]?[ \t]*[0-9. \t]*[0-9.])")
+_BLANKS = re.compile(r"[ \t](?=[A-Za-z])")
+
+
+class Edit(NamedTuple):
+    """Some characters of a line replaced by others; line and column from 1."""
+
+    line: int
+    column: int
+    length: int
+    text: str
+
+
+class Change(NamedTuple):
+    """An edit of a block, and what a comment behind it says of it."""
+
+    source: SourceText
+    edit: Edit
+    said: str
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramText:
+    """The text of a program file as the control counts its lines and columns.
+
+    Attributes:
+        encoding: of the file.
+        mark: the byte order mark, if there is one.
+        lines: with their ends.
+    """
+
+    encoding: str
+    mark: str
+    lines: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """Without a byte order mark."""
+        return "".join(self.lines)
+
+    def bytes(self) -> bytes:
+        """The file."""
+        return (self.mark + self.text).encode(self.encoding)
+
+    def edited(self, edits: Iterable[Edit]) -> "ProgramText":
+        """The text with its words changed; no two edits overlap, and what comes last in one place stands first."""
+        lines = list(self.lines)
+        for line, column, length, text in sorted(edits, key=lambda edit: edit[:2], reverse=True):
+            old = lines[line - 1]
+            lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
+        return ProgramText(self.encoding, self.mark, tuple(lines))
+
+    def changed(self, changes: Iterable[Change]) -> "ProgramText":
+        """The text with blocks changed, and a comment at the end of each of them."""
+        said: dict[SourceText, list[str]] = {}
+        edits: list[Edit] = []
+        for source, edit, each in dict.fromkeys(changes):
+            edits.append(edit)
+            said.setdefault(source, []).append(each)
+        comments = [comment_edit(source, ", ".join(texts)) for source, texts in said.items()]
+        return self.edited([*comments, *edits])
+
+
+def text_of(data: bytes) -> ProgramText:
+    """The text of a file, in UTF-8 or else one byte a character."""
+    try:
+        encoding, text = "utf-8", data.decode("utf-8")
+    except UnicodeDecodeError:
+        encoding, text = LATIN, data.decode(LATIN)
+    mark = BYTE_ORDER_MARK if text.startswith(BYTE_ORDER_MARK) else ""
+    return ProgramText(encoding, mark, tuple(_LINE.findall(text[len(mark) :])))
+
+
+def word_of(source: SourceText, letter: str) -> Word | None:
+    """The word of a block with a letter; None if it has none."""
+    return next((word for word in read_block(source).words if word.letter == letter), None)
+
+
+def number_text(source: SourceText, word: Word) -> str:
+    """The number of a word as it is written, sign included."""
+    return _match(source, word)[2]
+
+
+def other_number(source: SourceText, word: Word, number: str) -> Change:
+    """Another number in a word; its letter and the blanks around it stay."""
+    match = _match(source, word)
+    edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
+    return Change(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
+
+
+def added_word(source: SourceText, letter: str, number: str) -> Change:
+    """A word behind the last one of a block, in the case and with the blanks of that block."""
+    words = read_block(source).words
+    match = _match(source, max(words, key=lambda word: word.column))
+    before = source.text[: match.end()]
+    blank = " " if _BLANKS.search(before) else ""
+    edit = Edit(source.line, source.column + match.end(), 0, f"{blank}{_cased(letter, before)}{number}")
+    return Change(source, edit, f"{letter}{number} ADDED")
+
+
+def comment_edit(source: SourceText, text: str) -> Edit:
+    """A comment at the end of a block."""
+    return Edit(source.line, source.column + len(source.text), 0, f" ({text})")
+
+
+def like(value: Decimal, written: str) -> str:
+    """A number in the form of another one: its sign, its decimal point, its zero before the point.
+
+    Args:
+        value: at least 0.
+        written: the other number as it stands in the program.
+    """
+    sign, old = ("-" if "-" in written else "+" if "+" in written else ""), written.strip("+- \t")
+    digits = f"{value.normalize():f}"
+    if "." in old and "." not in digits:
+        digits += "."
+    if "." in digits and not old.startswith("0."):
+        digits = digits.removeprefix("0") if digits != "0." else digits
+    return f"{sign if value else sign.strip('-')}{digits}"
+
+
+def sources_in(blocks: Iterable[SourceText], line: int) -> Sequence[SourceText]:
+    """The blocks that stand in a line."""
+    return [source for source in blocks if source.line == line]
+
+
+def _match(source: SourceText, word: Word) -> re.Match[str]:
+    match = _NUMBER.match(source.text, word.column - source.column)
+    assert match is not None  # the word has been read as one with a number
+    return match
+
+
+def _cased(letter: str, before: str) -> str:
+    return letter.lower() if before == before.lower() else letter

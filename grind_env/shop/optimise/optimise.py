@@ -1,0 +1,430 @@
+"""Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Programs, read, read_file
+from grind_env.errors import GrindError
+from grind_env.files import read_bytes
+from grind_env.machine.job import Job
+from grind_env.machine.job_file import load_job
+from grind_env.machine.settings import DRESS_SECONDS, D
+from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.process.cost import NO_LIMIT
+from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, text_of, word_of
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
+from grind_env.shop.optimise.search import GENERATIONS, Point, Search
+from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, settings_like, trials_of
+from grind_env.shop.optimise.unrolling import unrolled
+from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, Variable, choices_of
+from grind_env.shop.optimise.wishes import WishError, Wishes
+
+SEARCHED, CHOSEN, JUDGED = 16, 128, 256
+"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged."""
+FINALISTS = 12
+STEP_BY_STEP = 3, 8
+"""Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
+INFEASIBLE = 1e9
+"""$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
+FEWER = 4
+"""Generations of a search without a limit, over those of the whole one."""
+WORTH_NAMING = 0.01
+"""Share of the cost of a part that a limit costs at least if it is said to bind."""
+SAME = 1e-6
+"""Relative difference of settings that are the same but for rounding."""
+
+QUANTITIES = {
+    "cost": "$",
+    "seconds": "s",
+    "Ra": "um",
+    "power": "kW",
+    "rise": "K",
+    "size_error": "um",
+    "scrap": "%",
+}
+UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
+
+LEAST = {"passes": 1}
+
+Progress = Callable[[str, int], object]
+
+
+class ScriptRanges(NamedTuple):
+    """The lowest and the highest J, mm, and L that may be chosen; empty where they are not varied."""
+
+    picks: tuple[float, ...] = ()
+    spark_outs: tuple[int, ...] = ()
+
+
+class Problem(NamedTuple):
+    """A program of which some words are varied.
+
+    Attributes:
+        programs: the program.
+        text: of its file.
+        job: the job.
+        runs: how often it is run.
+        seed: of lots and search.
+        choices: what is varied.
+        ranges: of J and L, as `trials_of` takes them.
+        margins: of the limits, shape (4,).
+        spread: factor on all that is random in the lots.
+    """
+
+    programs: Programs
+    text: ProgramText
+    job: Job
+    runs: int
+    seed: int
+    choices: Choices
+    ranges: ScriptRanges
+    margins: Array
+    spread: float = 1.0
+
+    def trials(self, use: int, lots: int) -> Trials:
+        """The program as it is, on lots of its own for each use."""
+        return self.trials_of(self.programs, use, lots)
+
+    def trials_of(self, programs: Programs, use: int, lots: int) -> Trials:
+        """The same with another text."""
+        seeds = lots_of(self.seed, use, lots)
+        picks, spark_outs = self.ranges
+        return trials_of(programs, self.job, self.runs, seeds, picks=picks, spark_outs=spark_outs, spread=self.spread)
+
+    @property
+    def besides(self) -> bool:
+        """Whether others than E and D are varied."""
+        return any(each.name not in ("E", "D") for each in self.choices.variables)
+
+    def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
+        """Settings of the blocks of one run; points of shape (C, variables)."""
+        table = settings_like(own, len(points))
+        for k, variable in enumerate(self.choices.variables):
+            table[:, variable.blocks, variable.column] = variable.settings[points[:, k], None]
+        return table
+
+    def measure(self, trials: Trials, points: list[Point]) -> Measures:
+        """What programs with other words come to."""
+        return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides)
+
+    def search(self, trials: Trials, deadline: float, progress: Progress, label: str) -> Search:
+        """A search on lots."""
+
+        def costs(points: NDArray[np.int64]) -> Array:
+            found = trials.measure(self.settings(trials.own, points), besides=self.besides)
+            beyond = found.violation(self.margins).sum(axis=1)
+            return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1)))
+
+        counts = [len(each.levels) for each in self.choices.variables]
+        return Search(costs, counts, deadline, lambda count: progress(label, count))
+
+
+def optimise(
+    program: str | Path,
+    job: str | Path | None = None,
+    wishes: Wishes | None = None,
+    *,
+    parts: int = 50,
+    seconds: float = 60.0,
+    seed: int = 1,
+    unroll: bool = False,
+    progress: Progress = lambda label, count: None,
+) -> Optimised:
+    """Search better words for a program.
+
+    The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
+    all programs. The result is the same for the same seed unless the time ends the search.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if not given.
+        wishes: what is varied between which bounds, and margins of the limits.
+        parts: how often the program is run before the wheel is handed over; the wheel carries over.
+        seconds: for the search.
+        seed: of lots and search.
+        unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
+        progress: called with what is being done and by how many programs it has come on.
+
+    Raises:
+        GrindError: the program cannot be run, or there is nothing to vary in it.
+    """
+    program = Path(program)
+    job = program.with_suffix(".toml") if job is None else Path(job)
+    if not job.is_file():
+        raise GrindError(f"there is no job {job} beside the program; name one with --job")
+    programs, text = read_file(program), text_of(read_bytes(program))
+    if unroll:
+        text = unrolled(programs, text)
+        programs = read(text.text, programs.name, programs.folder)
+    problem = problem_of(programs, text, load_job(job), wishes or Wishes(), parts, seed)
+    return _optimised(problem, job.name, seconds, progress)
+
+
+def problem_of(programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int) -> Problem:
+    """What is to be searched.
+
+    Raises:
+        GrindError: as `optimise`.
+    """
+    once = trials_of(programs, job, 1, [(0,)], spread=0.0)
+    choices = choices_of(once.simulation, text, wishes)
+    margins = np.array([wishes.margin(name) for name in LIMITS])
+    problem = Problem(programs, text, job, runs, seed, choices, _ranges(choices), margins)
+    why = problem.trials(0, 1).simulation.why
+    if why is None or not any(problem.ranges):
+        return problem
+    others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
+    remark = f"J and L are kept as they are: {why}"
+    if not others.words:
+        raise WishError(remark)
+    choices = choices_of(once.simulation, text, others)
+    return problem._replace(choices=Choices(choices.variables, (*choices.remarks, remark)), ranges=ScriptRanges())
+
+
+def with_words(problem: Problem, point: Point) -> ProgramText:
+    """The text with the words of a point, a comment at each block that has changed; all else stays.
+
+    Raises:
+        GrindError: the text cannot be made to say it.
+    """
+    chosen = [(each, each.levels[number]) for each, number in zip(problem.choices.variables, point, strict=True)]
+    moved = {each.name for each, level in chosen if level != each.own}
+    changes, passes = [], []
+    for variable, level in chosen:
+        at = variable.at
+        # a block that would take over what has changed in the one before needs a word of its own
+        takes_over = isinstance(at, Spot) and at.missing and variable.name in INHERITED and variable.name in moved
+        if level == variable.own and not takes_over:
+            continue
+        if isinstance(at, Spot):
+            word, number = word_of(at.source, at.letter), like(level, at.form)
+            changes.append(
+                added_word(at.source, at.letter, number) if word is None else other_number(at.source, word, number)
+            )
+        elif variable.name == "passes":
+            passes.append((at, level))
+        else:
+            changes += at.changes(variable.name, level)
+    text = problem.text.changed(changes)
+    for at, level in sorted(passes, key=lambda each: -each[0].sources[0].line):
+        text = at.with_passes(text, level)
+    return text
+
+
+def _ranges(choices: Choices) -> ScriptRanges:
+    picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
+    spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
+    return ScriptRanges(
+        (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
+    )
+
+
+def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -> Optimised:
+    deadline = time.monotonic() + seconds
+    variables = problem.choices.variables
+    start = tuple(each.start for each in variables)
+    search = problem.search(problem.trials(1, SEARCHED), deadline, progress, "searching")
+    search.run(start, problem.seed)
+    feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
+    point = _chosen(problem, feasible) if feasible else search.ranked[0]
+    text = with_words(problem, point)
+    programs = read(text.text, problem.programs.name, problem.programs.folder)
+    after = problem._replace(ranges=ScriptRanges()).trials_of(programs, 3, JUDGED)
+    before = problem.trials(3, JUDGED)
+    _require_said(problem, before, after, point)
+    progress("judging", 0)
+    old, new = before.measure(before.own[None]), after.measure(after.own[None])
+    difference = _paired(new.cost[0] - old.cost[0])
+    beyond = new.violation(problem.margins)[0]
+    sought = feasible and before.simulation.compiled
+    prices = _prices(problem, before, point, time.monotonic() + 0.5 * seconds, progress) if sought else {}
+    limits = _limits(problem, old, new, prices)
+    verdict, reason = _verdict(bool(feasible), difference, limits, beyond)
+    better = verdict is Verdict.BETTER
+    quantities = _quantities(problem, programs, old, new)
+    return Optimised(
+        program=problem.programs.name,
+        job=job,
+        verdict=verdict,
+        reason=reason,
+        words=tuple(_word(each, number) for each, number in zip(variables, point, strict=True)),
+        quantities=quantities,
+        limits=limits,
+        remarks=(*problem.choices.remarks, *_undressed(before, after, problem.runs)),
+        before=problem.text.text,
+        after=text.text if better else problem.text.text,
+        data=text.bytes() if better else problem.text.bytes(),
+        parts=problem.runs,
+        lots=JUDGED,
+        seed=problem.seed,
+        evaluations=len(search.costs),
+        ended_early=search.ended_early,
+    )
+
+
+def _chosen(problem: Problem, ranked: list[Point]) -> Point:
+    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them."""
+    compiled = problem.trials(0, 1).simulation.compiled
+    count, lots = (FINALISTS, CHOSEN) if compiled else STEP_BY_STEP
+    finalists = ranked[:count]
+    found = problem.measure(problem.trials(2, lots), finalists)
+    beyond = found.violation(problem.margins).sum(axis=1)
+    cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
+    return finalists[int(cost.argmin())]
+
+
+def _require_said(problem: Problem, before: Trials, after: Trials, point: Point) -> None:
+    """Refuse a text that does not say what was searched: what its blocks set is read off the text itself."""
+    asked = problem.settings(before.own, np.array([point]))[0]
+    said = after.own
+    columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]
+    if asked.shape != said.shape or not np.allclose(asked[:, columns], said[:, columns], rtol=SAME, atol=0.0):
+        raise GrindError(
+            f"{problem.programs.name}: other numbers in its words do not change its cycles as they say, so that no "
+            "better program can be written; vary fewer words with --vary"
+        )
+
+
+def _verdict(feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array) -> tuple[Verdict, str]:
+    worst = limits[int(beyond.argmax())]
+    if not feasible:
+        return Verdict.INFEASIBLE, (
+            f"the limit of {worst.name} forbids all programs tried: with the nearest one 95 of 100 parts stay "
+            f"below {100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+        )
+    if beyond.max() > 0.0:
+        return Verdict.NOT_BETTER, (
+            f"the best one is beyond the limit of {worst.name} on unseen lots: 95 of 100 parts stay below "
+            f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+        )
+    said = f"{difference.value:+.3f} $ a part ({difference.low:+.3f} to {difference.high:+.3f})"
+    if difference.high >= 0.0:
+        return Verdict.NOT_BETTER, f"the best one costs {said} more than the program as it is"
+    return Verdict.BETTER, f"{said} on {JUDGED} unseen lots, the same for both"
+
+
+def _paired(difference: Array) -> Interval:
+    return bootstrap(lambda values: np.asarray(values.mean(axis=-1)), difference)
+
+
+def _quantities(problem: Problem, programs: Programs, old: Measures, new: Measures) -> tuple[Quantity, ...]:
+    expected = [expected_lot(each, problem.job) for each in (problem.programs, programs)]
+    found = []
+    for name, unit in QUANTITIES.items():
+        scale = 100.0 if unit == "%" else 1.0
+        before, after = (scale * getattr(each, name)[0] for each in (old, new))
+        found.append(
+            Quantity(
+                name=name,
+                unit=unit,
+                before=_paired(before),
+                after=_paired(after),
+                difference=_paired(after - before),
+                expected=(scale * expected[0][name], scale * expected[1][name]),
+            )
+        )
+    return tuple(found)
+
+
+def expected_lot(programs: Programs, job: Job) -> dict[str, float]:
+    """Means of a part with one run of a program on the expected lot, as `grind run` shows them."""
+    trials = trials_of(programs, job, 1, [(0,)], spread=0.0)
+    found = trials.measure(trials.own[None], handover=False)
+    return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
+
+
+def _limits(problem: Problem, old: Measures, new: Measures, prices: dict[str, Interval]) -> tuple[LimitUse, ...]:
+    limits = problem.job.limits
+    values = {
+        "power": limits.power / 1000.0,
+        "temp": limits.rise,
+        "Ra": limits.roughness,
+        "size": limits.size,
+    }
+    return tuple(
+        LimitUse(
+            name=name,
+            limit=values[name],
+            unit=UNITS[name],
+            margin=float(problem.margins[k]),
+            before=float(old.ratios[0, k]),
+            after=float(new.ratios[0, k]),
+            price=prices.get(name),
+            binds=name in prices and prices[name].low > WORTH_NAMING * float(new.cost.mean()),
+        )
+        for k, name in enumerate(LIMITS)
+    )
+
+
+def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, progress: Progress) -> dict[str, Interval]:
+    """What each limit costs: what the best words without it save on unseen lots."""
+    with_all, prices = problem.measure(judged, [best]).cost[0], {}
+    for k, name in enumerate(LIMITS):
+        free = without(problem.job, name)
+        if free is None:
+            continue
+        margins = problem.margins.copy()
+        margins[k] = np.inf
+        other = problem._replace(job=free, margins=margins)
+        search = other.search(other.trials(1, SEARCHED), deadline, progress, f"without the limit of {name}")
+        search.run(best, problem.seed, GENERATIONS // FEWER)
+        point = _chosen(other, [best, *search.ranked])
+        found = other.measure(other.trials(3, JUDGED), [point]).cost[0]
+        prices[name] = _paired(with_all - found)
+    return prices
+
+
+def without(job: Job, limit: str) -> Job | None:
+    """The job without a limit; None if it has none."""
+    part, machine = job.part, job.setup.machine
+    if limit == "power":
+        stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))
+        return replace(job, setup=replace(job.setup, machine=stronger))
+    if limit == "temp":
+        stages = tuple(replace(stage, rise_allowance=2000.0) for stage in part.stages)
+        return replace(job, part=replace(part, rise_allowance=2000.0, stages=stages))
+    if limit == "Ra":
+        if max([part.roughness_limit, *(stage.roughness_limit for stage in part.stages)]) <= NO_LIMIT:
+            return None
+        stages = tuple(replace(stage, roughness_limit=NO_LIMIT) for stage in part.stages)
+        return replace(job, part=replace(part, roughness_limit=NO_LIMIT, stages=stages))
+    if max([part.tolerance, *(stage.tolerance for stage in part.stages)]) <= NO_LIMIT:
+        return None
+    stages = tuple(replace(stage, tolerance=NO_LIMIT) for stage in part.stages)
+    return replace(job, part=replace(part, tolerance=NO_LIMIT, stages=stages))
+
+
+def _undressed(before: Trials, after: Trials, runs: int) -> list[str]:
+    """A warning if the wheel is no longer dressed."""
+    if before.own[:, D].any() and not after.own[:, D].any():
+        return [
+            f"no block dresses the wheel any more: that holds for batches of {runs} runs, after which it is dressed; "
+            "let --parts be how many you grind with a wheel, or see with `grind sweep` how often to dress it"
+        ]
+    return []
+
+
+def _bound(variable: Variable, number: int) -> str:
+    """Which end of what was tried a value is; empty for none, and for the least that there can be."""
+    if number == len(variable.levels) - 1:
+        return "highest"
+    return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
+
+
+def _word(variable: Variable, number: int) -> WordChange:
+    inch = variable.unit != 1
+    units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
+    return WordChange(
+        name=variable.name,
+        place=variable.place,
+        before=f"{variable.own.normalize():f}",
+        after=f"{variable.levels[number].normalize():f}",
+        unit=units[variable.name][inch] if variable.name in units else "",
+        at_bound=_bound(variable, number),
+    )

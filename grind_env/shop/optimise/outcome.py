@@ -1,0 +1,136 @@
+"""What an optimisation has come to: all that a table, JSON or a report shows of it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from grind_env.policies.statistics import Interval
+
+
+class Verdict(Enum):
+    """Whether there is a better program."""
+
+    BETTER = "better"
+    NOT_BETTER = "no better program found"
+    INFEASIBLE = "no program keeps the limits"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WordChange:
+    """A value before and after, as the program writes it.
+
+    Attributes:
+        name: E, D, J, L, lead, depth or passes.
+        place: the block or dress program in which it stands.
+        before: in the units of the program.
+        after: likewise.
+        unit: of both.
+        at_bound: "lowest" or "highest" if it is an end of what was tried; else empty.
+    """
+
+    name: str
+    place: str
+    before: str
+    after: str
+    unit: str
+    at_bound: str
+
+    @property
+    def changed(self) -> bool:
+        """Whether it is another one."""
+        return self.before != self.after
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A mean over parts and lots, before and after, with 95 % intervals.
+
+    Attributes:
+        name: cost, seconds, Ra, power, rise, size_error or scrap.
+        unit: of all values.
+        before: with the program as it was.
+        after: with other words.
+        difference: after minus before, on the same lots.
+        expected: of the program as it was and with other words, on the expected lot, as `grind run` shows it.
+    """
+
+    name: str
+    unit: str
+    before: Interval
+    after: Interval
+    difference: Interval
+    expected: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitUse:
+    """How near a limit is, and what it costs.
+
+    Attributes:
+        name: power, temp, Ra or size.
+        limit: in `unit`; 0 if there is none.
+        unit: of it.
+        margin: share of the limit that 95 of 100 parts must keep.
+        before: share that 95 of 100 parts keep, with the program as it was.
+        after: the same with other words.
+        price: $ a part that the best words without this limit save; None if that was not sought.
+        binds: whether that is worth naming, beyond chance.
+    """
+
+    name: str
+    limit: float
+    unit: str
+    margin: float
+    before: float
+    after: float
+    price: Interval | None
+    binds: bool
+
+    @property
+    def kept(self) -> bool:
+        """Whether 95 of 100 parts keep it, with its margin, after the changes."""
+        return self.after <= self.margin
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimised:
+    """What an optimisation has come to.
+
+    Attributes:
+        program: name of the program.
+        job: name of the job file.
+        verdict: whether it is better.
+        reason: one sentence on the verdict.
+        words: every value that was varied.
+        quantities: means of a part.
+        limits: power, temp, Ra and size.
+        remarks: sentences on what could not be varied.
+        before: text of the program.
+        after: text with other words; that of the program where none is better.
+        data: the file of that text.
+        parts: of a batch.
+        lots: unseen ones, on which it was judged.
+        seed: of all that is random.
+        evaluations: programs that were tried in the search.
+        ended_early: whether the time was up before the search had ended.
+    """
+
+    program: str
+    job: str
+    verdict: Verdict
+    reason: str
+    words: tuple[WordChange, ...]
+    quantities: tuple[Quantity, ...]
+    limits: tuple[LimitUse, ...]
+    remarks: tuple[str, ...]
+    before: str
+    after: str
+    data: bytes
+    parts: int
+    lots: int
+    seed: int
+    evaluations: int
+    ended_early: bool
+
+    def quantity(self, name: str) -> Quantity:
+        """One of the quantities."""
+        return next(each for each in self.quantities if each.name == name)

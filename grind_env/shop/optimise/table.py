@@ -1,0 +1,141 @@
+"""An optimisation as tables for the terminal, and as plain data for JSON."""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from grind_env.policies.statistics import Interval
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+NAMES = {
+    "cost": "cost, $",
+    "seconds": "time, s",
+    "Ra": "Ra, µm",
+    "power": "power, kW",
+    "rise": "temp., K",
+    "size_error": "size err., µm",
+    "scrap": "scrap, %",
+}
+DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "size_error": 2, "scrap": 2}
+
+
+def print_optimised(found: Optimised, console: "Console") -> None:
+    """Print what was varied, both programs side by side, the limits, and the verdict."""
+    console.print(f"{found.program}, batches of {found.parts} runs, {found.lots} unseen lots", highlight=False)
+    console.print(_words(found))
+    console.print(_quantities(found))
+    console.print(_limits(found))
+    for sentence in sentences(found):
+        console.print(sentence, highlight=False, soft_wrap=True)
+
+
+def sentences(found: Optimised) -> list[str]:
+    """What is to be said below the tables, the verdict last."""
+    said = list(found.remarks)
+    for word in found.words:
+        if word.at_bound:
+            said.append(
+                f"{word.place}: {word.name} {word.after} is its {word.at_bound} value that was tried (--bounds)"
+            )
+    if found.ended_early:
+        said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
+    said.append(f"{found.evaluations} programs tried, seed {found.seed}")
+    verdict = found.verdict.value
+    said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
+    return said
+
+
+def as_data(found: Optimised) -> dict[str, Any]:
+    """All of it in JSON types."""
+    return {
+        "program": found.program,
+        "job": found.job,
+        "verdict": found.verdict.name.lower(),
+        "reason": found.reason,
+        "words": [asdict(each) | {"changed": each.changed} for each in found.words],
+        "quantities": [
+            asdict(each) | {name: getattr(each, name)._asdict() for name in ("before", "after", "difference")}
+            for each in found.quantities
+        ],
+        "limits": [
+            asdict(each) | {"kept": each.kept, "price": None if each.price is None else each.price._asdict()}
+            for each in found.limits
+        ],
+        "remarks": list(found.remarks),
+        "parts": found.parts,
+        "lots": found.lots,
+        "seed": found.seed,
+        "evaluations": found.evaluations,
+        "ended_early": found.ended_early,
+        "text": found.after,
+    }
+
+
+def _words(found: Optimised) -> "Table":
+    table = _table("block", "word", "before", "after", "")
+    for word in found.words:
+        after = word.after if word.changed else "as it is"
+        table.add_row(word.place, word.name, word.before, after, word.unit)
+    return table
+
+
+def _quantities(found: Optimised) -> "Table":
+    table = _table("of a part", "before", "after", "change (95 %)", "grind run", "after")
+    for each in found.quantities:
+        digits = decimals(each)
+        one, other = (f"{value:.{digits}f}" for value in each.expected)
+        table.add_row(
+            NAMES[each.name],
+            f"{each.before.value:.{digits}f}",
+            f"{each.after.value:.{digits}f}",
+            signed(each.difference, digits),
+            one,
+            other,
+        )
+    return table
+
+
+def decimals(quantity: Quantity) -> int:
+    """Decimals of a quantity: fewer of one with many integer digits."""
+    largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
+    return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
+
+
+def _limits(found: Optimised) -> "Table":
+    table = _table("limit", "", "asked", "before", "after", "$ without it")
+    for each in found.limits:
+        if each.limit > 0.0:
+            table.add_row(
+                each.name,
+                f"{each.limit:.3g} {each.unit}",
+                f"{100.0 * each.margin:.0f} %",
+                f"{100.0 * each.before:.0f} %",
+                f"{100.0 * each.after:.0f} %",
+                price_text(each),
+            )
+    return table
+
+
+def price_text(limit: LimitUse) -> str:
+    """What a part costs without a limit, beside what it costs with it, $, and whether the limit binds."""
+    if limit.price is None:
+        return ""
+    change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)
+    return f"{signed(change, 3)} {'binds' if limit.binds else ''}".rstrip()
+
+
+def signed(interval: Interval, digits: int) -> str:
+    """A change with its interval."""
+    return f"{interval.value:+.{digits}f} ({interval.low:+.{digits}f} to {interval.high:+.{digits}f})"
+
+
+def _table(*headings: str) -> "Table":
+    from rich.box import SIMPLE
+    from rich.table import Column, Table
+
+    first, *others = headings
+    columns = (Column(first, no_wrap=True), *(Column(each, justify="right", no_wrap=True) for each in others))
+    return Table(*columns, box=SIMPLE, pad_edge=False, padding=(0, 1))

@@ -1,0 +1,202 @@
+"""What a program costs with other words, on the same lots for all of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Programs
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.text import repeated
+from grind_env.machine.job import Job
+from grind_env.machine.script_tables import BlockRow
+from grind_env.machine.settings import SETTINGS, D, E, own_settings
+from grind_env.machine.tally import Tally
+from grind_env.process.cost import NO_LIMIT
+
+Array = NDArray[np.float64]
+
+ROWS_AT_ONCE = 60_000
+"""Episodes times blocks that are replayed together; bounds the memory."""
+KEPT = 0.95
+"""Share of the parts, over all lots, that must keep a limit."""
+LIMITS = ("power", "temp", "Ra", "size")
+
+_COST, _GOOD, _SECONDS, _LOAD, _RISE, _RA, _ERROR, _HANDOVER = (
+    Outcome._fields.index(name)
+    for name in ("cost", "good", "seconds", "power_ratio", "rise", "roughness", "size_error", "handover_cost")
+)
+_PLUNGE_RISE, _FINISH_RISE = Tally._fields.index("plunge_rise"), Tally._fields.index("finish_rise")
+
+
+class Measures(NamedTuple):
+    """What each of C candidates comes to on each of N lots: means of a part, shape (C, N), and its limits."""
+
+    cost: Array
+    """$, scrap at its price and the dull wheel that is left among it."""
+    seconds: Array
+    Ra: Array
+    """um."""
+    power: Array
+    """Highest, kW above idle."""
+    rise: Array
+    """Highest that counts, K."""
+    size_error: Array
+    """um, without its sign."""
+    scrap: Array
+    """Share of the parts."""
+    ratios: Array
+    """What 95 parts of 100 keep of each of `LIMITS`, as a share of it; 0 where there is none; shape (C, 4)."""
+
+    def violation(self, margins: Array) -> Array:
+        """By how much they are beyond shares of the limits, shape (C, 4); 0 if they are not."""
+        return np.asarray(np.maximum(self.ratios / margins - 1.0, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Trials:
+    """A program for a batch of parts, on lots that are the same for all candidates.
+
+    Attributes:
+        simulation: of the batch.
+        runs: how often the program is run in it.
+        seeds: of the lots.
+    """
+
+    simulation: JobSimulation
+    runs: int
+    seeds: tuple[tuple[int, ...], ...]
+
+    @property
+    def blocks(self) -> int:
+        """Cycle blocks of one run."""
+        return len(self.simulation.blocks) // self.runs
+
+    @property
+    def own(self) -> Array:
+        """What the program itself sets in the blocks of one run, shape (blocks, fields of `BlockSettings`)."""
+        blocks = self.simulation.blocks[: self.blocks]
+        return np.array([own_settings(block.plan, block.dress) for block in blocks])
+
+    def measure(self, settings: Array, *, besides: bool = False, handover: bool = True) -> Measures:
+        """Run candidates.
+
+        Args:
+            settings: shape (C, blocks of one run or of all runs, fields of `BlockSettings`).
+            besides: whether J, L and dress settings are others than the program's.
+            handover: whether the dull wheel that is left is charged for.
+        """
+        lots, blocks = len(self.seeds), len(self.simulation.blocks)
+        at_once = max(ROWS_AT_ONCE // (lots * blocks), 1)
+        every = range(0, len(settings), at_once)
+        parts = [self._measure(settings[begin : begin + at_once], besides, handover) for begin in every]
+        return Measures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _measure(self, settings: Array, besides: bool, handover: bool) -> Measures:
+        simulation, lots, count = self.simulation, len(self.seeds), len(settings)
+        start = simulation.start([np.random.default_rng(seed) for seed in self.seeds])
+        episodes = start if count == 1 else start.pick(np.tile(np.arange(lots), count))
+        part_of_block, parts = simulation.part_of_block, int(simulation.part_of_block[-1]) + 1
+        rows = _LimitRows.of(simulation)
+        n = count * lots
+        worst = np.zeros((4, n, parts))
+        sums = np.zeros((3, n))
+        peaks = np.zeros((4, n, parts))
+        for k, part in enumerate(part_of_block.tolist()):
+            chosen = np.repeat(settings[:, k % settings.shape[1]], lots, axis=0)
+            outcomes, tallies = simulation.step(
+                episodes, chosen[:, E].copy(), chosen[:, D].copy(), settings=chosen if besides else None
+            )
+            sums += outcomes[:, [_COST, _SECONDS, _GOOD]].T
+            sums[0] -= 0.0 if handover else outcomes[:, _HANDOVER]
+            rise = tallies[:, _PLUNGE_RISE if rows.counts_all[k] else _FINISH_RISE]
+            error = np.abs(outcomes[:, _ERROR])
+            here = peaks[:, :, part]
+            here[0] = np.maximum(here[0], outcomes[:, _LOAD])
+            here[1] = np.maximum(here[1], rise)
+            np.maximum(worst[0, :, part], outcomes[:, _LOAD], out=worst[0, :, part])
+            np.maximum(worst[1, :, part], rise / rows.rise[k], out=worst[1, :, part])
+            if rows.judged[k]:
+                here[2:] = outcomes[:, _RA], error
+                for limit, value, most in ((2, outcomes[:, _RA], rows.Ra[k]), (3, error, rows.size[k])):
+                    if most > NO_LIMIT:
+                        np.maximum(worst[limit, :, part], value / most, out=worst[limit, :, part])
+        cost, seconds, good = sums.reshape(3, count, lots) / parts
+        load, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
+        shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
+        power = load * simulation.job.limits.power / 1000.0
+        return Measures(cost, seconds, roughness, power, rise, error, 1.0 - good, shares)
+
+
+class _LimitRows(NamedTuple):
+    """Limits that hold in each block: of the stage that it is part of, if it has a script."""
+
+    rise: Array
+    Ra: Array
+    size: Array
+    judged: NDArray[np.bool_]
+    counts_all: NDArray[np.bool_]
+
+    @staticmethod
+    def of(simulation: JobSimulation) -> "_LimitRows":
+        if simulation.script is not None:
+            table = {name: simulation.tables.blocks[:, k] for k, name in enumerate(BlockRow._fields)}
+            return _LimitRows(
+                table["rise"], table["roughness"], table["size"], table["judged"] > 0.0, table["counts_all"] > 0.0
+            )
+        limits, blocks = simulation.job.limits, simulation.blocks
+        each = np.ones(len(blocks))
+        return _LimitRows(
+            limits.rise * each,
+            limits.roughness * each,
+            limits.size * each,
+            np.array([block.finished > 0 for block in blocks]),
+            np.full(len(blocks), simulation.job.part.rise_allowance > 0.0),
+        )
+
+
+def trials_of(
+    programs: Programs,
+    job: Job,
+    runs: int,
+    seeds: Sequence[tuple[int, ...]],
+    *,
+    picks: Sequence[float] = (),
+    spark_outs: Sequence[int] = (),
+    spread: float = 1.0,
+) -> Trials:
+    """A program for a batch of parts.
+
+    Args:
+        programs: the program.
+        job: the job.
+        runs: how often it is run, one part after the other; the wheel carries over.
+        seeds: of the lots.
+        picks: the lowest and the highest J that may be chosen, mm.
+        spark_outs: the same of L.
+        spread: factor on all that is random.
+
+    Raises:
+        GrindError: the program cannot be run, or runs other blocks for the next part.
+    """
+    simulation = JobSimulation(repeated(programs, runs), job, spread, picks=picks, spark_outs=spark_outs)
+    if len(simulation.blocks) % runs:
+        raise JobProgramError(
+            f"{programs.name} does not run the same cycle blocks for every part; choose --parts 1 for it"
+        )
+    return Trials(simulation, runs, tuple(seeds))
+
+
+def lots_of(seed: int, use: int, count: int) -> tuple[tuple[int, ...], ...]:
+    """Seeds of some lots, which no other use of the same seed has."""
+    return tuple((seed, use, k) for k in range(count))
+
+
+def settings_like(own: Array, count: int) -> Array:
+    """Copies of the settings of one run, shape (count, blocks, fields of `BlockSettings`)."""
+    assert own.shape[1] == SETTINGS
+    return np.repeat(own[None], count, axis=0)

@@ -1,0 +1,323 @@
+"""What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Programs
+from grind_env.control.cycles import codes_said
+from grind_env.control.numbers import MILLIMETRES_PER_INCH
+from grind_env.control.paths import INTEGRANDS
+from grind_env.control.source import SourceText
+from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.machine import settings
+from grind_env.machine.dress_program import DEEPEST_INFEED
+from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
+from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
+from grind_env.shop.optimise.wishes import WishError, Wishes
+
+COLUMNS = {
+    "E": settings.E,
+    "D": settings.D,
+    "J": settings.J,
+    "L": settings.L,
+    "passes": settings.DRESS_PASSES,
+    "lead": settings.DRESS_FEED,
+    "depth": settings.DRESS_DEPTH,
+}
+"""Of a table of `BlockSettings`, by what is varied."""
+IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
+"""What can be varied only where a program has a script."""
+INHERITED = ("E", "J")
+"""Words that a cycle block without them takes over from the one before (16-13)."""
+
+MILLIMETRE = Decimal(1)
+SPEEDS = (3000.0, 30_000.0)
+"""Table speeds that are tried, mm/min, unless the user says others."""
+MOST_DRESSES = 3
+MOST_SPARK_OUTS = 8
+MOST_PASSES = 4
+WIDTH = Decimal("2.5")
+"""Picks, leads and depths are tried up to this factor above and below the program's own."""
+STEPS = {
+    "E": (Decimal(100), Decimal(5)),
+    "J": (Decimal(".001"), Decimal(".0001")),
+    "lead": (Decimal(1), Decimal(".1")),
+    "depth": (Decimal(".001"), Decimal(".0001")),
+}
+"""Of which values are multiples, metric and in inches; of a lead those of its F."""
+ONE = Decimal(1)
+
+
+class Spot(NamedTuple):
+    """Where a word of a cycle block stands, or would stand."""
+
+    source: SourceText
+    letter: str
+    form: str
+    """Its number as it is written, or what a new one is to look like."""
+    missing: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """Something that a search may change.
+
+    Attributes:
+        name: one of `WORDS`.
+        place: the block or the program in which it stands, as tables show it.
+        blocks: numbers of the cycle blocks of one run that it holds for.
+        own: what the program says, in its own units; of a lead the F of the passes.
+        levels: values that are tried, ascending, in the same units.
+        unit: mm in one of them.
+        at: where it is written: a word of a cycle block, or a dress program.
+    """
+
+    name: str
+    place: str
+    blocks: tuple[int, ...]
+    own: Decimal
+    levels: tuple[Decimal, ...]
+    unit: Decimal
+    at: Spot | DressText
+
+    @property
+    def column(self) -> int:
+        """Of a table of settings."""
+        return COLUMNS[self.name]
+
+    def setting(self, level: Decimal) -> float:
+        """A value in the units of `BlockSettings`."""
+        value = float(level * self.unit)
+        if isinstance(self.at, DressText):
+            return self.at.setting(self.name, value)
+        return value
+
+    @property
+    def settings(self) -> NDArray[np.float64]:
+        """All values in these units."""
+        return np.array([self.setting(level) for level in self.levels])
+
+    @property
+    def start(self) -> int:
+        """Number of the value nearest to that of the program."""
+        return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - self.own))
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What can be varied, and sentences on what cannot."""
+
+    variables: tuple[Variable, ...]
+    remarks: tuple[str, ...]
+
+
+def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> Choices:
+    """What can be varied in one run of a program.
+
+    Args:
+        simulation: of one run.
+        text: of its file.
+        wishes: what is asked for.
+
+    Raises:
+        WishError: a block is to be kept that is none, or nothing can be varied.
+    """
+    blocks, remarks = simulation.blocks, []
+    labels = {block.block.place.block for block in blocks}
+    for label in sorted(wishes.kept - labels):
+        known = ", ".join(f"N{each}" for each in sorted(labels))
+        raise WishError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
+    names = wishes.words
+    if simulation.script is None:
+        names = tuple(name for name in names if name not in IN_SCRIPTS)
+        remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
+    found: list[Variable] = []
+    for name in names:
+        if name in ("E", "D", "J", "L"):
+            found += _words(name, simulation, wishes, remarks)
+        else:
+            found += _dresses(name, simulation, text, wishes, remarks)
+    varied = tuple(each for each in found if len(each.levels) > 1 or each.levels != (each.own,))
+    if not varied:
+        lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
+        why = f": {remarks[0]}" if remarks else lacks
+        raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
+    return Choices(varied, tuple(dict.fromkeys(remarks)))
+
+
+def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[str]) -> Iterator[Variable]:
+    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over."""
+    blocks: dict[tuple[int, int], list[int]] = {}
+    spots: dict[tuple[int, int], tuple[Spot, int]] = {}
+    governing: tuple[int, int] | None = None
+    for number, outline in enumerate(simulation.blocks):
+        source, letter = outline.block.source, _letter(name, outline)
+        if letter is None:
+            continue
+        word = word_of(source, letter)
+        place = (source.line, source.column)
+        usable = _usable(word, letter, outline, simulation.programs, wishes, remarks)
+        if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
+            if name in INHERITED and governing is not None:
+                blocks[governing].append(number)
+            continue
+        governing = place if usable else None
+        if usable:
+            blocks.setdefault(place, []).append(number)
+            form = _form(name, outline) if word is None else number_text(source, word)
+            spots[place] = Spot(source, letter, form, word is None), number
+    for place, (spot, number) in spots.items():
+        outline = simulation.blocks[number]
+        unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
+        own = _own(name, outline, spot, unit)
+        yield Variable(
+            name=name,
+            place=_place(outline, simulation.blocks),
+            blocks=tuple(blocks[place]),
+            own=own,
+            levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
+            unit=unit,
+            at=spot,
+        )
+
+
+def _letter(name: str, outline: BlockOutline) -> str | None:
+    """The letter of a word in a block; None in one that takes no such word."""
+    plan = outline.plan
+    if name == "E":
+        return name
+    if plan.plunge_axis is None or (name == "D" and not outline.takes_dresses):
+        return None
+    return INTEGRANDS[plan.plunge_axis] if name == "J" else name
+
+
+def _usable(
+    word: object, letter: str, outline: BlockOutline, programs: Programs, wishes: Wishes, remarks: list[str]
+) -> bool:
+    """Whether a word may be changed, with a remark where it cannot."""
+    source, label = outline.block.source, _label(outline)
+    if outline.block.place.block in wishes.kept:
+        return False
+    if source.file != programs.name:
+        remarks.append(f"{label} stands in {source.file} and is kept as it is; put its program into {programs.name}")
+        return False
+    expression = next((each.expression for each in outline.block.words if each.letter == letter), "")
+    if expression:
+        remarks.append(
+            f"{label}: {letter}{expression.strip()} is kept as it is; write a number there, or change what is assigned"
+        )
+        return False
+    return True
+
+
+def _form(name: str, outline: BlockOutline) -> str:
+    """What the number of a new word is to look like."""
+    plan = outline.plan
+    sign = "-" if name == "J" and plan.depth_target < plan.plunge_start else ""
+    return f"{sign}." if name in INHERITED else ""
+
+
+def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal:
+    if not spot.missing:
+        return abs(Decimal("".join(spot.form.split())))
+    plan = outline.plan
+    value = {"E": plan.feed, "D": plan.dresses, "J": plan.primary_pick, "L": plan.spark_out}[name]
+    return Decimal(str(value)) / unit if unit == MILLIMETRE else round(Decimal(str(value)) / unit, 4)
+
+
+def _dresses(
+    name: str, simulation: JobSimulation, text: ProgramText, wishes: Wishes, remarks: list[str]
+) -> Iterator[Variable]:
+    """Lead, depth or passes of the dress programs."""
+    programs: dict[int, list[int]] = {}
+    for number, outline in enumerate(simulation.blocks):
+        if outline.plan.program is not None and outline.dress is not None:
+            programs.setdefault(outline.plan.program, []).append(number)
+    assert simulation.script is not None
+    for program, blocks in programs.items():
+        run = simulation.script.blocks[blocks[0]].dress
+        assert run is not None
+        try:
+            at = dress_text(simulation, text, program, run)
+            own = at.own(name)
+            levels = _levels(name, own, at.unit if name != "passes" else MILLIMETRE, wishes, simulation)
+            levels = at.writable(name, levels)
+        except DressTextError as error:
+            remarks.append(f"{name} of O{program} is kept as it is: {error}")
+            continue
+        unit = MILLIMETRE if name == "passes" else at.unit
+        yield Variable(name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at)
+
+
+def _levels(
+    name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation, fastest: float = math.inf
+) -> tuple[Decimal, ...]:
+    """Multiples of the step between the bounds, and the program's own value where it is legal."""
+    inch = unit != MILLIMETRE
+    turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
+    step = wishes.steps.get(name, STEPS.get(name, (ONE, ONE))[inch])
+    if name == "lead" and name in wishes.steps:
+        step = (step * turns).quantize(STEPS[name][inch], ROUND_HALF_UP) or STEPS[name][inch]
+    low, high = _usual_bounds(name, own, unit, fastest)
+    if name in wishes.bounds:
+        low, high = (bound * turns for bound in wishes.bounds[name])
+        _refuse_bounds(name, high, unit, simulation)
+    if name in ("D", "L", "passes"):
+        step = step.to_integral_value(ROUND_CEILING)
+    first = (low / step).to_integral_value(ROUND_CEILING)
+    last = (high / step).to_integral_value(ROUND_FLOOR)
+    values = {k * step for k in map(Decimal, range(int(first), int(last) + 1))}
+    least = 0 if name in ("D", "L") else step.min(own)
+    values = {value for value in values if value >= least}
+    if low <= own <= high:
+        values.add(own)
+    if not values:
+        raise WishError(f"no multiple of {step:f} lies in the bounds of {name}, {low:f} to {high:f}; widen --bounds")
+    return tuple(sorted(values))
+
+
+def _fastest(simulation: JobSimulation, blocks: Sequence[int]) -> float:
+    """Table speed that is reached in some blocks, mm/min, by what the machine makes and on the way to accelerate."""
+    machine, control = simulation.job.setup.machine, simulation.job.control
+    plans = [simulation.blocks[number].plan for number in blocks]
+    way = min(abs(plan.primary - plan.secondary) for plan in plans)
+    return min(machine.maximum_table_speed, 60.0 * math.sqrt(control.acceleration * way))
+
+
+def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tuple[Decimal, Decimal]:
+    whole = {"D": (0, MOST_DRESSES), "L": (0, MOST_SPARK_OUTS), "passes": (1, MOST_PASSES)}
+    if name in whole:
+        low, high = map(Decimal, whole[name])
+        return min(low, own), max(high, own)
+    if name == "E":
+        return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(min(SPEEDS[1], fastest)) / unit, own)
+    low, high = own / WIDTH, own * WIDTH
+    return low, max(own, min(high, Decimal(str(DEEPEST_INFEED)) / unit)) if name == "depth" else high
+
+
+def _refuse_bounds(name: str, high: Decimal, unit: Decimal, simulation: JobSimulation) -> None:
+    """Refuse values that machine or control do not take."""
+    machine = simulation.job.setup.machine
+    most = {"E": machine.maximum_table_speed, "D": 999.0, "L": 999.0, "passes": 99.0, "depth": DEEPEST_INFEED}
+    limit = most.get(name, math.inf)
+    if float(high * unit) > limit:
+        raise WishError(f"--bounds: {name} goes up to {high:f}, but {Decimal(limit) / unit:.6g} is the most here")
+
+
+def _place(outline: BlockOutline, blocks: Sequence[BlockOutline]) -> str:
+    """Its label, with the line where blocks of other lines have the same."""
+    same = {each.block.source.line for each in blocks if _label(each) == _label(outline)}
+    return f"{_label(outline)}, line {outline.block.source.line}" if len(same) > 1 else _label(outline)
+
+
+def _label(outline: BlockOutline) -> str:
+    place = outline.block.place
+    labelled = outline.block.source.text.lstrip("/").lstrip().upper().startswith("N")
+    return f"N{place.block}" if labelled else f"line {place.line}"

@@ -1,0 +1,207 @@
+"""The report of an optimisation: what `grind optimise --report` writes."""
+
+from collections.abc import Mapping
+from difflib import SequenceMatcher
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grind_env.machine.job import Job
+from grind_env.policies.statistics import Interval
+from grind_env.shop.optimise.optimise import WORTH_NAMING
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
+from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
+from grind_env.shop.report.document import (
+    Cell,
+    Level,
+    Line,
+    Note,
+    ReportError,
+    Section,
+    figure,
+    items,
+    listing,
+    page,
+    paragraph,
+    plotly_text,
+    table,
+    verdict,
+)
+from grind_env.shop.report.foundations import foundations, revisions
+from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES, Cells
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+LEVELS: Mapping[Verdict, Level] = {Verdict.BETTER: "good", Verdict.NOT_BETTER: "poor", Verdict.INFEASIBLE: "bad"}
+
+
+def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
+    """The page of an optimisation, HTML.
+
+    Args:
+        found: what it has come to, better or not.
+        job: of the program.
+        files: by what they are, such as program and job; the page states their revisions.
+
+    Raises:
+        ReportError: jinja2 or plotly is not installed.
+    """
+    after = "after" if found.verdict is Verdict.BETTER else "best one tried"
+    sections = [
+        Section("Verdict", [_verdict(found)]),
+        Section("Before and after", [_quantities(found, after)]),
+        Section("Words", [_words(found, after)]),
+        Section("Limits", _limits(found, after)),
+        Section("Program", _program(found)),
+        Section("Remarks", [items(sentences(found)[:-1])]),
+        Section("What the numbers rest on", [items(_rests_on(found)), *foundations(job)]),
+    ]
+    return page(f"Optimised: {found.program}", sections, revisions(files))
+
+
+def _verdict(found: Optimised) -> "Markup":
+    cost = found.quantity("cost")
+    saved = _negative(cost.difference)
+    headline = (
+        f"A part costs {_interval(saved, 3)} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
+        f"{cost.before.value:.3f} $."
+        if found.verdict is Verdict.BETTER
+        else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."
+    )
+    binding = [each.name for each in found.limits if each.binds]
+    priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
+    named = [f"Limits that bind: {', '.join(binding)}."] if binding else ["No limit binds."] if priced else []
+    return verdict(LEVELS[found.verdict], headline, named)
+
+
+def _quantities(found: Optimised, after: str) -> "Markup":
+    rows: list[Cells] = []
+    for each in found.quantities:
+        digits = decimals(each)
+        one, other = (f"{value:.{digits}f}" for value in each.expected)
+        change: Level = "good" if each.difference.high < 0.0 else "bad" if each.difference.low > 0.0 else ""
+        rows.append(
+            [
+                NAMES[each.name],
+                _interval(each.before, digits),
+                _interval(each.after, digits),
+                Cell(signed(each.difference, digits), change if each.name == "cost" else ""),
+                one,
+                other,
+            ]
+        )
+    headings = ("of a part", "before", after, "change", "grind run, before", f"grind run, {after}")
+    caption = (
+        f"Means over batches of {found.parts} runs on {found.lots} unseen lots, with 95 % intervals; the change is "
+        "that on the same lots."
+    )
+    return table(headings, rows, caption)
+
+
+def _words(found: Optimised, after: str) -> "Markup":
+    rows: list[Cells] = [
+        [
+            word.place,
+            word.name,
+            word.before,
+            Cell(word.after, "good") if word.changed else "as it is",
+            word.unit,
+            f"{word.at_bound} tried" if word.at_bound else "",
+        ]
+        for word in found.words
+    ]
+    return table(("block", "word", "before", after, "unit", "at a bound"), rows, left=2)
+
+
+def _limits(found: Optimised, after: str) -> "list[Markup]":
+    limits = [each for each in found.limits if each.limit > 0.0]
+    if not limits:
+        return [paragraph("The job has no limits.")]
+    rows: list[Cells] = [
+        [
+            each.name,
+            f"{each.limit:.3g} {each.unit}",
+            f"{100.0 * each.margin:.0f}",
+            f"{100.0 * each.before:.0f}",
+            Cell(f"{100.0 * each.after:.0f}", "" if each.kept else "bad"),
+            price_text(each) or "not sought",
+        ]
+        for each in limits
+    ]
+    headings = ("limit", "value", "asked, %", "before, %", f"{after}, %", "cost of a part without it, $")
+    caption = (
+        "Shares are those of the limit below which 95 of 100 parts stay. The last column is how much the best words "
+        "without the limit change the cost; a limit binds if, beyond chance, that is more than "
+        f"{100.0 * WORTH_NAMING:g} % of it."
+    )
+    shares = f"Share of each limit below which 95 of 100 parts stay, before and {after}; lines are the shares asked."
+    return [table(headings, rows, caption), figure(_shares(limits, after), shares, 340)]
+
+
+def _shares(limits: list[LimitUse], after: str) -> Any:
+    try:
+        from plotly.graph_objects import Bar, Figure, Scatter
+    except ImportError:
+        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
+    names = [plotly_text(each.name) for each in limits]
+    said = "%{x}: %{y:.1f} %"
+    asked = {"symbol": "line-ew", "size": 60, "line": {"width": 2, "color": "#222"}}
+    drawn = Figure(
+        [
+            Bar(name="before", x=names, y=[100.0 * each.before for each in limits], marker_color="#9aa5b1"),
+            Bar(name=after, x=names, y=[100.0 * each.after for each in limits], marker_color="#1f5f8b"),
+            Scatter(name="asked", x=names, y=[100.0 * each.margin for each in limits], mode="markers", marker=asked),
+        ]
+    )
+    drawn.update_traces(hovertemplate=said)
+    drawn.update_layout(
+        barmode="group",
+        plot_bgcolor="white",
+        dragmode=False,
+        margin={"l": 55, "r": 10, "t": 30, "b": 40},
+        legend={"orientation": "h", "y": 1.12, "itemsizing": "constant"},
+        font={"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
+    )
+    drawn.update_yaxes(title_text="% of the limit", rangemode="tozero", gridcolor="#e3e3e3")
+    return drawn
+
+
+def _program(found: Optimised) -> "list[Markup]":
+    """The new text, with what its changed lines were."""
+    old, new = found.before.splitlines(), found.after.splitlines()
+    notes: dict[int, Note] = {}
+    for kind, first, last, start, end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if kind in ("replace", "insert"):
+            for place in range(start, end):
+                was = first + place - start
+                notes[place] = Note(f"was: {_cut(old[was])}" if was < last else "new")
+    lines = [
+        Line(str(place + 1), _cut(text), [notes[place]] if place in notes else [])
+        for place, text in enumerate(new[:MOST_LINES])
+    ]
+    state = "The new program:" if found.verdict is Verdict.BETTER else "The program, which stays as it is:"
+    hidden = len(new) - len(lines)
+    return [paragraph(state), listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
+
+
+def _rests_on(found: Optimised) -> list[str]:
+    return [
+        f"The job is {found.job}. How its lots and parts differ is what its [lots] says.",
+        f"Both programs are ground on the same {found.lots} lots, which the search has not seen, in batches of "
+        f"{found.parts} runs, in which the wheel carries over.",
+        "Intervals are of the mean over these lots, 95 % by bootstrap; they hold for the process model, and do not say "
+        "how far the model is from the machine.",
+        "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",
+    ]
+
+
+def _negative(change: Interval) -> Interval:
+    return Interval(-change.value, -change.high, -change.low)
+
+
+def _interval(interval: Interval, digits: int) -> str:
+    return f"{interval.value:.{digits}f} ({interval.low:.{digits}f} to {interval.high:.{digits}f})"
+
+
+def _cut(text: str) -> str:
+    return text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE)

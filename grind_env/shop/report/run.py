@@ -1,0 +1,275 @@
+"""The report of a run: what `grind report` writes."""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grind_env.control import Programs
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+from grind_env.machine.record import GrindingRecord
+from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
+from grind_env.render.curves import picture
+from grind_env.render.tables import SCALES, faults, part_table, totals
+from grind_env.shop.report.assumptions import assumptions
+from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
+from grind_env.shop.report.document import (
+    Cell,
+    Level,
+    Line,
+    Note,
+    Section,
+    figure,
+    items,
+    listing,
+    page,
+    paragraph,
+    table,
+    verdict,
+)
+from grind_env.shop.report.figures import run_figure, run_height
+from grind_env.shop.report.foundations import foundations, revisions
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+MOST_ROWS = 30
+"""Of a table; of more the first and the last are shown."""
+MOST_LINES = 400
+"""Of the program."""
+LONGEST_LINE = 200
+"""Characters of a line of the program."""
+SAFE = 0.95
+"""Parts that are good with less than this probability are at risk."""
+NARROW = 0.1
+"""Share of a limit that is left: less is narrow."""
+
+Cells = Sequence[str | Cell]
+"""A row of a table."""
+
+_WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
+
+
+def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
+    """The page of a run, HTML.
+
+    Args:
+        record: of `machine.grind`.
+        programs: the program.
+        job: of the run.
+        files: program and job, whose revisions the page states.
+
+    Raises:
+        ReportError: jinja2 or plotly is not installed.
+    """
+    blocks = block_rows(record, programs)
+    shown = picture(record, job)
+    bands = " Bands go from the lowest to the highest value." if shown.banded else ""
+    marks = " Orange lines are dresses, shaded strokes spark out, dotted lines set the blocks off."
+    caption = f"Over every {shown.axis} of the run.{bands}{marks if shown.spans else ''}"
+    sections = [
+        Section("Verdict", [_verdict(record, job)]),
+        Section("Margin to the limits", [_margins(record, job)]),
+        Section("Blocks", [_blocks(blocks)]),
+        Section("Run", [figure(run_figure(shown), caption, run_height(shown))]),
+        Section("Parts", _parts(record, job)),
+        Section("Dresses and wheel", _dresses(record, job)),
+        Section("Cost", [_cost(record)]),
+        Section("Warnings", [_warnings(record, programs)]),
+        Section("Program", _program(record, programs, blocks)),
+        Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
+    ]
+    revised = revisions(dict(zip(("program", "job"), files, strict=False)))
+    return page(f"Grinding report: {programs.name}", sections, revised)
+
+
+def _verdict(record: GrindingRecord, job: Job) -> "Markup":
+    survival = record.parts["survival"]
+    scrap, risky = int((survival < SCRAP_BELOW).sum()), int((survival < SAFE).sum())
+    count = survival.size
+    level: Level = "bad" if scrap else "poor" if risky else "good"
+    whole = "the part" if count == 1 else f"all {count} parts"
+    headline = {
+        "bad": f"{scrap} of {count} parts are more likely scrap than good." if count > 1 else "The part is scrap.",
+        "poor": f"{risky} of {count} parts may be scrap." if count > 1 else "The part may be scrap.",
+        "good": f"The program grinds {whole} within the limits.",
+    }[level]
+    found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
+    told = len(record.warnings)
+    warned = [f"{told} warning{'s' * (told > 1)}, listed below."] if told else []
+    return verdict(level, headline, [totals(record), *found, *warned])
+
+
+def _margins(record: GrindingRecord, job: Job) -> "Markup":
+    """The worst part by each limit."""
+    parts, wheel = record.parts, job.setup.wheel
+    limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
+    rise, power, roughness, size = limits.T
+    rows = [
+        _margin("temperature rise, K", parts["rise"], parts["part"], rise, ".0f"),
+        _margin("spindle torque, % of stalling", 100.0 * parts["peak_torque"], parts["part"], 100.0, ".0f"),
+        _margin("spindle power, kW", 0.001 * parts["peak_power"], parts["part"], 0.001 * power, ".2f"),
+        _margin("roughness Ra, µm", parts["Ra"], parts["part"], roughness, ".2f"),
+        _margin("size error, µm", np.abs(parts["worst_error"]), parts["part"], size, ".1f"),
+        _margin("burn ratio (a warning, no scrap)", parts["burn_ratio"], parts["part"], 1.0, ".2f"),
+    ]
+    used = first_diameter(job) - record.strokes["ds"]
+    least = first_diameter(job) - wheel.minimum_diameter
+    rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"], least, ".3f"))
+    return table(("limit", "worst", "limit is", "left, %", "in part"), rows)
+
+
+def _margin(name: str, values: np.ndarray, parts: np.ndarray, limits: np.ndarray | float, form: str) -> Cells:
+    """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    every = np.broadcast_to(limits, values.shape)
+    shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
+    worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))
+    value, limit = float(values[worst]), float(every[worst])
+    if limit <= NO_LIMIT:
+        return [name, f"{value:{form}}", "none", "–", str(parts[worst])]
+    left = 1.0 - value / limit
+    kind: Level = "bad" if left < 0.0 else "poor" if left < NARROW else "good"
+    return [name, f"{value:{form}}", f"{limit:{form}}", Cell(f"{100.0 * left:.0f}", kind), str(parts[worst])]
+
+
+def _blocks(blocks: Sequence[BlockRow]) -> "Markup":
+    rows: list[Cells] = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
+    caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
+    return table(HEADINGS, _shortened(rows, len(HEADINGS)), caption, left=2)
+
+
+def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
+    found = part_table(record, job)
+    rows = [
+        [
+            Cell(text, "bad" if field in row.red else "")
+            for field, text in zip(found.fields, (row.number, *row.texts), strict=True)
+        ]
+        for row in found.rows
+    ]
+    headings = [heading.replace("\n", " ") for heading in found.headings]
+    whole = table(headings, _shortened(rows, len(headings)), "Successive parts that are alike share a row.", left=1)
+    if len(rows) <= MOST_ROWS:
+        return [whole]
+    values = {name: record.parts[name] * SCALES.get(name, 1) for name in found.fields[1:]}
+    bands = [
+        ["lowest", *(_number(value.min()) for value in values.values())],
+        ["mean", *(_number(value.mean()) for value in values.values())],
+        ["highest", *(_number(value.max()) for value in values.values())],
+    ]
+    return [table(["of all parts", *headings[1:]], bands), whole]
+
+
+def _number(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
+    dresses, wheel = record.dresses, job.setup.wheel
+    last = float(record.strokes["ds"][-1])
+    if not dresses.size:
+        return [paragraph(f"The wheel is not dressed. It ends with {last:.3f} mm of diameter.")]
+    keys = [(row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}") for row in dresses]
+    rows = []
+    for key, numbered in groupby(enumerate(keys), key=lambda item: item[1]):
+        numbers = [number for number, _ in numbered]
+        first, final = dresses[numbers[0]], dresses[numbers[-1]]
+        rows.append(
+            [
+                _range(numbers[0] + 1, numbers[-1] + 1),
+                str(key[0]),
+                f"O{key[1]}",
+                _range(int(first["part"]), int(final["part"])),
+                _range(int(first["after"]), int(final["after"])),
+                key[2],
+                key[3],
+                f"{final['ds']:.3f}",
+            ]
+        )
+    headings = (
+        "dress",
+        "cause",
+        "program",
+        "part",
+        "after stroke",
+        "time, s",
+        "wheel taken off, mm³",
+        "diameter after it, mm",
+    )
+    per_dress = 2.0 * float(dresses["removed"].mean()) / (math.pi * float(dresses["ds"].mean()) * wheel.width)
+    left = max((last - wheel.minimum_diameter) / per_dress, 0.0) if per_dress > 0.0 else math.inf
+    lasting = f"{left:.0f} dresses are left." if math.isfinite(left) else "none is used up."
+    text = (
+        f"The wheel ends with {last:.3f} mm of diameter and is changed below {wheel.minimum_diameter:g} mm. "
+        f"A dress takes {per_dress:.3f} mm of it: {lasting}"
+    )
+    return [paragraph(text), table(headings, _shortened(rows, len(headings)), left=3)]
+
+
+def _cost(record: GrindingRecord) -> "Markup":
+    parts = record.parts
+    names = {"time": "time_cost", "wheel": "wheel_cost", "dresser": "dress_cost", "expected scrap": "scrap_cost"}
+    whole = float(parts["total_cost"].sum())
+    rows = [
+        [name, *_amounts(float(parts[field].sum()), whole, parts.size)]
+        for name, field in {**names, "all": "total_cost"}.items()
+    ]
+    good = float(parts["survival"].sum())
+    caption = f"{record.cost_per_good_part:.2f} $ per good part." if good > 0.0 else "No good part is expected."
+    return table(("cost", "of the run, $", "a part, $", "share, %"), rows, caption)
+
+
+def _amounts(cost: float, whole: float, count: int) -> tuple[str, str, str]:
+    return f"{cost:.2f}", f"{cost / count:.3f}", f"{100.0 * cost / whole:.0f}" if whole > 0.0 else "–"
+
+
+def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
+    if not record.warnings:
+        return paragraph("None.")
+    texts, found = program_lines(programs), dict[str, list[int]]()
+    for warning in record.warnings:
+        match = _WARNING.match(warning)
+        line = int(match["line"]) if match and match["file"] == programs.name else 0
+        found.setdefault(match["text"] if match and line else warning, []).append(line)
+    rows: list[Cells] = []
+    for text, lines in found.items():
+        line = lines[0]
+        more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
+        block = texts[line - 1].strip()[:LONGEST_LINE] if 0 < line <= len(texts) else ""
+        rows.append([f"{line}{more}" if line else "–", Cell(block, "code"), text])
+    return table(("line", "block", "warning"), _shortened(rows, 3), left=3)
+
+
+def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockRow]) -> "list[Markup]":
+    texts = program_lines(programs)
+    notes: dict[int, list[Note]] = {}
+    for row in blocks:
+        notes.setdefault(row.line, []).append(Note(row.summary))
+    for warning in record.warnings:
+        if (match := _WARNING.match(warning)) and match["file"] == programs.name:
+            notes.setdefault(int(match["line"]), []).append(Note(match["text"], "poor"))
+    lines = [
+        Line(str(number), text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE), notes.get(number, ()))
+        for number, text in enumerate(texts[:MOST_LINES], 1)
+    ]
+    hidden = len(texts) - len(lines)
+    return [listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
+
+
+def _range(first: int, last: int) -> str:
+    return str(first) if first == last else f"{first} to {last}"
+
+
+def _shortened(rows: Iterable[Cells], width: int) -> list[Cells]:
+    """Rows of a table, of very many the first and the last with a remark between them."""
+    every = list(rows)
+    left_out = len(every) - MOST_ROWS
+    if left_out <= 1:
+        return every
+    remark = [f"… {left_out} more …", *[""] * (width - 1)]
+    return [*every[: MOST_ROWS // 2], remark, *every[len(every) - MOST_ROWS // 2 :]]

@@ -1,0 +1,281 @@
+"""A dress study of a user's own part: table speed and dress interval, then lead and depth of the dress."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.control import read_file
+from grind_env.errors import GrindError
+from grind_env.machine.job_file import load_job
+from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
+from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.shop.optimise.trials import Array, Measures, Trials, lots_of, trials_of
+
+LOTS = 64
+POINTS = 9
+"""Values of a range of E, lead or depth."""
+FASTEST = 30_000.0
+"""E up to which is swept where the user does not say it, mm/min."""
+LONGEST = 20
+"""Parts from dress to dress up to which is swept where the user does not say it."""
+VALLEY = 0.02
+"""By which share the intervals of the valley cost more than the best one at most."""
+LOT_USE = 4
+"""Of the lots, beside those of a search."""
+
+
+class SweepError(GrindError):
+    """A sweep over something that a program does not have."""
+
+
+class Ranges(NamedTuple):
+    """What is swept, from a lowest to a highest value; what is not given stays as it is in the program."""
+
+    E: tuple[float, float] | None = None
+    """mm/min, of the first cycle block; those of the others keep their ratio to it."""
+    every: tuple[int, int] | None = None
+    """Parts from dress to dress."""
+    lead: tuple[float, float] | None = None
+    """mm a revolution of the wheel."""
+    depth: tuple[float, float] | None = None
+    """Mean infeed of a pass, mm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepPoint:
+    """What a part costs with some settings.
+
+    Attributes:
+        E: mm/min, of the first cycle block.
+        every: parts from dress to dress; 0 for the D words of the program, in every part.
+        lead: mm a revolution; 0 without a dress program.
+        depth: mm a pass; 0 without a dress program.
+        cost: $ a part, with its 95 % interval.
+        seconds: of a part.
+        Ra: um.
+        power: highest, kW.
+        rise: highest, K.
+        size_error: um.
+        scrap: share of the parts.
+        shares: of the limits power, temp, Ra and size, which 95 of 100 parts keep.
+    """
+
+    E: float
+    every: int
+    lead: float
+    depth: float
+    cost: Interval
+    seconds: float
+    Ra: float
+    power: float
+    rise: float
+    size_error: float
+    scrap: float
+    shares: tuple[float, float, float, float]
+
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether 95 of 100 parts keep each limit."""
+        return max(self.shares) <= 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep:
+    """What a sweep has found.
+
+    Attributes:
+        program: name of the program.
+        parts: of a batch.
+        lots: on which every point was ground.
+        own: the program as it is.
+        speeds: over E and dress interval.
+        dresses: over lead and depth, with the best E and interval of these.
+    """
+
+    program: str
+    parts: int
+    lots: int
+    own: SweepPoint
+    speeds: tuple[SweepPoint, ...]
+    dresses: tuple[SweepPoint, ...]
+
+    @property
+    def best(self) -> SweepPoint:
+        """The cheapest point that keeps the limits, if one does."""
+        return cheapest([self.own, *self.speeds, *self.dresses])
+
+    @property
+    def intervals(self) -> tuple[SweepPoint, ...]:
+        """The best point of each dress interval, ascending."""
+        known = sorted({point.every for point in self.speeds})
+        return tuple(cheapest([point for point in self.speeds if point.every == every]) for every in known)
+
+    @property
+    def valley(self) -> tuple[int, int]:
+        """The intervals around the best one that cost little more, the first and the last of them."""
+        points = self.intervals
+        best = cheapest(points)
+        most = (1.0 + VALLEY) * best.cost.value
+        first = last = points.index(best)
+        while first > 0 and _near(points[first - 1], best, most):
+            first -= 1
+        while last + 1 < len(points) and _near(points[last + 1], best, most):
+            last += 1
+        return points[first].every, points[last].every
+
+
+def _near(point: SweepPoint, best: SweepPoint, most: float) -> bool:
+    return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
+
+
+def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
+    """The cheapest of some points, of those that keep the limits if one does."""
+    keep = [point for point in points if point.keeps_limits]
+    return min(keep or points, key=lambda point: point.cost.value)
+
+
+def sweep(
+    program: str | Path,
+    job: str | Path | None = None,
+    ranges: Ranges | None = None,
+    *,
+    parts: int = 50,
+    seed: int = 1,
+    progress: Callable[[str, int], object] = lambda label, count: None,
+) -> Sweep:
+    """Grind a program with a grid of settings, every one on the same lots.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if not given.
+        ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
+        parts: how often the program is run; the wheel carries over.
+        seed: of the lots.
+        progress: called with what is being done and by how many points it has come on.
+
+    Raises:
+        GrindError: the program cannot be run so.
+    """
+    program = Path(program)
+    job = program.with_suffix(".toml") if job is None else Path(job)
+    if not job.is_file():
+        raise GrindError(f"there is no job {job} beside the program; name one with --job")
+    trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LOT_USE, LOTS))
+    study = _Study(trials, parts, progress)
+    if ranges is None or not any(ranges):
+        programmed = float(trials.own[0, E])
+        ranges = Ranges(
+            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)), every=(1, min(20, parts)) if study.dresses else None
+        )
+    study.refuse(ranges)
+    own = study.points("the program as it is", [Setting()])[0]
+    speeds: list[SweepPoint] = []
+    if ranges.E is not None or ranges.every is not None:
+        intervals = [None] if ranges.every is None else [*range(ranges.every[0], ranges.every[1] + 1)]
+        grid = [Setting(E=value, every=every) for every in intervals for value in _values(ranges.E)]
+        speeds = study.points("speeds and intervals", grid)
+    dresses: list[SweepPoint] = []
+    if ranges.lead is not None or ranges.depth is not None:
+        best = cheapest([own, *speeds])
+        every = best.every or None
+        grid = [
+            Setting(E=best.E, every=every, lead=lead, depth=depth)
+            for lead in _values(ranges.lead)
+            for depth in _values(ranges.depth)
+        ]
+        dresses = study.points("leads and depths", grid)
+    return Sweep(program=program.name, parts=parts, lots=LOTS, own=own, speeds=tuple(speeds), dresses=tuple(dresses))
+
+
+class Setting(NamedTuple):
+    """What is set at a point; None for what the program says."""
+
+    E: float | None = None
+    every: int | None = None
+    lead: float | None = None
+    depth: float | None = None
+
+
+class _Study:
+    """Grinds a program for a batch of parts with settings of its own in every part."""
+
+    def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
+        self.trials, self.runs, self.progress = trials, runs, progress
+        simulation, own = trials.simulation, trials.own
+        self.turns = simulation.task.wheel_revolutions
+        takes = np.array([block.takes_dresses for block in simulation.blocks[: trials.blocks]])
+        self.dresses = bool(takes.any())
+        self.dressing = (own[:, D] > 0.0) & takes
+        if self.dresses and not self.dressing.any():
+            self.dressing[takes.argmax()] = True
+        self.dressed = own[:, DRESS_PASSES] > 0.0
+
+    def refuse(self, ranges: Ranges) -> None:
+        """Refuse ranges of what the program does not have."""
+        name = self.trials.simulation.programs.name
+        if ranges.every is not None:
+            if not self.dresses:
+                raise SweepError(f"{name} has no block that takes a D word: --dress-every has nothing to place")
+            if not 1 <= ranges.every[0] <= ranges.every[1] <= self.runs:
+                raise SweepError(f"--dress-every goes from 1 to --parts at most, which is {self.runs}")
+        if (ranges.lead is not None or ranges.depth is not None) and not self.dressed.any():
+            raise SweepError(f"{name} has no dress program whose lead or depth could be swept")
+        most = self.trials.simulation.job.setup.machine.maximum_table_speed
+        if ranges.E is not None and ranges.E[1] > most:
+            raise SweepError(f"--E goes up to {ranges.E[1]:g} mm/min, but the table makes {most:g}")
+
+    def points(self, label: str, settings: Sequence[Setting]) -> list[SweepPoint]:
+        """What a part costs at each of them."""
+        found, at_once = [], 16
+        for begin in range(0, len(settings), at_once):
+            chunk = settings[begin : begin + at_once]
+            besides = any(setting.lead is not None or setting.depth is not None for setting in chunk)
+            tables = np.array([self._table(setting) for setting in chunk])
+            found += self._points(tables, chunk, self.trials.measure(tables, besides=besides))
+            self.progress(label, len(chunk))
+        return found
+
+    def _table(self, setting: Setting) -> Array:
+        """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
+        own = self.trials.own
+        table = np.tile(own, (self.runs, 1))
+        if setting.E is not None:
+            table[:, E] *= setting.E / own[0, E]
+        if setting.every is not None:
+            due = (np.arange(self.runs) + 1) % setting.every == 0
+            executions = np.where(self.dressing, np.maximum(own[:, D], 1.0), 0.0)
+            table[:, D] = (due[:, None] * executions).ravel()
+        dressed = np.tile(self.dressed, self.runs)
+        if setting.lead is not None:
+            table[dressed, DRESS_FEED] = setting.lead * self.turns
+        if setting.depth is not None:
+            table[dressed, DRESS_DEPTH] = setting.depth
+        return table
+
+    def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
+        first = int(self.dressed.argmax())
+        return [
+            SweepPoint(
+                E=float(table[0, E]),
+                every=setting.every or 0,
+                lead=float(table[first, DRESS_FEED]) / self.turns,
+                depth=float(table[first, DRESS_DEPTH]),
+                cost=bootstrap(lambda values: np.asarray(values.mean(axis=-1)), found.cost[k]),
+                seconds=float(found.seconds[k].mean()),
+                Ra=float(found.Ra[k].mean()),
+                power=float(found.power[k].mean()),
+                rise=float(found.rise[k].mean()),
+                size_error=float(found.size_error[k].mean()),
+                scrap=float(found.scrap[k].mean()),
+                shares=tuple(found.ratios[k].tolist()),
+            )
+            for k, (table, setting) in enumerate(zip(tables, settings, strict=True))
+        ]
+
+
+def _values(ends: tuple[float, float] | None) -> Sequence[float | None]:
+    """Values of a range, evenly by ratio; None alone for what is not swept."""
+    return [None] if ends is None else np.geomspace(*ends, POINTS).tolist()

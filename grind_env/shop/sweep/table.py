@@ -1,0 +1,127 @@
+"""A sweep as a table for the terminal, and as plain data for JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+HEADINGS = {
+    "E": "E",
+    "every": "every",
+    "lead": "lead",
+    "depth": "depth",
+    "cost": "cost\n$",
+    "seconds": "time\ns",
+    "Ra": "Ra\nµm",
+    "power": "power\nkW",
+    "rise": "temp.\nK",
+    "size_error": "size\nµm",
+    "scrap": "scrap\n%",
+    "limits": "limits",
+}
+
+VARIED = ("E", "every", "lead", "depth")
+"""Columns that are left out where all rows have the same; the table of the program as it is has them."""
+
+
+def print_sweep(found: Sweep, console: "Console") -> None:
+    """Print the best point of each dress interval, the grid of lead and depth, and what is best."""
+    _print("as it is", [found.own], console)
+    if found.speeds:
+        several = len({point.every for point in found.speeds}) > 1
+        title = "the best E of each dress interval" if several else "over E"
+        _print(title, found.intervals if several else found.speeds, console)
+    if found.dresses:
+        leads = sorted({point.lead for point in found.dresses})
+        several = len(leads) > 1
+        rows = [cheapest([point for point in found.dresses if point.lead == lead]) for lead in leads]
+        _print(
+            "the best depth of each dress lead" if several else "over depth",
+            rows if several else found.dresses,
+            console,
+        )
+    for sentence in sentences(found):
+        console.print(sentence, highlight=False, soft_wrap=True)
+
+
+def sentences(found: Sweep) -> list[str]:
+    """What is best, and how flat the valley is."""
+    best, said = found.best, []
+    if any(point.every for point in found.speeds):
+        point = min((each for each in found.intervals if each.keeps_limits), key=_cost, default=None)
+        first, last = found.valley
+        if point is not None:
+            valley = f"{first} to {last}" if first != last else f"{first} alone"
+            said.append(
+                f"best dress interval: every {_parts(point.every)} with E{point.E:.0f}, {point.cost.value:.3f} $ a "
+                f"part; its valley, up to 2 % dearer: {valley}"
+            )
+    if not best.keeps_limits:
+        said.append("no point of the sweep keeps all limits")
+    saved = found.own.cost.value - best.cost.value
+    said.append(
+        f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
+        f"{saved:.3f} $ less than the program as it is; {found.lots} lots, batches of {found.parts} runs"
+    )
+    return said
+
+
+def as_data(found: Sweep) -> dict[str, Any]:
+    """All of it in JSON types."""
+    return {
+        "program": found.program,
+        "parts": found.parts,
+        "lots": found.lots,
+        "own": _data(found.own),
+        "speeds": [_data(point) for point in found.speeds],
+        "dresses": [_data(point) for point in found.dresses],
+        "best": _data(found.best),
+        "valley": list(found.valley) if found.speeds else None,
+    }
+
+
+def _data(point: SweepPoint) -> dict[str, Any]:
+    return asdict(point) | {"cost": point.cost._asdict(), "keeps_limits": point.keeps_limits}
+
+
+def _print(title: str, points: Sequence[SweepPoint], console: "Console") -> None:
+    from rich.box import SIMPLE
+    from rich.table import Column, Table
+
+    rows = [_cells(point) for point in points]
+    same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
+    used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
+    columns = (Column(HEADINGS[name], justify="right", no_wrap=True) for name in used)
+    table = Table(*columns, title=title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    for row in rows:
+        table.add_row(*(row[name] for name in used))
+    console.print(table)
+
+
+def _cells(point: SweepPoint) -> dict[str, str]:
+    return {
+        "E": f"{point.E:.0f}",
+        "every": f"{point.every or ''}",
+        "lead": f"{point.lead:.3f}" if point.lead else "",
+        "depth": f"{point.depth:.4f}" if point.depth else "",
+        "cost": f"{point.cost.value:.3f}",
+        "seconds": f"{point.seconds:.1f}",
+        "Ra": f"{point.Ra:.2f}",
+        "power": f"{point.power:.2f}",
+        "rise": f"{point.rise:.0f}",
+        "size_error": f"{point.size_error:.1f}",
+        "scrap": f"{100.0 * point.scrap:.1f}",
+        "limits": "kept" if point.keeps_limits else f"{100.0 * max(point.shares):.0f} %",
+    }
+
+
+def _cost(point: SweepPoint) -> float:
+    return point.cost.value
+
+
+def _parts(every: int) -> str:
+    return "part" if every == 1 else f"{every} parts"

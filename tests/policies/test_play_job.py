@@ -1,0 +1,92 @@
+"""`grind play --output`: program and job beside it, which `grind run` grinds to what the episode was."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.cli import main
+from grind_env.policies.play import play
+from grind_env.policies.problem import find_problem
+from grind_env.policies.scripted.rules import Fixed
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+SEED = 2_000_003
+
+
+def ended(*words: object) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main([str(word) for word in words])
+    return int(caught.value.code or 0)
+
+
+def outcomes(problem, policy: str) -> list:
+    """The outcomes of the episode, block by block, from the environment."""
+    env = problem.make().unwrapped
+    env.reset(seed=SEED)
+    speed, dresses = policy[1:].split("D")
+    over = False
+    while not over:
+        action = env.codec.encode(np.array([1000.0 * float(speed)]), np.array([float(dresses)]))[0]
+        over = env.step(action)[2]
+    return env.outcomes
+
+
+@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "rush", "CBN", "wide_plates", "oracle6", "job"])
+def test_grind_run_of_both_shows_the_numbers_of_the_episode(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, policy = tmp_path / "played.nc", "E9D1"
+    if name == "job":
+        problem = find_problem(str(EXAMPLES / "rail_g83.nc"), None, 4)
+        named = ("--program", EXAMPLES / "rail_g83.nc", "--parts", 4)
+    else:
+        problem, named = find_problem(name), ("--task", name)
+    assert ended("play", *named, "--policy", policy, "--seed", SEED, "--output", path) == 0
+    capsys.readouterr()
+    ended("run", path, "--json")
+    found = json.loads(capsys.readouterr().out)
+    wanted = [each for each in outcomes(problem, policy) if each.finished > 0.0]
+    parts = found["parts"]
+    assert len(parts) == len(wanted) > 1
+    for key, field in (("Ra", "roughness"), ("survival", "good")):
+        np.testing.assert_allclose(
+            [part[key] for part in parts], [getattr(each, field) for each in wanted], rtol=1e-7, atol=1e-9
+        )
+    played = play(Fixed(9.0, 1), problem, SEED)
+    assert found["good_parts"] == pytest.approx(played.good)
+    assert sum(part["dresses"] for part in parts) == played.dresses
+    assert len({part["Ra"] for part in parts}) > 1 or name == "oracle6"
+
+
+def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "played.nc"
+    assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--output", path) == 0
+    assert "the operator asks for dresses at" in capsys.readouterr().out
+
+
+def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", tmp_path / "played.toml") == 2
+    assert "another suffix" in capsys.readouterr().err
+
+
+def test_a_job_that_lists_its_parts_is_no_batch(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "played.nc"
+    assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", path) == 0
+    assert ended("play", "--program", path, "--policy", "E9D1", "--no-window") == 2
+    assert "[[parts]]" in capsys.readouterr().err
+
+
+def test_parts_of_several_kinds_are_told_by_their_own_limits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "played.nc"
+    assert ended("play", "--task", "rush", "--policy", "E12D1", "--output", path) == 0
+    capsys.readouterr()
+    ended("run", path, "--json")
+    parts = json.loads(capsys.readouterr().out)["parts"]
+    scrap = [part for part in parts if part["survival"] < 0.5]
+    assert scrap and all(part["beyond"] for part in scrap)
+    assert all(part["survival"] < 0.6 for part in parts if part["beyond"])

@@ -1,0 +1,207 @@
+"""Logs as shops have them, made from a run of the machine with known constants: every blemish on purpose.
+
+Independent of the package's calibration: the table is moved in small steps of time, and a meter looks at the spindle.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grind_env.control import Programs, ProgramStop, Stroke, execute
+from grind_env.envs.job.text import repeated
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+
+TICK = 0.005  # s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Style:
+    """How a shop logs.
+
+    Attributes:
+        rate: samples a second.
+        unit: of the power, as the heading has it: kW, W, % or A.
+        separator: between columns.
+        comma: whether decimals have one.
+        clock: "clock", "s" or "ms".
+        headings: of time, power and, where it is logged, the dress bit.
+        before: lines before the heading.
+        idle: W at the start.
+        warm_up: W by which the idle power falls as the spindle warms up.
+        coolant: W of a slow swing.
+        noise: W of each sample.
+        lag: time constant of the meter, s.
+        scale: logarithmic spread of the factor of the meter.
+        volts: of a motor whose amperes are logged, times root 3 and its power factor.
+        gaps: how many, each of some seconds.
+        duplicates: share of rows that are there twice.
+        swaps: share of rows that change places with the next one.
+        overrides: feed overrides to choose from, part by part.
+        extra: further columns of no interest.
+    """
+
+    rate: float = 10.0
+    unit: str = "kW"
+    separator: str = ";"
+    comma: bool = True
+    clock: str = "clock"
+    headings: tuple[str, ...] = ("Uhrzeit", "Spindelleistung")
+    before: tuple[str, ...] = ()
+    idle: float = 1500.0
+    warm_up: float = 250.0
+    coolant: float = 40.0
+    noise: float = 15.0
+    lag: float = 0.05
+    scale: float = 0.02
+    volts: float = 590.0
+    gaps: int = 2
+    duplicates: float = 0.005
+    swaps: float = 0.005
+    overrides: tuple[float, ...] = (1.0,)
+    extra: Mapping[str, str] = field(default_factory=dict)
+
+
+def strokes_of(
+    programs: Programs, job: Job, override: float, stops: list[float]
+) -> list[tuple[float, np.ndarray, float]]:
+    """Begin of each stroke of one execution, where the table is TICK by TICK, its time; and when the program stops."""
+    control = replace(job.control, whole_cycles=False)
+    table = []
+    for event in execute(programs, control):
+        if isinstance(event, ProgramStop):
+            stops.append(event.time)
+        if isinstance(event, Stroke):
+            a, b = event.start[event.axis], event.end[event.axis]
+            table.append(
+                (event.begin, _positions(a, b, event.feed / 60.0 * override, control.acceleration), event.seconds)
+            )
+    return table
+
+
+def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndarray:
+    """Where the table is, by small steps: it speeds up, and brakes as late as it can."""
+    way, s, v, places, step = abs(b - a), 0.0, 0.0, [0.0], TICK / 20
+    while way - s > 1e-3 and len(places) < 1_000_000:
+        v = min(v + acceleration * step, speed, max((2.0 * acceleration * (way - s)) ** 0.5, 1.0))
+        s = min(s + v * step, way)
+        places.append(s)
+    return a + np.sign(b - a) * np.array(places)[::20]
+
+
+def power_of(
+    programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator
+) -> tuple[np.ndarray, Any, np.ndarray]:
+    """Power above idle TICK by TICK, the record of the run, and whether the spindle turns."""
+    overrides = rng.choice(style.overrides, parts)
+    record = _ground(programs, truth, overrides)
+    height = record.strokes["power"].reshape(parts, -1)
+    dwell = truth.control.reversal_dwell
+    timeline: list[np.ndarray] = [np.zeros(int(rng.uniform(5.0, 30.0) / TICK))]
+    turns: list[np.ndarray] = [np.zeros(timeline[0].size, bool)]
+    for part in range(parts):
+        stops: list[float] = []
+        strokes = strokes_of(programs, truth, overrides[part], stops)
+        timeline.append(np.zeros(int(rng.uniform(3.0, 6.0) / TICK)))
+        for number, (begin, places, seconds) in enumerate(strokes):
+            over = (places >= truth.part.start) & (places <= truth.part.start + truth.part.length)
+            timeline.append(np.where(over, height[part, number], 0.0))
+            following = strokes[number + 1][0] if number + 1 < len(strokes) else begin + seconds
+            pause = following - begin - seconds
+            rest = dwell if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
+            if any(begin < stop <= following for stop in stops):
+                rest += rng.uniform(2.0, 25.0)  # the operator gauges
+            timeline.append(np.zeros(round(rest / TICK)))
+        timeline.append(np.zeros(int(rng.uniform(1.5, 3.0) / TICK)))
+        size = sum(each.size for each in timeline) - sum(each.size for each in turns)
+        turns.append(np.ones(size, bool))
+        timeline.append(np.zeros(int(rng.uniform(15.0, 90.0) / TICK)))
+        turns.append(np.zeros(timeline[-1].size, bool))
+    return np.concatenate(timeline), record, np.concatenate(turns)
+
+
+def _ground(programs: Programs, truth: Job, overrides: np.ndarray) -> Any:
+    """The run; feeds under an override are rewritten in the text of each part."""
+    import re
+
+    from grind_env.control import read
+
+    if np.all(overrides == 1.0):
+        return grind(repeated(programs, len(overrides)), truth)
+    text = "\n".join(block.text for block in programs.main.blocks)
+    others = list(programs)[1:]
+    load = "\n".join(("G80", "M00", "G00 G18 G07 G71 G90 G94 G97 G40 G54"))
+    each = [
+        re.sub(r"\bE(\d+(?:\.\d*)?)", lambda match, o=o: f"E{float(match[1]) * o:.3f}", re.sub(r"M30", "", text))
+        for o in overrides
+    ]
+    tail = "\n".join(f"O{program.number}\n" + "\n".join(block.text for block in program.blocks) for program in others)
+    return grind(read(f"\n{load}\n".join(each) + "\nM30\n" + tail, programs.name), truth)
+
+
+def write_log(path: Path, programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator) -> Any:
+    """Write a log of some parts ground with the constants of a job; returns the record of the run."""
+    work, record, turns = power_of(programs, truth, parts, style, rng)
+    time = np.arange(work.size) * TICK
+    hours = time / 3600.0
+    idle = (
+        style.idle
+        - style.warm_up * (1.0 - np.exp(-hours / 0.15))
+        + style.coolant * np.sin(2 * np.pi * hours / 0.2 + rng.uniform(0, 6))
+    )
+    true = np.where(turns, idle, 20.0) + work
+    share = TICK / (style.lag + TICK)
+    shown = _filtered(true, share) * np.exp(style.scale * rng.standard_normal())
+    at = np.arange(rng.uniform(0, 1) / style.rate, time[-1], 1.0 / style.rate)
+    at = at + rng.normal(0.0, 0.02 / style.rate, at.size)
+    value = np.interp(at, time, shown) + style.noise * rng.standard_normal(at.size)
+    keep = np.ones(at.size, bool)
+    for _ in range(style.gaps):
+        begin = rng.uniform(0.0, time[-1])
+        keep &= ~((at > begin) & (at < begin + rng.uniform(2.0, 8.0)))
+    at, value = at[keep], value[keep]
+    order = np.sort(
+        np.concatenate([np.arange(at.size), rng.choice(at.size, int(style.duplicates * at.size), replace=False)])
+    )
+    for k in rng.choice(order.size - 1, int(style.swaps * order.size), replace=False).tolist():
+        order[k], order[k + 1] = order[k + 1], order[k]
+    at, value = at[order], value[order]
+    factor = {"kW": 1e-3, "W": 1.0, "%": 100.0 / truth.setup.machine.power_limit, "A": 1.0 / style.volts}[style.unit]
+    lines = [*style.before, style.separator.join((*style.headings, *style.extra))]
+    begin = rng.uniform(0.0, 20.0 * 3600.0) if style.clock == "clock" else rng.uniform(0.0, 1000.0)
+    for t, v in zip((begin + at).tolist(), (factor * value).tolist(), strict=True):
+        cells = [_stamp(t, style), f"{v:.4f}", *style.extra.values()]
+        lines.append(style.separator.join(cell.replace(".", ",") if style.comma else cell for cell in cells))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return record
+
+
+def _filtered(values: np.ndarray, share: float) -> np.ndarray:
+    from scipy.signal import lfilter
+
+    return lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])[0]
+
+
+def _stamp(t: float, style: Style) -> str:
+    if style.clock == "s":
+        return f"{t:.3f}"
+    if style.clock == "ms":
+        return f"{1000.0 * t:.0f}"
+    t = t % 86_400.0
+    whole = int(t)
+    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}.{int((t - whole) * 1000):03d}"
+
+
+def write_gauge(path: Path, record: Any, rng: np.random.Generator, *, filled: float = 0.6) -> None:
+    """Write what was gauged of the parts of a run: Ra with its scatter, size, burn; many cells are empty."""
+    lines = ["Teil;Ra [µm];Abmaß [µm];Schleifbrand"]
+    for row in record.parts:
+        Ra = row["Ra"] * np.exp(0.15 * rng.standard_normal()) * np.exp(0.05 * rng.standard_normal())
+        size = row["size_error"] + 2.0 * rng.standard_normal()
+        cells = [f"{Ra:.2f}", f"{size:.1f}", "nein"]
+        shown = [cell.replace(".", ",") if rng.random() < filled else "" for cell in cells]
+        lines.append(";".join((f"{row['part']}", *shown)))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

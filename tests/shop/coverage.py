@@ -1,0 +1,105 @@
+"""Do intervals hold what they promise? `python -m tests.shop.coverage --trials 200`: known constants, drawn from the
+priors, are fitted from blemished logs of every style; 85 to 95 % of the 90 % intervals must hold them."""
+
+import argparse
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from grind_env.control import read_file
+from grind_env.errors import GrindError
+from grind_env.machine.job_file import load_job
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.fit import changes_of
+from grind_env.shop.calibrate.parameters import chosen_parameters, with_entries
+from grind_env.shop.calibrate.result import Calibration
+from tests.shop.blemished import Style, write_gauge, write_log
+
+EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
+PROGRAMS = ("plate_g82", "rail_g83", "keyway_g81")
+STYLES = (
+    Style(),
+    Style(
+        rate=50.0, separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "spindle power [W]"), lag=0.1
+    ),
+    Style(rate=5.0, separator="\t", comma=False, clock="ms", unit="kW", headings=("t [ms]", "Power [kW]"), noise=30.0),
+    Style(rate=1.0, unit="%", headings=("Zeit", "Spindellast [%]"), scale=0.05),
+    Style(rate=10.0, unit="A", headings=("Uhrzeit", "Strom Spindel [A]"), noise=25.0, scale=0.1),
+    Style(rate=20.0, overrides=(0.8, 0.9, 1.0, 1.1), unit="kW", headings=("Hora", "Potencia husillo [kW]")),
+)
+
+
+def trial(
+    seed: int, folder: Path, parts: int, program: str, style: Style
+) -> tuple[Calibration, list[tuple[str, bool, bool, float]]]:
+    """A calibration, and of each constant its name, whether it was told, whether its interval holds the truth, and by
+    how many posterior spreads it misses."""
+    rng = np.random.default_rng(seed)
+    programs, job = read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml")
+    parameters = chosen_parameters(job, "auto")
+    z = rng.standard_normal(len(parameters))
+    truth = with_entries(job, changes_of(parameters, z))
+    log, gauge, said = folder / "log.csv", folder / "parts.csv", folder / "map.toml"
+    record = write_log(log, programs, truth, parts, style, rng)
+    write_gauge(gauge, record, rng)
+    said.write_text(f"[log]\nrated_power = {job.setup.machine.power_limit}\n", encoding="utf-8")
+    found = calibrate(log, EXAMPLES / f"{program}.nc", EXAMPLES / f"{program}.toml", gauge=gauge, map_file=said)
+    rows = []
+    for each, true, fitted in zip(found.estimates, z.tolist(), found.fit.z.tolist(), strict=True):
+        value = each.parameter.value(true)
+        rows.append((each.parameter.name, each.told, each.low <= value <= each.high, (fitted - true) / each.share))
+    return found, rows
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run trials and print the coverage."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--parts", type=int, default=2)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--record", type=Path, help="write what was found to this file")
+    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="count what was written to these files, too")
+    given = parser.parse_args(arguments)
+    rows: list[tuple[str, str, int, bool, bool, float]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(given.first, given.first + given.trials):
+            program, number = PROGRAMS[seed % len(PROGRAMS)], seed // len(PROGRAMS) % len(STYLES)
+            style = replace(STYLES[number], idle=500.0 + 300.0 * (seed % 7))
+            if program == "keyway_g81":  # its dwells take as long at any feed
+                style = replace(style, overrides=(1.0,))
+            try:
+                found, each = trial(seed, Path(folder), given.parts, program, style)
+            except GrindError as error:
+                print(f"{seed} {program} style {number}: refused: {error}", flush=True)
+                continue
+            held = [row[2] for row in each if row[1]]
+            missed = " ".join(f"{row[0]} {row[3]:+.1f}" for row in each if row[1] and not row[2])
+            print(
+                f"{seed} {program} style {number}: {sum(held)} of {len(held)}, correlation {found.quality:.2f}, "
+                f"executions {len(found.fit.used) and int(found.part.max())} {missed}",
+                flush=True,
+            )
+            rows += [(program, row[0], number, *row[1:]) for row in each]
+    if given.record is not None:
+        given.record.write_text(json.dumps([[*row[:3], *map(bool, row[3:5]), row[5]] for row in rows]))
+    for path in given.beside:
+        rows += [tuple(row) for row in json.loads(path.read_text())]
+    told = [row for row in rows if row[3]]
+    print(f"all: {_share(told)}")
+    for column, what in ((0, "program"), (1, "constant"), (2, "style")):
+        for key in sorted({row[column] for row in told}, key=str):
+            print(f"{what} {key}: {_share([row for row in told if row[column] == key])}")
+
+
+def _share(rows: Sequence[tuple[str, str, int, bool, bool, float]]) -> str:
+    held = sum(row[4] for row in rows)
+    spread = float(np.sqrt(np.mean([row[5] ** 2 for row in rows])))
+    return f"{held} of {len(rows)}, {100.0 * held / max(len(rows), 1):.1f} %; rms of misses {spread:.2f} spreads"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""Part programs as shops write them: in inches without blanks, in lower case, with subprograms, with other dresses."""
+
+from pathlib import Path
+
+import grind_env
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+PLATE = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
+JOB = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
+
+INCH = """%
+O77 (PLATE IN INCHES)
+N10 G70 G94 G90 G19 S1910 M03
+N20 G00 Y.08 Z-.1 M08
+N30 G00 X-1.2
+N40 G01 Y0 F20.
+N50 G82X9.1I-1.2Y-.0067J-.0004L0F2.5E590.55P9100D1
+N60 M01
+N70 G82Y-.0079J-.0002L4F2.5E354.33
+N80 G80
+N90 G00Y.8M09M05
+N100 M30
+
+O9100
+G70 G91 G94
+G90 G00 Y.8
+X-4.72 Z-1.575
+Y.3937
+G01 Y.3929 F2.4
+Z-.2 F7.52
+Y.3921 F2.4
+Z-1.575 F7.52
+G00 Y.8
+M99
+%
+"""
+
+LOOP = """%
+O5
+N1 G71 G94 G90 G19 S1910 M03 M08
+N2 G00 Y2. Z-2.5
+N3 G00 X-30.
+N4 G01 Y0 F500.
+N5 M98 P200 L4
+N6 G80
+N7 G00 Y20. M09 M05
+N8 M30
+O200 (ONE OF FOUR STEPS)
+N11 G91 G82 X230. I0 Y-.05 J-.01 L1 F60. E15000. P9100 D1 ; N12 G80 G90
+N13 G00 X-30.
+N14 M99
+"""
+
+DRESS = PLATE[PLATE.index("O9100") :]
+
+PROGRAMS: dict[str, bytes] = {
+    "plate": PLATE.encode(),
+    "lower": PLATE.lower().replace("\n", "\r\n").encode(),
+    "inch": INCH.encode(),
+    "loop": (LOOP + DRESS).encode(),
+    "takes_over": b"\xef\xbb\xbf" + PLATE.replace(" E9000.", "").replace("15000.", "15000").encode(),
+}
+"""The last one has a byte order mark, and its second cycle takes the table speed over from the first."""
+
+
+def write(folder: Path, name: str, job: str = JOB) -> Path:
+    """A program with its job beside it."""
+    path = folder / f"{name}.nc"
+    path.write_bytes(PROGRAMS[name])
+    path.with_suffix(".toml").write_text(job, encoding="utf-8")
+    return path

@@ -1,0 +1,190 @@
+"""`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grind_env.cli import main
+from grind_env.control import read, read_file
+from grind_env.envs.blocks.program import coming_block, part_program
+from grind_env.envs.blocks.program import job as job_of
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import load_task
+from grind_env.machine.grind import grind
+from grind_env.machine.job import WheelStart
+from grind_env.machine.job_file import load_job
+from grind_env.policies.choices import all_choices
+from grind_env.policies.columns import COST
+from grind_env.policies.planners.dynamic_programming import exact_optimum
+from grind_env.policies.statistics import bootstrap
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.optimise import optimise, problem_of
+from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.optimise.search import Search
+from grind_env.shop.optimise.trials import trials_of
+from grind_env.shop.optimise.wishes import wishes_of
+from tests.shop.programs import EXAMPLES, write
+
+PARTS = 4
+FRESH = tuple((77, 4242, k) for k in range(128))
+SHOWN = {
+    "seconds": "seconds",
+    "Ra": "Ra",
+    "rise": "rise",
+    "size_error": "worst_error",
+    "cost": "total_cost",
+}
+
+
+def status(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    return int(caught.value.code or 0)
+
+
+@pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
+def found(request: pytest.FixtureRequest) -> Optimised:
+    return optimise(EXAMPLES / f"{request.param}.nc", parts=PARTS, seconds=1000.0)
+
+
+def test_every_example_is_made_better(found: Optimised) -> None:
+    assert found.verdict is Verdict.BETTER
+    assert not found.ended_early
+    assert found.quantity("cost").difference.high < 0.0
+    assert all(limit.kept for limit in found.limits)
+
+
+def test_grind_run_shows_the_promised_numbers(found: Optimised) -> None:
+    job = load_job(EXAMPLES / Path(found.program).with_suffix(".toml").name)
+    for text, which in ((found.before, 0), (found.after, 1)):
+        part = grind(read(text), job).parts[0]
+        for name, column in SHOWN.items():
+            assert found.quantity(name).expected[which] == pytest.approx(abs(part[column]), rel=1e-9), name
+        assert found.quantity("scrap").expected[which] == pytest.approx(100.0 * (1.0 - part["survival"]), abs=1e-7)
+        assert found.quantity("power").expected[which] == pytest.approx(part["peak_power"] / 1000.0, rel=1e-9)
+
+
+def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
+    job = load_job(EXAMPLES / Path(found.program).with_suffix(".toml").name)
+    before, after = (trials_of(read(text), job, PARTS, FRESH) for text in (found.before, found.after))
+    old, new = before.measure(before.own[None]), after.measure(after.own[None])
+    change = bootstrap(lambda values: np.asarray(values.mean(axis=-1)), new.cost[0] - old.cost[0])
+    promised = found.quantity("cost").difference
+    assert change.high < 0.0
+    assert change.low < promised.high and promised.low < change.high
+    assert new.ratios.max() < 1.1
+
+
+def test_the_same_seed_finds_the_same() -> None:
+    runs = [optimise(EXAMPLES / "keyway_g81.nc", parts=3, seconds=1000.0, seed=5) for _ in range(2)]
+    assert runs[0] == runs[1]
+
+
+def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "out.nc"
+    options = ["--vary", "E", "--bounds", "E=3000..3500", "--parts", "2", "--margin", "temp=5", "-o", output]
+    assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 3
+    assert "no better program found" in capsys.readouterr().out
+    assert not output.exists()
+
+
+def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "out.nc"
+    options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", "--json", "-o", output]
+    assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 4
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == "infeasible"
+    assert told["reason"].startswith("the limit of Ra forbids all programs tried")
+    assert not output.exists()
+
+
+def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, output = write(tmp_path, "lower"), tmp_path / "out.nc"
+    arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--round", "E=1000", "--parts", "3"]
+    assert status(*arguments, "-o", output, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert output.read_bytes() == told["text"].encode()
+    assert b"\r\n" in output.read_bytes()
+    assert all(int(word["after"]) % 1000 == 0 for word in told["words"])
+    assert status("run", output, "--job", path.with_suffix(".toml")) == 0
+
+
+def test_the_time_ends_the_search_and_says_so() -> None:
+    assert optimise(EXAMPLES / "plate_g82.nc", parts=2, seconds=0.0).ended_early
+
+
+@pytest.mark.parametrize(
+    "options, told",
+    [
+        (["--vary", "E,Q"], "there is no 'Q'"),
+        (["--bounds", "E=9000"], "'9000' is no range of E"),
+        (["--bounds", "E=9000..8000"], "write 8000..9000"),
+        (["--bounds", "E=9000..90000"], "40000 is the most here"),
+        (["--margin", "heat=.5"], "there are power, temp, Ra, size"),
+        (["--budget", "soon"], "write 60s or 2min"),
+        (["--keep", "N51"], "N51 is no cycle block"),
+    ],
+)
+def test_options_that_cannot_be_read_are_told(
+    options: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 2
+    error = capsys.readouterr().err
+    assert told in error and error.count("\n") == 1
+
+
+def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
+    path = EXAMPLES / "rail_g83.nc"
+    job = load_job(path.with_suffix(".toml"))
+    problem = problem_of(read_file(path), text_of(path.read_bytes()), job, wishes_of("E,J,L"), 2, 1)
+    assert {each.name for each in problem.choices.variables} == {"E"}
+    assert "J and L are kept as they are" in problem.choices.remarks[0]
+
+
+def test_the_search_finds_the_optimum_of_oracle6() -> None:
+    """The task itself, block by block, against dynamic programming over all its plans."""
+    simulation = Simulation(load_task("oracle6"))
+    optimum, choices = exact_optimum(simulation), all_choices(simulation.task, 20)
+    start = simulation.start([np.random.default_rng(0)])
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        episodes, total = start.pick(np.zeros(len(points), int)), np.zeros(len(points))
+        for block in range(6):
+            chosen = points[:, 2 * block] * 2 + points[:, 2 * block + 1]
+            total += simulation.step(episodes, choices.speeds[chosen], choices.executions[chosen])[0][:, COST]
+        return total
+
+    assert len(choices.speeds) == 8 and choices.executions[1] != choices.executions[0]
+    search = Search(costs, [4, 2] * 6)
+    best = search.costs[search.run((0, 0) * 6, seed=1)]
+    assert optimum.cost - 1e-9 <= best <= 1.001 * optimum.cost
+
+
+def test_six_plates_of_oracle6_as_a_program_come_to_their_optimum() -> None:
+    """A program has one kind of part, so all six are its plates; the optimum is that of the task, by all 8^6 plans."""
+    task = load_task("oracle6")
+    plate = task.kinds[0]
+    task = replace(task, kinds=(plate,), sequence=("plate",) * 6, name="six_plates")
+    simulation = Simulation(task)
+    optimum = exact_optimum(simulation)
+    episodes, blocks = simulation.start([np.random.default_rng(0)]), []
+    for _ in range(6):
+        blocks.append(coming_block(task, episodes, 0, 9000.0, 0))
+        simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
+    job = job_of(task, plate)
+    material = replace(job.part.material, wear_flat_growth=task.factors["kA"] * job.part.material.wear_flat_growth)
+    wheel = WheelStart(wear_flat_area=task.start.wear_flat_area, volume_since_dress=task.start.volume)
+    job = replace(job, part=replace(job.part, material=material), wheel=wheel)
+    text = part_program(task, blocks)
+    problem = problem_of(read(text), text_of(text.encode()), job, wishes_of("E,D"), 1, 1)
+    grid = {"E": (6000, 9000, 14_000, 21_000), "D": (0, 1)}
+    variables = tuple(
+        replace(each, levels=tuple(map(type(each.own), grid[each.name]))) for each in problem.choices.variables
+    )
+    problem = problem._replace(choices=replace(problem.choices, variables=variables), spread=0.0)
+    search = problem.search(problem.trials(1, 1), float("inf"), lambda label, count: None, "")
+    best = 6.0 * search.costs[search.run(tuple(each.start for each in variables), seed=1)]
+    assert optimum.cost * (1.0 - 1e-6) <= best <= 1.001 * optimum.cost

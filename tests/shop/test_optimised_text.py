@@ -1,0 +1,138 @@
+"""The text of an optimised program: only the words that change are others, and they do what was asked of them."""
+
+import re
+from decimal import Decimal
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read, read_file
+from grind_env.files import read_bytes
+from grind_env.machine.job_file import load_job
+from grind_env.machine.script import script_of
+from grind_env.machine.settings import DRESS_SECONDS, own_settings
+from grind_env.shop.optimise.editing import like, text_of
+from grind_env.shop.optimise.optimise import Problem, problem_of, with_words
+from grind_env.shop.optimise.unrolling import unrolled
+from grind_env.shop.optimise.wishes import WishError, wishes_of
+from tests.shop.programs import EXAMPLES, PROGRAMS, write
+
+ALL = "E,D,J,L,lead,depth,passes"
+COMMENT = re.compile(r" \([^()]*(?: TO | ADDED)[^()]*\)")
+VARIED = re.compile(r"[ \t]?[EDJLFYedjlfy][+-]?[0-9.]+")
+
+
+@cache
+def problem(name: str, folder: Path, vary: str = ALL, unroll: bool = False) -> Problem:
+    path = write(folder, name)
+    programs, text = read_file(path), text_of(read_bytes(path))
+    if unroll:
+        text = unrolled(programs, text)
+        programs = read(text.text, programs.name)
+    return problem_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary), 1, 1)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@settings(max_examples=25, deadline=None)
+@given(data=st.data())
+def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
+    asked = problem(name, folder, "E,D,J,L,lead,depth")
+    variables = asked.choices.variables
+    point = tuple(
+        data.draw(st.integers(0, len(each.levels) - 1), label=f"{each.place} {each.name}") for each in variables
+    )
+    text = with_words(asked, point)
+
+    old, new = PROGRAMS[name].split(b"\n"), text.bytes().split(b"\n")
+    assert len(new) == len(old)
+    for before, after in zip(old, new, strict=True):
+        assert before.endswith(b"\r") == after.endswith(b"\r")
+        said = COMMENT.findall(after.decode())
+        stripped = COMMENT.sub("", after.decode())
+        assert bool(said) == (stripped != before.decode())
+        assert VARIED.sub("", stripped) == VARIED.sub("", before.decode())
+
+    script = script_of(read(text.text), asked.job)
+    said = np.array([own_settings(block.plan, block.dress_plan) for block in script.blocks])
+    first = script_of(read(asked.text.text), asked.job)
+    meant = np.array([own_settings(block.plan, block.dress_plan) for block in first.blocks])
+    for variable, number in zip(variables, point, strict=True):
+        value = variable.setting(variable.levels[number])
+        meant[list(variable.blocks), variable.column] = value
+    columns = [k for k in range(meant.shape[1]) if k != DRESS_SECONDS]
+    assert said[:, columns] == pytest.approx(meant[:, columns], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["plate", "lower", "loop"])
+def test_passes_are_left_out_or_repeated(name: str, folder: Path) -> None:
+    asked = problem(name, folder, "passes")
+    (passes,) = asked.choices.variables
+    assert [int(level) for level in passes.levels] == [1, 2, 4]
+    for number, level in enumerate(passes.levels):
+        script = script_of(read(with_words(asked, (number,)).text), asked.job)
+        dress = script.blocks[0].dress_plan
+        assert dress is not None
+        assert (dress.passes, dress.depth, dress.feed) == (level, pytest.approx(0.02), pytest.approx(191.0 / 60.0))
+
+
+def test_passes_of_absolute_infeeds_are_not_repeated(folder: Path) -> None:
+    (passes,) = problem("inch", folder, "passes").choices.variables
+    assert [int(level) for level in passes.levels] == [1, 2]
+
+
+def test_one_value_holds_for_all_calls_and_each_has_its_own_when_they_are_written_out(folder: Path) -> None:
+    together, apart = problem("loop", folder, "E,D"), problem("loop", folder, "E,D", unroll=True)
+    assert [each.blocks for each in together.choices.variables] == [(0, 1, 2, 3)] * 2
+    assert [each.blocks for each in apart.choices.variables] == [(0,), (1,), (2,), (3,)] * 2
+    text = with_words(apart, (0, 1, 2, 3) * 2).text
+    speeds = [block.plan.feed for block in script_of(read(text), apart.job).blocks]
+    assert speeds == [3000.0, 3100.0, 3200.0, 3300.0]
+    plain = [own_settings(block.plan, block.dress_plan) for block in script_of(read(apart.text.text), apart.job).blocks]
+    assert plain == [
+        own_settings(block.plan, block.dress_plan) for block in script_of(read(together.text.text), apart.job).blocks
+    ]
+
+
+def test_a_block_that_is_kept_stays_as_it_is() -> None:
+    path = EXAMPLES / "plate_g82.nc"
+    wishes = wishes_of("E,D", keep=["N50"])
+    found = problem_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes, 1, 1)
+    assert {each.place for each in found.choices.variables} == {"N70"}
+    with pytest.raises(WishError, match=r"N51 is no cycle block .* there are N50, N70"):
+        problem_of(found.programs, found.text, found.job, wishes_of(keep=["51"]), 1, 1)
+
+
+def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
+    path = write(tmp_path, "plate")
+    path.write_text(PROGRAMS["plate"].decode().replace("E9000.", "E[9000.]"), encoding="utf-8")
+    found = problem_of(
+        read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes_of(), 1, 1
+    )
+    assert [(each.name, each.place) for each in found.choices.variables] == [("E", "N50"), ("D", "N50")]
+    (remark,) = found.choices.remarks
+    assert remark.startswith("N70: E[9000.] is kept as it is; write a number there")
+
+
+@pytest.mark.parametrize(
+    "value, written, text",
+    [
+        ("24000", "15000.", "24000."),
+        ("24000", "15000", "24000"),
+        ("0.012", "-.01", "-.012"),
+        ("0.012", "-0.01", "-0.012"),
+        ("590.5", "354.33", "590.5"),
+        ("595", "590.55", "595."),
+        ("0", "1", "0"),
+    ],
+)
+def test_numbers_look_like_those_that_they_replace(value: str, written: str, text: str) -> None:
+    assert like(Decimal(value), written) == text

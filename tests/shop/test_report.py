@@ -1,0 +1,161 @@
+"""`grind report`: one file that says what the record says, whatever the program is called."""
+
+import re
+import shutil
+import subprocess
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+import grind_env
+from grind_env.cli import main
+from grind_env.control import read, read_file
+from grind_env.machine.grind import grind
+from grind_env.machine.job_file import load_job
+from grind_env.shop.report.assumptions import changes
+from grind_env.shop.report.run import run_report
+from tests.machine.harness import DRESS
+
+pytest.importorskip("plotly")
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+NAMES = ("plate_g82", "rail_g83", "keyway_g81")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+SECTIONS = [
+    "Verdict",
+    "Margin to the limits",
+    "Blocks",
+    "Run",
+    "Parts",
+    "Dresses and wheel",
+    "Cost",
+    "Warnings",
+    "Program",
+    "Assumptions and calibration",
+]
+PART = "N{} G00 Y2.\nG00 X-30.\nG01 Y0 F500.\nN50 G82 X230. I-30. Y-.2 J-.02 L1 F60. E12000. P9100 D{}\nG80\nG00 Y20.\n"
+
+
+def page_of(name: str) -> str:
+    job = load_job(EXAMPLES / f"{name}.toml")
+    programs = read_file(EXAMPLES / f"{name}.nc")
+    return run_report(grind(programs, job), programs, job, (EXAMPLES / f"{name}.nc", EXAMPLES / f"{name}.toml"))
+
+
+def section(page: str, title: str) -> str:
+    return page.partition(f"<h2>{title}</h2>")[2].partition("</section>")[0]
+
+
+def cells(html: str) -> list[list[str]]:
+    rows = re.findall(r"<tr>(.*?)</tr>", html, re.DOTALL)
+    return [[unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)] for row in rows[1:]]
+
+
+def command(*words: object) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return int(ended.value.code or 0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_report_has_every_section_and_the_numbers_of_the_record(name: str) -> None:
+    page = page_of(name)
+    job = load_job(EXAMPLES / f"{name}.toml")
+    record = grind(read_file(EXAMPLES / f"{name}.nc"), job)
+    assert re.findall(r"<h2>(.*?)</h2>", page) == SECTIONS
+    strokes, part = record.strokes, record.parts[0]
+    blocks = cells(section(page, "Blocks"))
+    assert sum(int(row[3]) for row in blocks) == strokes.size
+    assert sum(int(row[14]) for row in blocks) == record.dresses.size
+    assert max(float(row[8]) for row in blocks) == pytest.approx(0.001 * part["peak_power"], abs=0.005)
+    assert sum(float(row[5]) for row in blocks) == pytest.approx(strokes["seconds"].sum(), abs=0.1)
+    margins = {row[0].split(",")[0]: row for row in cells(section(page, "Margin to the limits"))}
+    left = 100.0 * (1.0 - part["Ra"] / job.limits.roughness)
+    assert float(margins["roughness Ra"][3]) == pytest.approx(left, abs=0.5)
+    cost = {row[0]: float(row[1]) for row in cells(section(page, "Cost"))}
+    assert cost["all"] == pytest.approx(part["total_cost"], abs=0.005)
+    shares = sum(value for key, value in cost.items() if key != "all")
+    assert shares == pytest.approx(cost["all"], abs=0.025)
+
+
+def test_dresses_left_are_those_that_the_wheel_bears() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    text = unescape(section(page_of("plate_g82"), "Dresses and wheel"))
+    found = re.search(r"ends with ([\d.]+) mm .* takes ([\d.]+) mm of it: (\d+) dresses", text)
+    assert found
+    last, each, left = map(float, found.groups())
+    assert each == pytest.approx(2 * 2 * 0.020, abs=1e-3)  # two passes of 0.020 mm off the radius
+    assert left == pytest.approx((last - job.setup.wheel.minimum_diameter) / each, rel=0.01)
+
+
+def test_many_equal_parts_stay_small() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+
+    def size(count: int) -> int:
+        body = "M00\n".join(PART.format(k + 1, int(k % 4 == 0)) for k in range(count))
+        programs = read(f"G71 G94 G90 G19 S1910 M03\nG00 Y2. Z-2.5 M08\n{body}M30\n{DRESS}", "many.nc")
+        page = run_report(grind(programs, job), programs, job)
+        assert page.count("<tr") < 700
+        assert len(cells(section(page, "Blocks"))) == 2
+        return len(page)
+
+    assert size(600) - size(300) < 100_000
+
+
+def test_nothing_of_a_program_is_markup(tmp_path: Path) -> None:
+    hostile = "<script>alert`1`</script>"
+    text = (EXAMPLES / "keyway_g81.nc").read_text().replace("(TABLE ON", f"({hostile}")
+    program = tmp_path / "<img src=x onerror=alert(1)>.nc"
+    program.write_text(text)
+    shutil.copy(EXAMPLES / "keyway_g81.toml", program.with_suffix(".toml"))
+    assert command("report", program, "-o", tmp_path / "out.html") == 0
+    page = (tmp_path / "out.html").read_text("utf-8")
+    assert hostile not in page and "<img" not in page
+    assert "&lt;script&gt;alert`1`&lt;/script&gt;" in page
+
+
+def test_warnings_stand_with_the_text_of_their_block(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text((EXAMPLES / "plate_g82.nc").read_text().replace("E15000.", "E45000."))
+    shutil.copy(EXAMPLES / "plate_g82.toml", tmp_path / "part.toml")
+    assert command("report", program) == 0
+    page = program.with_suffix(".html").read_text("utf-8")
+    rows = cells(section(page, "Warnings"))
+    assert any("E45000." in row[1] and "lower E" in row[2] for row in rows)
+    assert '<div class="note poor">' in section(page, "Program")
+
+
+def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "job.toml"
+    text = (EXAMPLES / "plate_g82.toml").read_text()
+    path.write_text(f"{text}\n[setup.machine_overrides]\npower_limit = 4321\n[catalogue]\nfiles = ['own.toml']\n")
+    (tmp_path / "own.toml").write_text("[wheel.a60j]\nbase = 'a60j'\nfriction = 0.45\n")
+    told = {(each.entry, each.key, each.here, each.known) for each in changes(load_job(path))}
+    assert told == {("machine default", "power_limit", "4321", "7500"), ("wheel a60j", "friction", "0.45", "0.4")}
+    assert changes(load_job(EXAMPLES / "plate_g82.toml")) == []
+
+
+def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = tmp_path / "part.nc"
+    shutil.copy(EXAMPLES / "plate_g82.nc", program)
+    assert command("report", program) == 2
+    assert "name one with --job" in capsys.readouterr().err
+    assert not program.with_suffix(".html").exists()
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine to open the report in")
+def test_a_browser_draws_it_and_has_no_complaint(tmp_path: Path) -> None:
+    assert CHROMIUM is not None
+    path = tmp_path / "part.html"
+    path.write_text(page_of("rail_g83"), encoding="utf-8")
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--virtual-time-budget=5000"]
+    done = subprocess.run(
+        [CHROMIUM, *options, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", path.as_uri()],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    panels = re.findall(r'class="(x\d*y\d*) crisp|class="subplot (x\d*y\d*)"', done.stdout)
+    assert len({name for pair in panels for name in pair if name}) == 8

@@ -1,0 +1,220 @@
+"""The reports of `grind optimise` and `grind calibrate`: they say what the results say, whatever files are called."""
+
+import base64
+import json
+import re
+import shutil
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grind_env.cli import main
+from grind_env.control import read_file
+from grind_env.machine.job_file import load_job
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.result import Calibration, catalogue_text
+from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.report.calibrated import calibrated_report
+from tests.shop.blemished import Style, write_log
+from tests.shop.programs import EXAMPLES
+from tests.shop.test_document import Parsed
+from tests.shop.test_report import cells, section
+
+pytest.importorskip("plotly")
+
+HOSTILE = "<img src=x onerror=alert`1`>"
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def status(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main([str(argument) for argument in arguments])
+    return int(caught.value.code or 0)
+
+
+def numbers(text: str) -> list[float]:
+    return [float(each) for each in NUMBER.findall(text)]
+
+
+def figures(html: str) -> list[list[dict[str, Any]]]:
+    """The traces of each figure."""
+    documents = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
+    return [json.loads(document)["data"] for document in documents]
+
+
+def values(found: Any) -> np.ndarray:
+    """An array as plotly writes it."""
+    if isinstance(found, dict):
+        return np.frombuffer(base64.b64decode(found["bdata"]), np.dtype(found["dtype"]))
+    return np.array(found)
+
+
+def listed(html: str) -> list[str]:
+    return [unescape(line) for line in re.findall(r"<code>(.*?)</code>", html, re.DOTALL)]
+
+
+def loads_nothing(html: str) -> bool:
+    said = Parsed(html)
+    loading = {"link", "img", "iframe", "object", "embed", "base"} & set(said.tags)
+    addresses = [value for name, value in said.attributes if name in ("src", "href", "action", "data")]
+    return not loading and not addresses and any("default-src 'none'" in value for _, value in said.attributes)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The plate and its job, under a name that is markup."""
+    folder = tmp_path_factory.mktemp("reports")
+    text = (EXAMPLES / "plate_g82.nc").read_text("utf-8")
+    (folder / f"{HOSTILE}.nc").write_text(text.replace("(", f"({HOSTILE} ", 1), encoding="utf-8")
+    shutil.copy(EXAMPLES / "plate_g82.toml", folder / f"{HOSTILE}.toml")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["--budget", "1000s"], 0),
+        (["--vary", "E", "--bounds", "E=3000..3500", "--margin", "temp=5"], 3),
+        (["--vary", "E", "--margin", "Ra=.2"], 4),
+    ],
+)
+def test_an_optimisation_is_written_up_whatever_it_finds(
+    options: list[str], expected: int, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program, output, written = folder / f"{HOSTILE}.nc", tmp_path / "out.nc", tmp_path / "r.html"
+    files = ["-o", output, "--report", written]
+    assert status("optimise", program, "--parts", "3", *options, *files, "--json") == expected
+    found, html = json.loads(capsys.readouterr().out), written.read_text("utf-8")
+
+    quantities = cells(section(html, "Before and after"))
+    assert len(quantities) == len(found["quantities"])
+    for row, each in zip(quantities, found["quantities"], strict=True):
+        for text, name in zip(row[1:4], ("before", "after", "difference"), strict=True):
+            decimals = len(text.split(" ")[0].partition(".")[2])
+            asked = [each[name][end] for end in ("value", "low", "high")]
+            assert numbers(text) == pytest.approx(asked, abs=0.51 * 10.0**-decimals)
+
+    words = [(row[0], row[1], row[2], row[3]) for row in cells(section(html, "Words"))]
+    assert words == [
+        (each["place"], each["name"], each["before"], each["after"] if each["changed"] else "as it is")
+        for each in found["words"]
+    ]
+
+    limits = [each for each in found["limits"] if each["limit"] > 0.0]
+    rows = cells(section(html, "Limits"))
+    assert [row[0] for row in rows] == [each["name"] for each in limits]
+    for row, each in zip(rows, limits, strict=True):
+        shares = [100.0 * each[name] for name in ("margin", "before", "after")]
+        assert [float(text) for text in row[2:5]] == pytest.approx(shares, abs=0.51)
+        if each["price"]:
+            assert numbers(row[5])[0] == pytest.approx(-each["price"]["value"], abs=5.1e-4)
+        assert row[5].endswith("binds") == each["binds"]
+    (bars,) = figures(section(html, "Limits"))
+    for trace, name in zip(bars, ("before", "after", "margin"), strict=True):
+        np.testing.assert_allclose(values(trace["y"]), [100.0 * each[name] for each in limits])
+
+    assert listed(section(html, "Program")) == [line.rstrip() for line in found["text"].splitlines()]
+    changed = set(found["text"].splitlines()) - set(program.read_text("utf-8").splitlines())
+    assert section(html, "Program").count('<div class="note') == len(changed)
+    headline = unescape(section(html, "Verdict"))
+    if expected:
+        assert found["reason"] in headline and not output.exists()
+        assert "stays as it is" in section(html, "Program")
+    else:
+        gain = found["quantities"][[each["name"] for each in found["quantities"]].index("cost")]["difference"]
+        assert f"costs {-gain['value']:.3f} ({-gain['high']:.3f} to {-gain['low']:.3f}) $ less" in headline
+        assert output.read_text("utf-8").splitlines() == found["text"].splitlines()
+    assert HOSTILE in "".join(Parsed(html).texts) and loads_nothing(html)
+
+
+@pytest.fixture(scope="module")
+def log(folder: Path) -> Path:
+    """Of three plates, the last of which is held out."""
+    path = folder / f"{HOSTILE}.csv"
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    write_log(path, read_file(EXAMPLES / "plate_g82.nc"), job, 3, Style(scale=0.0), np.random.default_rng(5))
+    return path
+
+
+def agrees(html: str, found: Calibration) -> None:
+    """The page says what was found."""
+    told = [each for each in found.estimates if each.told]
+    assert f"tell {len(told)} of {len(found.estimates)} constants" in section(html, "Verdict")
+    rows = cells(section(html, "Constants"))
+    assert len(rows) == len(found.estimates)
+    for row, each in zip(rows, found.estimates, strict=True):
+        assert row[1] == each.parameter.key
+        assert float(row[3]) == pytest.approx(each.parameter.prior, rel=1e-3)
+        assert float(row[4]) == pytest.approx(each.value, rel=1e-3)
+        assert [float(text) for text in row[5].split(" to ")] == pytest.approx([each.low, each.high], rel=1e-2)
+        assert row[7] == ("told" if each.told else "kept")
+
+    drawn = iter(figures(section(html, "Measured and modelled")))
+    for kind in found.data.kinds:
+        mine = found.data.kind == kind
+        used = mine & found.fit.used
+        (catalogue, fitted, left_out, _), residuals = next(drawn), next(drawn)
+        np.testing.assert_allclose(values(catalogue["y"]), found.data.value[mine])
+        np.testing.assert_allclose(values(catalogue["x"]), found.fit.nominal[mine])
+        np.testing.assert_allclose(values(fitted["y"]), found.data.value[used])
+        np.testing.assert_allclose(values(fitted["x"]), found.fit.predicted[used])
+        assert len(values(left_out["x"])) == (mine & ~found.fit.used).sum()
+        ratio = values(fitted["y"]) - values(fitted["x"])
+        shown = np.concatenate([values(each["y"]) for each in residuals[:2]])
+        if kind == "power":
+            np.testing.assert_allclose(np.sort(shown), np.sort(ratio))
+        for trace in residuals:
+            places = values(trace["x"])
+            assert np.all(np.abs(places - np.rint(places)) < 0.5)
+    assert next(drawn, None) is None
+    assert [line.rstrip() for line in catalogue_text(found).splitlines()] == listed(section(html, "Catalogue file"))
+    assert loads_nothing(html)
+
+
+def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, job, written = folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", folder / "cal.html"
+    assert status("calibrate", log, "--program", program, "--job", job, "--report", written, "--json") == 0
+    data, html = json.loads(capsys.readouterr().out), written.read_text("utf-8")
+    found = calibrate(log, program, job)
+    assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
+    agrees(html, found)
+    assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
+    reading = unescape(section(html, "Reading of the measurements"))
+    assert f"correlation of {found.quality:.3f}" in reading
+    assert found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading
+    assert all(remark in reading for remark in found.remarks)
+    verdict = unescape(section(html, "Verdict"))
+    assert found.held_out is not None
+    assert f"fitted without: {found.held_out.errors['power'][0]} of power" in verdict
+    assert f"{100.0 * found.held_out.errors['power'][2]:.1f} %" in verdict
+
+
+def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
+    found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names="stiffness")
+    residuals = figures(calibrated_report(found, {}))[1]
+    places = {
+        label: place
+        for trace in residuals
+        for label, place in zip(trace.get("text", ()), values(trace["x"]) if "x" in trace else (), strict=True)
+    }
+    for part in set(found.part.tolist()):
+        mine = np.flatnonzero((found.part == part) & np.isfinite(found.fit.predicted))
+        in_time = mine[np.argsort(found.time[mine])]
+        assert np.all(np.diff([places[found.label[k]] for k in in_time]) > 0.0)
+
+
+def test_a_calibration_that_finds_nothing_is_written_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Roughness tells nothing of the stiffness, and no catalogue file is written."""
+    table = tmp_path / "table.csv"
+    table.write_text("table_speed [m/min];downfeed [um];volume;Ra\n8;5;40;0.5\n14;5;40;0.9\n20;15;40;0.4\n", "utf-8")
+    job, written, output = EXAMPLES / "plate_g82.toml", tmp_path / "cal.html", tmp_path / "shop.toml"
+    options = ["--job", job, "--fit", "stiffness", "--report", written, "-o", output]
+    assert status("calibrate", table, *options) == 2
+    assert "tells none of the constants" in capsys.readouterr().err
+    html = written.read_text("utf-8")
+    assert calibrate_table(table, job, names="stiffness").tells_nothing and not output.exists()
+    assert "tell 0 of 1 constants" in section(html, "Verdict")
+    assert "There is none" in section(html, "Catalogue file")

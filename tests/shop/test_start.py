@@ -1,0 +1,140 @@
+"""What somebody meets first: `grind`, `grind init`, `grind job --template`, `grind catalogue`."""
+
+import json
+import os
+import re
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+import grind_env
+from grind_env.cli import main
+from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job_file import load_job
+from grind_env.process.catalogue import KINDS, load_catalogue, quantities
+from grind_env.shop.start.template import job_template
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb"}
+
+Ended = tuple[int, str, str]
+
+
+@pytest.fixture
+def grind(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
+    """Runs a command: exit status, output and errors."""
+
+    def call(*words: object) -> Ended:
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        said = capsys.readouterr()
+        return int(ended.value.code or 0), said.out, said.err
+
+    return call
+
+
+def test_grind_alone_names_three_commands_that_there_are(grind: Callable[..., Ended], tmp_path: Path) -> None:
+    status, out, err = grind()
+    named = re.findall(r"^  grind (\w+)", out, re.MULTILINE)
+    assert (status, err, len(named)) == (0, "", 3)
+    for name in named:
+        assert grind(name, "--help")[0] == 0
+
+
+def test_what_grind_init_writes_runs_as_the_example(grind: Callable[..., Ended], tmp_path: Path) -> None:
+    folder = tmp_path / "new" / "part"
+    status, out, _ = grind("init", folder)
+    assert status == 0 and {path.name for path in folder.iterdir()} == FILES
+    assert f"grind run {folder / 'part.nc'}" in out
+    found = json.loads(grind("run", folder / "part.nc", "--json")[1])
+    wanted = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])
+    assert found["parts"] == wanted["parts"] and found["warnings"] == []
+
+
+@pytest.mark.parametrize("name", sorted(FILES))
+def test_grind_init_overwrites_nothing(name: str, grind: Callable[..., Ended], tmp_path: Path) -> None:
+    (tmp_path / name).write_text("mine")
+    status, _, err = grind("init", tmp_path)
+    assert status == 2 and name in err and "not overwritten" in err
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {name: "mine"}
+
+
+def test_the_notebook_of_grind_init_runs(
+    grind: Callable[..., Ended], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grind("init", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    cells = json.loads((tmp_path / "first_steps.ipynb").read_text("utf-8"))["cells"]
+    scope: dict[str, object] = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), scope)
+    assert len(re.findall(r"^E\d+: [\d.]+ s", capsys.readouterr().out, re.MULTILINE)) == 4
+
+
+def test_a_folder_that_cannot_be_made_is_told(grind: Callable[..., Ended], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    status, _, err = grind("init", tmp_path / "file" / "folder")
+    assert status == 2 and err.count("\n") == 1
+
+
+def test_the_template_is_the_job_of_the_example(grind: Callable[..., Ended], tmp_path: Path) -> None:
+    path = tmp_path / "job.toml"
+    path.write_text(grind("job", "--template")[1], encoding="utf-8")
+    assert load_job(path) == load_job(EXAMPLES / "plate_g82.toml")
+    assert grind("job")[0] == 2
+
+
+def test_every_default_that_the_template_states_is_the_one_that_holds(tmp_path: Path) -> None:
+    path = tmp_path / "job.toml"
+    stated = re.sub(r"^#(\w+ = .+)$", r"\1", job_template(), flags=re.MULTILINE)
+    assert stated.count("\n#") < job_template().count("\n#")
+    kept = stated.partition("#[[part.stages]]")
+    path.write_text(kept[0] + kept[2][kept[2].index("[setup]") :], encoding="utf-8")  # a stage has no default
+    assert load_job(path) == load_job(EXAMPLES / "plate_g82.toml")
+
+
+def test_the_template_has_every_key() -> None:
+    keys = set(re.findall(r"^#?(\w+) =", job_template(), re.MULTILINE))
+    tables = (Part, Stage, Setup, Times, WheelStart, Diamond, Lots)
+    assert keys >= {each.name for table in tables for each in fields(table)} - {"stages"}
+
+
+def test_the_catalogue_lists_every_entry(grind: Callable[..., Ended]) -> None:
+    listed = json.loads(grind("catalogue", "--json")[1])
+    known = load_catalogue()
+    assert {kind: set(names) for kind, names in listed.items()} == {
+        kind: set(getattr(known, f"{kind}s")) for kind in KINDS
+    }
+    assert all(remark for kind in ("material", "wheel") for remark in listed[kind].values())
+    shown = grind("catalogue")[1]
+    assert all(name in shown for names in listed.values() for name in names)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_entry_is_shown_with_units_ranges_and_source(
+    kind: str, grind: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(os.environ, "COLUMNS", "200")
+    name, entry = next(iter(getattr(load_catalogue(), f"{kind}s").items()))
+    data = json.loads(grind("catalogue", kind, name, "--json")[1])
+    assert all(data[key] == getattr(entry, key) for key in quantities(KINDS[kind]))
+    shown = grind("catalogue", kind, name)[1]
+    for key, legal in quantities(KINDS[kind]).items():
+        (line,) = [line for line in shown.splitlines() if line.split()[:1] == [key]]
+        assert getattr(legal, "unit", "") in line
+
+
+def test_an_entry_of_a_file_is_shown_with_its_remark(grind: Callable[..., Ended], tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text("[wheel.ours]  # from the shelf\nbase = 'a60j'\nwidth = 40\n", encoding="utf-8")
+    data = json.loads(grind("catalogue", "wheel", "ours", "--file", path, "--json")[1])
+    assert (data["width"], data["remark"]) == (40.0, "from the shelf")
+
+
+@pytest.mark.parametrize("words", [("weel",), ("wheel", "a60")])
+def test_what_is_not_in_the_catalogue_is_told(words: tuple[str, ...], grind: Callable[..., Ended]) -> None:
+    status, _, err = grind("catalogue", *words)
+    assert status == 2 and "did you mean" in err and err.count("\n") == 1

@@ -1,0 +1,86 @@
+"""`grind sweep`: every point costs what a program written so costs, and the valley is what it says."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from grind_env.cli import main
+from grind_env.control import read
+from grind_env.envs.job.text import repeated
+from grind_env.machine.job_file import load_job
+from grind_env.shop.optimise.trials import lots_of, trials_of
+from grind_env.shop.sweep.study import LOT_USE, LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from tests.shop.programs import EXAMPLES, PLATE
+
+PARTS = 6
+
+
+@pytest.fixture(scope="module")
+def found() -> Sweep:
+    ranges = Ranges(E=(12_000.0, 20_000.0), every=(1, 4), lead=(0.08, 0.16))
+    return sweep(EXAMPLES / "plate_g82.nc", None, ranges, parts=PARTS)
+
+
+def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found: Sweep) -> None:
+    job, every = load_job(EXAMPLES / "plate_g82.toml"), 3
+    point = next(each for each in found.speeds if each.every == every and pytest.approx(12_000.0) == each.E)
+    text = PLATE.replace("E15000.", "E12000.").replace("E9000.", "E7200.")
+    lines = "\n".join(source.text for program in [*repeated(read(text), PARTS)][:1] for source in program.blocks)
+    parts = lines.split("D1")
+    written = parts[0] + "".join(f"D{int((k + 1) % every == 0)}{rest}" for k, rest in enumerate(parts[1:]))
+    programs = read(f"{written}\n{text[text.index('O9100') :]}")
+    trials = trials_of(programs, job, 1, lots_of(1, LOT_USE, LOTS))
+    assert len(parts) == PARTS + 1
+    assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-9)
+
+
+def test_every_part_dressed_is_the_program_as_it_is() -> None:
+    found = sweep(EXAMPLES / "plate_g82.nc", None, Ranges(every=(1, 2)), parts=2)
+    assert found.speeds[0].cost == found.own.cost
+
+
+def test_a_lead_costs_what_the_dress_program_written_so_costs(found: Sweep) -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    turns = 60_000.0 * 30.0 / (3.141592653589793 * 300.0)
+    feed = round(0.1 * turns)
+    ranges = Ranges(lead=(feed / turns, feed / turns * 1.5))
+    point = sweep(EXAMPLES / "plate_g82.nc", None, ranges, parts=2).dresses[0]
+    trials = trials_of(read(PLATE.replace("F191.", f"F{feed}.")), job, 2, lots_of(1, LOT_USE, LOTS))
+    assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-6)
+
+
+def test_the_valley_holds_the_best_interval_and_those_that_cost_little_more(found: Sweep) -> None:
+    first, last = found.valley
+    best = cheapest(found.intervals)
+    assert first <= best.every <= last
+    costs = {point.every: point.cost.value for point in found.intervals}
+    assert all(costs[every] <= 1.02 * best.cost.value for every in range(first, last + 1))
+    assert all(costs[every] > 1.02 * best.cost.value for every in (first - 1, last + 1) if every in costs)
+
+
+def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = [str(EXAMPLES / "plate_g82.nc"), "--E", "12000..20000", "--dress-every", "1..3", "--parts", "3"]
+    for options in ([], ["--json"]):
+        with pytest.raises(SystemExit) as caught:
+            main(["sweep", *arguments, *options, "--plot", str(tmp_path / "sweep.png")])
+        assert not caught.value.code
+    shown, _, data = capsys.readouterr().out.rpartition("\n{")
+    assert "best dress interval" in shown and max(map(len, shown.splitlines()[:-2])) <= 100
+    told = json.loads("{" + data)
+    assert len(told["speeds"]) == 27 and told["valley"][0] >= 1
+    assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    "program, ranges, told",
+    [
+        ("keyway_g81", Ranges(every=(1, 5)), "no block that takes a D word"),
+        ("keyway_g81", Ranges(lead=(0.1, 0.2)), "no dress program"),
+        ("plate_g82", Ranges(every=(0, 5)), "from 1 to --parts"),
+        ("plate_g82", Ranges(E=(9e3, 9e4)), "the table makes 40000"),
+    ],
+)
+def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -> None:
+    with pytest.raises(SweepError, match=told):
+        sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)

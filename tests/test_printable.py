@@ -1,0 +1,93 @@
+"""What users name and write never controls a terminal or a spreadsheet."""
+
+import csv
+import io
+import shutil
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import grind_env
+from grind_env.cli import main
+from grind_env.errors import printable
+from grind_env.files import FORMULA, csv_cell
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+ESCAPE = "\x1b[31mRED\x1b]0\x07\x9b2J\x7f\u202e"
+CONTROLS = {chr(code) for code in (*range(32), *range(127, 160), 0x202E, 0x2066, 0x2028)} - {"\n", "\t"}
+
+
+@given(st.text())
+def test_a_printed_text_has_no_controls(text: str) -> None:
+    said = printable(text)
+    assert not CONTROLS & set(said)
+    assert printable(said) == said
+    assert text != "".join(letter for letter in text if letter.isprintable()) or said == text
+
+
+def test_line_ends_and_tabs_stay() -> None:
+    assert printable("a\tb\nc\u00a0µ\x1b[1m") == "a\tb\nc\u00a0µ\\x1b[1m"
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Path:
+    """A program whose name, comments, message and warnings hold escapes."""
+    text = (EXAMPLES / "plate_g82.nc").read_text("utf-8")
+    text = text.replace("(ROUGH:", f"(MSG,{ESCAPE})\n(ROUGH{ESCAPE}:").replace("E15000.", "E45000.")
+    path = tmp_path / f"plate{ESCAPE}.nc"
+    path.write_text(text, encoding="utf-8")
+    shutil.copy(EXAMPLES / "plate_g82.toml", path.with_suffix(".toml"))
+    return path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check",),
+        ("check", "--json"),
+        ("check", "--strokes", "0"),
+        ("trace",),
+        ("run",),
+        ("run", "--json"),
+        ("run", "--plot", ESCAPE),
+        ("run", "--record", ESCAPE),
+        ("run", "--job", ESCAPE),
+        ("report",),
+        ("report", "-o", "no/such/folder.html"),
+        ("play", "--policy", "E12D0", "--no-window", "--program"),
+        ("play", "--policy", ESCAPE, "--no-window", "--program"),
+        ("evaluate", "--policy", "E12D0", "--episodes", "2", "--program"),
+    ],
+)
+def test_no_command_prints_them(
+    words: tuple[str, ...], hostile: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(hostile.parent)
+    with pytest.raises(SystemExit):
+        main([*words, str(hostile)])
+    said = capsys.readouterr()
+    assert said.out or said.err
+    assert not CONTROLS & set(said.out + said.err)
+
+
+@pytest.mark.parametrize("words", [("catalogue", "wheel", ESCAPE), ("catalogue", ESCAPE), ("init", ESCAPE)])
+def test_no_argument_is_printed_raw(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        main(list(words))
+    said = capsys.readouterr()
+    assert not CONTROLS & set(said.out + said.err)
+
+
+@given(st.text() | st.sampled_from(FORMULA).map(lambda sign: f'{sign}HYPERLINK("x")'))
+def test_a_cell_is_no_formula_and_keeps_its_text(text: str) -> None:
+    cell = csv_cell(text)
+    assert isinstance(cell, str) and not cell.startswith(FORMULA)
+    assert cell in (text, f"'{text}")
+    file = io.StringIO(newline="")
+    csv.writer(file).writerow([cell, csv_cell(-1.5)])
+    assert next(csv.reader(io.StringIO(file.getvalue(), newline=""))) == [cell, "-1.5"]
