@@ -24,7 +24,11 @@ from grind_env.envs.stroke.vector_env import StrokeVectorEnv
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
+from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
 from grind_env.process.state import WheelState
+from grind_env.scores import reference
 from tests.envs.harness import Array, assert_same, native, row_of
 
 ID = "grind/Stroke-v0"
@@ -179,18 +183,25 @@ def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> 
         assert max(info["seconds"] for info in np.array(infos)[strokes["part"] == number]) < task.machine.stall_time
 
 
-def test_a_fixed_plan_earns_about_minus_one_a_stroke() -> None:
-    env, rewards = StrokeEnv(show_block=False), []
-    for seed in range(6):
-        env.reset(seed=seed)
-        terminated, made = False, 0
-        while not terminated:
-            dress = made % 34 == 33
-            made += 1
-            _, reward, terminated, _, _ = env.step(env.codec.encode(6197.0, int(dress))[0])
-            rewards.append(reward)
-    # how near it comes is settled with the reference scores
-    assert np.mean(rewards) == pytest.approx(-1.0, abs=0.5)
+def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> None:
+    simulation, seeds = find_problem("stroke").simulation(), range(3)
+    env, run = StrokeEnv(show_block=False), evaluate(make_policy("interval", simulation), simulation, seeds)
+    assert (run.executions == 1).any(axis=1).all()
+    for episode in seeds:
+        env.reset(seed=episode)
+        made = np.isfinite(run.speeds[episode])
+        plan = env.codec.encode(run.speeds[episode, made], run.executions[episode, made])
+        *before, last = [env.step(action) for action in plan]
+        assert [terminated for _, _, terminated, _, _ in (*before, last)] == [False] * len(before) + [True]
+        earned = sum(reward for _, reward, *_ in (*before, last))
+        assert earned == pytest.approx(-run.cost[episode] / env.task.reference_cost, rel=1e-6)
+
+
+def test_the_best_fixed_plan_earns_minus_one_a_stroke() -> None:
+    scale, simulation = reference("grind/Stroke-v0"), find_problem("stroke").simulation()
+    run = evaluate(make_policy(scale.fixed_plan, simulation), simulation, episode_seeds("evaluation", 256))
+    strokes = np.isfinite(run.speeds).sum(axis=1).mean()
+    assert run.cost.mean() / strokes == pytest.approx(simulation.task.reference_cost, rel=0.01)
 
 
 def test_the_noise_does_not_depend_on_the_policy() -> None:

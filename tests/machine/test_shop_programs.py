@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -188,12 +189,12 @@ def test_variables_are_set_from_outside(tmp_path: Path) -> None:
 PLATE = Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.nc"
 
 
-def ran(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, object]:
+def ran(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
     with pytest.raises(SystemExit) as left:
         main(["run", *options, "--json"])
     out, err = capsys.readouterr()
     assert left.value.code in (0, 1), err
-    found: dict[str, object] = json.loads(out)
+    found: dict[str, Any] = json.loads(out)
     return found
 
 
@@ -206,8 +207,8 @@ def test_grind_run_takes_requests_and_variables(capsys: pytest.CaptureFixture[st
     dressed = ran(capsys, *options, "--dress-at", "30")
     interrupted = ran(capsys, *options, "--interrupt", "9300@30")
     assert plain["parts"] == ran(capsys, str(PLATE), "--job", job)["parts"]
-    assert dressed["parts"][0]["dresses"] == plain["parts"][0]["dresses"] + 1  # type: ignore[index]
-    longer = interrupted["parts"][0]["seconds"] - plain["parts"][0]["seconds"]  # type: ignore[index]
+    assert dressed["parts"][0]["dresses"] == plain["parts"][0]["dresses"] + 1
+    longer = interrupted["parts"][0]["seconds"] - plain["parts"][0]["seconds"]
     assert 60.0 < longer < 62.0
 
 

@@ -462,8 +462,9 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
     assert variables_of(block("N50 G82 Y-.17 E9000. P9100 D#7"), 3) == (107, 7)
     with pytest.raises(GrindError, match=r"line 7: E is an expression.* such as E#101"):
         variables_of(block("G82 Y-.17 E[#500*2]"), 0)
+    shared: Any = SimpleNamespace(blocks=[block("E#101 D#102"), block("E#101")])
     with pytest.raises(GrindError, match="blocks 1 and 2 of one part both read #101"):
-        check_variables(SimpleNamespace(blocks=[block("E#101 D#102"), block("E#101")]))  # type: ignore[arg-type]
+        check_variables(shared)
 
 
 # --- the command ----------------------------------------------------------------------------------------------
