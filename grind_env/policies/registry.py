@@ -17,9 +17,10 @@ from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
+from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
-from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, Handbook, PowerThreshold, Random
+from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random
 from grind_env.policies.scripted.size_threshold import SizeThreshold
 from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 

@@ -20,9 +20,10 @@ from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import TUNED, UNTUNED
-from grind_env.policies.scripted import belief_rule, estimator, rules
+from grind_env.policies.scripted import belief_rule, estimator, handbook, rules
 from grind_env.policies.scripted.belief_rule import BeliefRule
-from grind_env.policies.scripted.rules import Fixed, Handbook
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -103,7 +104,7 @@ def test_a_planner_stands_on_its_rule_and_not_on_the_learners():
 
 
 DECIDING = [
-    (Handbook(), rules),
+    (Handbook(), handbook),
     (BELIEVING, rules),
     (BELIEVING, belief_rule),
     (BELIEVING, estimator),

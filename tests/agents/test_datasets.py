@@ -24,7 +24,7 @@ from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from grind_env.policies.scripted.rules import Handbook
+from grind_env.policies.scripted.handbook import Handbook
 from grind_env.scores import normalise
 from tests.policies.harness import changed
 

@@ -9,7 +9,8 @@ from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import find_problem
-from grind_env.policies.scripted.rules import Fixed, Handbook
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")

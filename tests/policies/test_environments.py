@@ -13,7 +13,8 @@ from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, policy_names
-from grind_env.policies.scripted.rules import Fixed, Handbook, Random
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import Fixed, Random
 from tests.policies.harness import shortened, untuned
 
 LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2, "stroke": 1}

@@ -33,7 +33,8 @@ from grind_env.policies.evaluation import (
     start_episodes,
 )
 from grind_env.policies.policy import expected_dates, reveal
-from grind_env.policies.scripted.rules import Fixed, Handbook
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import simulated
 
 gym.register_envs(grind_env)

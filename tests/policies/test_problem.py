@@ -12,7 +12,8 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem, find_problem
-from grind_env.policies.scripted.rules import Fixed, Handbook
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import untuned
 
 EXAMPLES = Path(grind_env.__file__).with_name("examples")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from grind_env.policies.choices import nearest_speed, speed_grid
-from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, Handbook, PowerThreshold, Random
+from grind_env.policies.scripted.handbook import Handbook, handbook_speeds
+from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random
 from tests.policies.harness import decide, observation, simulated
 
 PLATES, LEVELS = simulated("power_limited"), simulated("oracle6")
@@ -92,8 +93,17 @@ def test_the_adaptive_rule_follows_the_clock_and_the_layer():
 
 def test_handbook_speeds():
     # scenarios, section 7
-    speeds = {"slot": 12, "power_limited": 12, "wide_rails": 12, "job_shop": 15, "rush": 15, "blades": 10, "CBN": 20}
+    speeds = {"slot": 12, "job_shop": 15, "rush": 15, "blades": 10, "CBN": 20}
     for name, E in speeds.items():
         simulation = simulated(name)
         coming = observation(simulation, starts_part=1.0)
         assert decide(Handbook(), simulation, coming, coming) == [(1000.0 * E, 1.0)] * 2
+
+
+def test_the_handbook_leaves_a_weak_spindle_a_fifth_of_its_power():
+    # 50 mm x 0.02 mm at 40 J/mm3: 0.8 * 5000 W drive a table of 100 mm/s, where 12 m/min are usual
+    simulation = simulated("power_limited")
+    coming = observation(simulation, starts_part=1.0)
+    assert decide(Handbook(), simulation, coming) == [(6000.0, 1.0)]
+    # of a rail only the rough pick, 60 mm x 0.015 mm, is too much; the finish pick of 0.005 mm keeps the usual speed
+    assert handbook_speeds(simulated("wide_rails").task).tolist() == [pytest.approx(6667.0, abs=50.0), 12000.0]

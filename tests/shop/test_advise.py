@@ -25,7 +25,8 @@ from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.scripted.belief_rule import BeliefRule
-from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, Handbook, PowerThreshold
+from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast import Forecaster
 from grind_env.shop.advise.readings import check_readings, readings_of

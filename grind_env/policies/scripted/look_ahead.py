@@ -17,7 +17,8 @@ from grind_env.policies.choices import Array, Decision, all_choices, nearest_spe
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
-from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA, handbook_speed
+from grind_env.policies.scripted.handbook import handbook_speeds
+from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
 
 MEMBERS = 8
 """Wheels that a choice is tried on: as many as the kernel runs at a time."""
@@ -88,7 +89,7 @@ class LookAhead:
         # power does not show the roughness that a wheel leaves: the members divide its spread among them
         levels = [NormalDist().inv_cdf((m + 0.5) / MEMBERS) for m in range(MEMBERS)]
         self.roughness = np.exp(task.spread.wheel_roughness * np.array(levels))
-        self.usual = nearest_speed(task, np.full((episodes, len(task.kinds)), 1000.0 * handbook_speed(task)))
+        self.usual = np.tile(handbook_speeds(task), (episodes, 1))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Believe, try every choice, then try E near the best one."""

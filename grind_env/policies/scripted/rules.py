@@ -16,11 +16,6 @@ from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
-HANDBOOK_SPEED = 12.0
-"""m/min; a usual table speed for hardened steel."""
-HANDBOOK_SPEEDS = {"job_shop": 15.0, "rush": 15.0, "blades": 10.0, "CBN": 20.0}
-"""m/min, of the tasks where another one is usual (scenarios, section 7)."""
-
 REFERENCE_AREA = 0.015
 """Wear-flat area at which the rules have their stated E."""
 LOADED_AREA = 0.02
@@ -72,30 +67,6 @@ class Fixed:
         n = len(observation)
         dresses = self.D if self.block % self.every == 0 else 0
         return Decision(nearest_speed(self.task, np.full(n, 1000.0 * self.E)), np.full(n, float(dresses)))
-
-
-@dataclass
-class Handbook:
-    """What a handbook would give: a usual E, and one execution in every block or, where it shows, for every part."""
-
-    name: ClassVar[str] = "handbook"
-    sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-
-    def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Nothing to do."""
-        self.simulation = simulation
-
-    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Look it up."""
-        n, task = len(observation), self.simulation.task
-        speeds = nearest_speed(task, np.full(n, 1000.0 * handbook_speed(task)))
-        return Decision(speeds, np.round(self.simulation.read(observation).get("starts_part", np.ones(n))))
-
-
-def handbook_speed(task: Task) -> float:
-    """The E that a handbook would give, m/min."""
-    return HANDBOOK_SPEEDS.get(task.name, HANDBOOK_SPEED)
 
 
 @dataclass

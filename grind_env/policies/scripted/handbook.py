@@ -1,0 +1,49 @@
+"""What a handbook would give, before anything was tuned or measured."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Array, Decision, nearest_speed
+from grind_env.policies.policy import Sees
+
+USUAL_SPEED = 12.0
+"""m/min; a usual table speed for hardened steel."""
+USUAL_SPEEDS = {"job_shop": 15.0, "rush": 15.0, "blades": 10.0, "CBN": 20.0}
+"""m/min, of the tasks where another one is usual (scenarios, section 7)."""
+SPECIFIC_ENERGY = 40.0
+"""J/mm3; usual in the conventional grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
+SPINDLE_SHARE = 0.8
+"""Of the spindle's power that is planned to be used."""
+
+
+@dataclass
+class Handbook:
+    """A usual E, less where the spindle would not drive it; one dress in every block or, where it shows, every part."""
+
+    name: ClassVar[str] = "handbook"
+    sees: ClassVar[Sees] = "measurements"
+    simulation: Simulation = field(init=False, repr=False)
+    usual: Array = field(init=False, repr=False)
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Look up the speeds."""
+        self.simulation, self.usual = simulation, handbook_speeds(simulation.task)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Take that of the coming kind."""
+        seen = self.simulation.read(observation)
+        every = np.ones(len(observation))
+        return Decision(self.usual[self.simulation.coming_kinds(seen)], np.round(seen.get("starts_part", every)))
+
+
+def handbook_speeds(task: Task) -> Array:
+    """The E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
+    usual = 1000.0 * USUAL_SPEEDS.get(task.name, USUAL_SPEED)
+    area = np.array([kind.pick * kind.width for kind in task.kinds])
+    strongest = 60.0 * SPINDLE_SHARE * task.machine.power_limit / (SPECIFIC_ENERGY * area)
+    return nearest_speed(task, np.minimum(usual, strongest))
