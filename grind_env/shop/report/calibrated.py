@@ -12,10 +12,10 @@ from grind_env.shop.calibrate.figure import UNITS
 from grind_env.shop.calibrate.fit import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
+from grind_env.shop.extra import shop_extra
 from grind_env.shop.report.document import (
     Cell,
     Line,
-    ReportError,
     Section,
     figure,
     items,
@@ -45,7 +45,7 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
         files: by what they are, such as log and job; the page states their revisions.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     sections = [
         Section("Verdict", [_verdict(found)]),
@@ -164,10 +164,8 @@ def _points(
 
 
 def _empty(x: str, y: str) -> Any:
-    try:
+    with shop_extra("reports need"):
         from plotly.graph_objects import Figure
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     drawn = Figure()
     drawn.update_xaxes(title_text=x, gridcolor="#e3e3e3", zeroline=False)
     drawn.update_yaxes(title_text=y, gridcolor="#e3e3e3", zeroline=False)
