@@ -12,7 +12,7 @@ from grind_env.shop.sweep.study import Sweep, cheapest
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HEIGHT = 2.6
+HEIGHT = 2.9
 """in."""
 VALLEY = "#dddddd"
 
@@ -51,5 +51,5 @@ def interval_figure(found: Sweep) -> "Figure":
         axes.set_ylim(0.0, min(axes.get_ylim()[1], 4.0 * best.cost.value))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(True)
-        axes.legend(loc="lower right")
+        figure.legend(loc="outside upper left", ncols=2)
     return figure

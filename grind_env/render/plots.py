@@ -9,25 +9,14 @@ from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
-from grind_env.render.figures import FORMATS, PlotError, check_format, new_figure, write_figure
+from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
 from grind_env.render.tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "BLUE",
-    "FORMATS",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "RED",
-    "PlotError",
-    "draw_panels",
-    "draw_record",
-    "plot_record",
-]
+__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Blocks, parts or dresses that are labelled; of more every k-th is."""

@@ -63,9 +63,7 @@ def _panels(found: Sweep) -> list[tuple[Draw, Draw]]:
         points = found.intervals
         every = [float(point.every) for point in points]
         label = "parts from dress to dress, each with its best E"
-        panels.append(
-            (lambda axes: draw_intervals(axes, found, points), lambda axes: _shares(axes, every, points, label))
-        )
+        panels.append((lambda axes: _intervals(axes, found, points), lambda axes: _shares(axes, every, points, label)))
     if len({point.E for point in found.speeds}) > 1:
         best = cheapest(found.speeds)
         row = [point for point in found.speeds if point.every == best.every]
@@ -79,7 +77,7 @@ def _panels(found: Sweep) -> list[tuple[Draw, Draw]]:
     return panels
 
 
-def draw_intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None:
+def _intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None:
     """Cost over the dress interval; the valley around the best one is shaded."""
     best = cheapest(points)
     every = np.array([point.every for point in points])
