@@ -56,6 +56,7 @@ from grind_env.machine.script_bounds import (
     refuse_unlike_parts,
 )
 from grind_env.machine.settings import OWN_WORDS, Ranges
+from grind_env.presenter import html
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
 
@@ -77,6 +78,9 @@ class Script:
     blocks: tuple[ScriptBlock, ...]
     approach: float
     ranges: Ranges
+
+    def _repr_html_(self) -> str:
+        return html("scripts", self)
 
 
 def script_of(
