@@ -36,8 +36,7 @@ def tables_of(found: Optimised) -> list[Rows]:
 
 def heading(found: Optimised) -> str:
     """What was judged, and on what."""
-    ground = lots_said(found.lots, "unseen lots")
-    return f"{found.program}, batches of {found.parts} runs, {ground}"
+    return f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}"
 
 
 def print_optimised(found: Optimised, console: "Console") -> None:
