@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Programs, read_file
+from grind_env.envs.job.outline import JobProgramError
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
@@ -98,16 +99,16 @@ def calibrate(
     rows = read_log(log, settings.setup.machine, said)
     gauged = None if gauge is None else read_gauge(gauge, said)
     pattern = pattern_of(programs, settings)
-    twice = powers(Forward(programs, settings, (1.0, 1.0)).run(settings)).reshape(2, -1)
+    usual = _usual(programs, settings)
     told("looking for the program in the log")
-    found = align(rows, pattern, twice[1])
+    found = align(rows, pattern, usual)
     told("fitting")
     rows = averaged(rows, found.time_unit)
-    rows, found, lag = without_lag(rows, pattern, found, twice[1])
-    found = _best_place(rows, pattern, twice[1], found, settings, programs, parameters)
+    rows, found, lag = without_lag(rows, pattern, found, usual)
+    found = _best_place(rows, pattern, usual, found, settings, programs, parameters)
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
-    parts = found.executions * forward.parts_each
+    parts = found.executions * pattern.parts
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
     fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
     _refuse_hopeless(fitted, data)
@@ -115,7 +116,7 @@ def calibrate(
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
         others = fit(parameters, scales, data, model.predict, held_out=data.held_out, jumps=jumps)
-        held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
+        held_out = HeldOut(_last(parts), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,
         program=program.name,
@@ -126,7 +127,7 @@ def calibrate(
         data=data,
         fit=fitted,
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
-        part=np.concatenate([seen.execution * forward.parts_each + 1, extra.part]),
+        part=np.concatenate([_parts(seen, pattern), extra.part]),
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         errors=errors_of(fitted, data, fitted.used),
         held_out=held_out,
@@ -141,6 +142,15 @@ def calibrate(
             *overridden(job, fitted),
         ),
     )
+
+
+def _usual(programs: Programs, job: Job) -> Floats:
+    """Power of each stroke above idle, W, as the catalogue has it: of a second execution, the wheel having ground, but
+    for a program that can be run only once."""
+    try:
+        return powers(Forward(programs, job, 2).run(job)).reshape(2, -1)[1]
+    except JobProgramError:
+        return powers(Forward(programs, job).run(job))
 
 
 def _refuse_hopeless(fitted: Fit, data: Data) -> None:
@@ -171,11 +181,11 @@ class _Model:
 
 def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
     seen = observe(log, pattern, found)
-    forward = Forward(programs, job, found.overrides.tolist())
-    extra = _gauged(gauge, found.executions * forward.parts_each, job)
+    forward = Forward(programs, job, found.executions, found.overrides(pattern))
+    extra = _gauged(gauge, found.executions * pattern.parts, job)
     nominal = seen.weights @ powers(forward.run(job))
     unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
-    return _Model(seen, extra, _data(seen, pattern, unit, extra, forward.parts_each, found.executions), forward, job)
+    return _Model(seen, extra, _data(seen, pattern, unit, extra, found.executions), forward, job)
 
 
 def _best_place(
@@ -192,7 +202,7 @@ def _best_place(
     With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants
     do is taken to be linear.
     """
-    forward = Forward(programs, job, found.overrides.tolist())
+    forward = Forward(programs, job, found.executions, found.overrides(pattern))
     nominal = powers(forward.run(job))
     moved = [
         powers(forward.run(with_entries(job, changes_of((each,), np.array([LINEAR_STEP]))))) for each in parameters
@@ -219,7 +229,7 @@ def _best_place(
     return best
 
 
-def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, executions: int) -> Data:
     power = seen.power / unit
     discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
@@ -227,14 +237,19 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, par
         + np.square(discrepancy * power)
         + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
     )
-    kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
-    execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
+    parts = executions * pattern.parts
+    kept = parts - (max(parts // HELD_OUT, 1) if parts >= ENOUGH_PARTS else 0)
     return Data(
         value=np.concatenate([power, extra.value]),
         error=np.concatenate([error, extra.error]),
         kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
-        held_out=execution >= kept,
+        held_out=np.concatenate([_parts(seen, pattern), extra.part]) > kept,
     )
+
+
+def _parts(seen: Observations, pattern: Pattern) -> Numbers:
+    """Of each observation the part that it is of, from 1."""
+    return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
 def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
@@ -277,10 +292,10 @@ def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
     return np.select([extra.kind == kind for kind in values], list(values.values()))
 
 
-def _last(executions: int) -> str:
+def _last(parts: int) -> str:
     """Which parts are held out, as it is said."""
-    last = max(executions // HELD_OUT, 1)
-    return f"the last of {executions} parts" if last == 1 else f"the last {last} of {executions} parts"
+    last = max(parts // HELD_OUT, 1)
+    return f"the last of {parts} parts" if last == 1 else f"the last {last} of {parts} parts"
 
 
 def _idle(seen: Observations, scale: float) -> Idle:
@@ -289,11 +304,12 @@ def _idle(seen: Observations, scale: float) -> Idle:
 
 
 def _labels(seen: Observations, pattern: Pattern) -> list[str]:
-    firsts = np.array([np.flatnonzero(pattern.run == run)[0] for run in range(pattern.runs)])
     return [
-        f"part {execution + 1}, line {pattern.line[stroke]}, "
-        + _strokes(seen, pattern, stroke, run, stroke - firsts[run] + 1)
-        for execution, run, stroke in zip(seen.execution.tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True)
+        f"part {part}, line {pattern.line[stroke]}, "
+        + _strokes(seen, pattern, stroke, run, stroke - pattern.firsts[run] + 1)
+        for part, run, stroke in zip(
+            _parts(seen, pattern).tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True
+        )
     ]
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
@@ -41,7 +41,6 @@ class Observations:
         idle: power of the idling spindle under it.
         weights: of the strokes of all executions in it, shape (observations, executions x strokes).
         by_stroke: whether each is of one stroke, but for those of cycles that cross.
-        left_out: runs that are not in the log as expected.
     """
 
     execution: Numbers
@@ -54,7 +53,6 @@ class Observations:
     idle: Floats
     weights: Floats
     by_stroke: bool
-    left_out: int
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
@@ -66,7 +64,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     time, power = log.time, log.power
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
-    for row, run in np.argwhere(found.correlation >= MATCHES).tolist():
+    for row, run in np.argwhere(found.sure).tolist():
         chosen = pattern.run == run
         begins, ends, _ = pattern.times(run, float(found.override[row, run]))
         on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends
@@ -108,7 +106,6 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
         samples=np.array([counts[each].sum() for each in members]),
         weights=weights,
         by_stroke=by_stroke,
-        left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
     )
 
 
@@ -152,7 +149,8 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
     execution, stroke = numbers // strokes, numbers % strokes
     own = stroke if by_stroke else strokes + pattern.run[stroke]
     keys = np.where(pattern.crosses[stroke], -1 - pattern.line[stroke], own)
-    _, group = np.unique(np.column_stack([execution, keys]), axis=0, return_inverse=True)
+    part = execution * pattern.parts + pattern.part[stroke]
+    _, group = np.unique(np.column_stack([part, keys]), axis=0, return_inverse=True)
     found: Numbers = group.ravel()
     return found
 

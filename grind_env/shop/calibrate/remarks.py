@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.gauge import Gauge
 from grind_env.shop.calibrate.logs import Log
@@ -13,6 +15,8 @@ from grind_env.toml import read_toml
 
 SCATTERS = 3.0
 """Enlargement of errors that is told."""
+NAMED = 3
+"""Runs that are named, of those that were left out."""
 
 
 def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern, lag: float) -> list[str]:
@@ -23,15 +27,21 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
         remarks.append(f"the meter lags by about {lag:g} s, which was taken out")
     if not log.sure_of_time:
         remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
-    changed = [
-        f"execution {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides.tolist(), 1) if each != 1.0
-    ]
+    changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
     if changed:
         remarks.append(f"the feed was overridden, {', '.join(changed)}")
-    if seen.left_out:
+    left_out = np.argwhere(np.isfinite(found.correlation) & ~found.sure)
+    if left_out.size:
+        firsts = pattern.firsts[left_out[:, 1]]
+        parts = left_out[:, 0] * pattern.parts + pattern.part[firsts] + 1
+        names = [
+            f"part {part} from line {line} on"
+            for part, line in zip(parts.tolist(), pattern.line[firsts].tolist(), strict=True)
+        ]
+        more = f", and {len(names) - NAMED} more" if len(names) > NAMED else ""
         remarks.append(
-            f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were "
-            "left out"
+            f"runs of strokes that are not in the log as programmed were left out: {', '.join(names[:NAMED])}{more}; a "
+            "feed that was overridden in the middle is such a case"
         )
     if pattern.crosses.any():
         remarks.append(
