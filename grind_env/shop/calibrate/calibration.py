@@ -35,12 +35,18 @@ LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
 """Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
+LEAST_WHEEL = 0.5
+"""Of the diameter of a new wheel, below which it is none of that wheel."""
 BURN_WIDTH = 0.05
 """Of the step in temperature rise at which burn is seen, of the rise that tempers."""
 LINEAR_STEP = 0.5
 """Spreads of the prior over which the effect of a constant is taken to be linear."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+FAR = 2.5
+"""Factor between measured and modelled power that no job makes, but a unit does."""
+HOPELESS_ROUGHNESS = 1.0
+"""Error of the logarithm of Ra from which on it is of another unit or part."""
 CLEARLY = 0.8
 """Of the misfit of a place: what another one must have to be preferred."""
 HELD_OUT = 4
@@ -139,7 +145,7 @@ def calibrate(
             *(() if gauged is None else gauge_remarks(gauged, parts)),
             *log_remarks(rows, found, seen, pattern, lag),
             *fit_remarks(fitted),
-            *overridden(job, fitted),
+            *overridden(job, fitted, idle=rows.known_scale),
         ),
     )
 
@@ -154,11 +160,22 @@ def _usual(programs: Programs, job: Job) -> Floats:
 
 
 def _refuse_hopeless(fitted: Fit, data: Data) -> None:
-    error = errors_of(fitted, data, fitted.used)["power"][2]
+    errors = errors_of(fitted, data, fitted.used)
+    error = errors["power"][2]
     if error > HOPELESS:
+        power = (data.kind == "power") & fitted.used
+        measured, modelled = data.value[power], fitted.predicted[power]
+        times = float(measured @ modelled / (modelled @ modelled))
+        remedy = "part, wheel and machine of the job" if 1.0 / FAR < times < FAR else "the unit of the power"
         raise CalibrationError(
-            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} %, and "
-            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check part, wheel and machine of the job"
+            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} % (the "
+            f"log shows {times:.3g} times as much), and {100.0 * HOPELESS:.0f} % is the most that is taken; check "
+            f"{remedy}"
+        )
+    if "Ra" in errors and errors["Ra"][2] > HOPELESS_ROUGHNESS:
+        raise CalibrationError(
+            "even with the best constants Ra differs from what was gauged by a factor of "
+            f"{math.exp(errors['Ra'][2]):.3g}; check the unit of Ra in the gauge file, um if none is said"
         )
 
 
@@ -256,6 +273,7 @@ def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
     """What was gauged of the parts that are in the log."""
     rows: list[tuple[float, float, str, int, int]] = []
     if gauge is not None:
+        _refuse_impossible(gauge, job)
         errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 1.0}
         inside = gauge.part <= parts
         for kind, error in errors.items():
@@ -273,6 +291,21 @@ def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
         np.array(part, np.int64),
         np.array(origin, np.int64),
     )
+
+
+def _refuse_impossible(gauge: Gauge, job: Job) -> None:
+    stock, wheel = 1e3 * job.part.stock, job.setup.wheel.diameter
+    for part, size, diameter in zip(gauge.part.tolist(), gauge.size.tolist(), gauge.diameter.tolist(), strict=True):
+        if abs(size) > stock:
+            raise CalibrationError(
+                f"the size of part {part} is {size:g} um off, more than the stock of {stock:g} um that the job has; "
+                "check the unit of the sizes and the nominal one"
+            )
+        if diameter < LEAST_WHEEL * wheel or diameter > wheel / LEAST_WHEEL:
+            raise CalibrationError(
+                f"the wheel is {diameter:g} mm after part {part}, and {wheel:g} mm new in the job; check the unit of "
+                "its diameter, mm if none is said"
+            )
 
 
 def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:

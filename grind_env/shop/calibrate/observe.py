@@ -19,6 +19,8 @@ wheel
 runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
+"""Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2
 """Samples of a stroke or run without which it is left out."""
 
@@ -74,6 +76,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     starts, stops = on.ravel()[numbers], off.ravel()[numbers]
     of, idling = _sorted_out(time, starts, stops, log.dressing)
     counts = np.bincount(of[of >= 0], minlength=numbers.size)
+    _refuse_without_idle(time, starts, stops, of, idling)
     by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
     middle = 0.5 * (starts + stops)
     idle, idle_error = idle_at(middle, time[idling], power[idling])
@@ -107,6 +110,26 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
         weights=weights,
         by_stroke=by_stroke,
     )
+
+
+def _refuse_without_idle(
+    time: Floats, starts: Floats, stops: Floats, of: Numbers, idling: NDArray[np.bool_]
+) -> None:
+    """A log that was kept only above some power has strokes in it and no rest between them: what it has there is the
+    wheel running in and out."""
+    gap = starts[1:] - stops[:-1]
+    short = gap < 2.0 * np.median(np.diff(starts, prepend=starts[:1] - 1.0))
+    last = np.searchsorted(starts, time, side="right") - 1
+    rests = idling & (last >= 0) & (last < gap.size)
+    rests[rests] = short[last[rests]]
+    share = 1.0 - EDGE_IN - EDGE_OUT
+    in_strokes, in_rests = share * float(np.sum(stops - starts)), share * float(np.sum(gap[short]))
+    expected = float((of >= 0).sum()) * in_rests / max(in_strokes, 1e-9)
+    if expected > ENOUGH_RESTS and rests.sum() < FEW_RESTS * expected:
+        raise CalibrationError(
+            f"between its strokes the log has {rests.sum()} rows where about {expected:.0f} should be, so that the "
+            "power of the idling spindle is not known; log all the time, and not only above some power"
+        )
 
 
 class _Samples(NamedTuple):

@@ -1,5 +1,6 @@
 """A calibration on the screen, and as plain data."""
 
+import itertools
 import math
 from typing import Any
 
@@ -14,17 +15,21 @@ from grind_env.shop.calibrate.result import Calibration, Estimate
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
     table = Table(
-        "constant",
+        Column("constant", no_wrap=True),
         _numbers("was"),
         _numbers("is"),
         _numbers("90 %"),
         Column("unit", no_wrap=True),
-        _numbers("spread left %"),
+        _numbers("spread\nleft %"),
         box=SIMPLE,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
         title=f"Calibrated from {found.source}",
     )
-    for each in found.estimates:
-        if each.told:
+    told = [each for each in found.estimates if each.told]
+    for entry, constants in itertools.groupby(told, lambda each: f"{each.parameter.kind} {each.parameter.entry}"):
+        table.add_row(entry, style="dim")
+        for each in constants:
             table.add_row(*_row(each))
     if table.row_count:
         console.print(table)
@@ -55,7 +60,7 @@ def kept_sentences(found: Calibration) -> list[str]:
 def error_sentences(found: Calibration) -> list[str]:
     """How well the measurements are predicted, then those that took no part."""
     said = [
-        f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
         for kind, (count, before, after) in found.errors.items()
     ]
     if found.held_out is not None:
@@ -108,7 +113,7 @@ def _numbers(heading: str) -> Column:
 def _row(each: Estimate) -> tuple[str, ...]:
     parameter = each.parameter
     return (
-        f"{parameter.entry} {parameter.key}",
+        f" {parameter.key}",
         f"{parameter.prior:.4g}",
         f"{each.value:.4g}",
         f"{each.low:.3g} to {each.high:.3g}",
