@@ -191,7 +191,8 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
         )
         first = gain if number == 0 else first
         alike = first.size and np.all(_between(gain, float(first.mean()), ALIKE))
-        if not (worth_it and np.all(matches >= MATCHES) and alike):
+        known = bool(found.sure.any(axis=1).all())
+        if not (worth_it and np.all(matches >= MATCHES) and alike and known):
             break
         best, so_far = found, likely
     return best

@@ -104,6 +104,8 @@ def calibrate(
     told("reading the log")
     rows = read_log(log, settings.setup.machine, said)
     gauged = None if gauge is None else read_gauge(gauge, said)
+    if gauged is not None:
+        _refuse_impossible(gauged, settings)
     pattern = pattern_of(programs, settings)
     usual = _usual(programs, settings)
     told("looking for the program in the log")
@@ -273,7 +275,6 @@ def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
     """What was gauged of the parts that are in the log."""
     rows: list[tuple[float, float, str, int, int]] = []
     if gauge is not None:
-        _refuse_impossible(gauge, job)
         errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 1.0}
         inside = gauge.part <= parts
         for kind, error in errors.items():

@@ -66,6 +66,8 @@ def read_gauge(path: Path, said: Map) -> Gauge:
     burn = _burnt(sheet, columns["burn"]) if "burn" in columns else empty
     diameter = _length(sheet, columns["diameter"], "mm", remarks) if "diameter" in columns else empty
     Ra = np.where(Ra > 0.0, Ra, np.nan)
+    if np.isfinite(diameter).sum() == 1:
+        remarks.append("one diameter of the wheel alone tells nothing: of diameters their differences count")
     part = _parts(sheet, columns.get("part"), rows)
     return Gauge(part, size, Ra, burn, np.where(diameter > 0.0, diameter, np.nan), tuple(remarks))
 
