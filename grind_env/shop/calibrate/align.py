@@ -76,12 +76,21 @@ class Alignment:
         """How often the program was run."""
         return len(self.begin)
 
-    def first(self, executions: int) -> "Alignment":
-        """That of the first executions alone."""
+    def _only(self, executions: Numbers | slice) -> "Alignment":
+        """That of some of the executions."""
         begin, override, correlation, gain, rest = (
-            values[:executions] for values in (self.begin, self.override, self.correlation, self.gain, self.rest)
+            values[executions] for values in (self.begin, self.override, self.correlation, self.gain, self.rest)
         )
         return replace(self, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
+
+    def first(self, executions: int) -> "Alignment":
+        """That of the first executions alone."""
+        return self._only(slice(executions))
+
+    @property
+    def known(self) -> "Alignment":
+        """That of the executions of which a run is sure; other work may look like one from afar."""
+        return self._only(np.flatnonzero(self.sure.any(axis=1)))
 
     @property
     def quality(self) -> float:
@@ -191,8 +200,7 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
         )
         first = gain if number == 0 else first
         alike = first.size and np.all(_between(gain, float(first.mean()), ALIKE))
-        known = bool(found.sure.any(axis=1).all())
-        if not (worth_it and np.all(matches >= MATCHES) and alike and known):
+        if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
     return best
@@ -210,8 +218,10 @@ def _alike(
     pattern: Pattern,
     expected: Floats,
 ) -> tuple[Floats, ...]:
-    """Scores without places where the power is so much weaker or stronger than that of the most likely execution that
-    they are chance: noise has some shape, too."""
+    """Scores without places so much weaker or stronger than the most likely execution that they are chance.
+
+    Noise has some shape, too.
+    """
     begin, _, _ = _placed(scores, overrides, binned, pattern, 1)[0]
     at = np.clip(np.round((begin[0] - binned.origin) / binned.step).astype(np.int64), 0, binned.size - 1)
     weight = np.array([scores[run][place] for run, place in enumerate(at.tolist())])
@@ -220,8 +230,7 @@ def _alike(
     total = np.cumsum(weight[order])
     usual = float(gain[order[np.searchsorted(total, 0.5 * total[-1])]])
     return tuple(
-        np.where(_between(gained, usual, ALIKE_RUNS), score, 0.0)
-        for score, gained in zip(scores, gains, strict=True)
+        np.where(_between(gained, usual, ALIKE_RUNS), score, 0.0) for score, gained in zip(scores, gains, strict=True)
     )
 
 
@@ -258,8 +267,10 @@ def _template(pattern: Pattern, expected: Floats, run: int, override: float, at:
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
-    """How likely a run begins at each place (logarithm, over a constant power there), with which override, and by what
-    factor its power is then larger than expected."""
+    """How likely a run begins at each place, with which override, and how much larger its power is than expected.
+
+    The likelihood is a logarithm, over a constant power there.
+    """
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
@@ -361,8 +372,7 @@ def _compared(
     override: float,
     width: float,
 ) -> tuple[float, float, float]:
-    """Correlation of a run at a place with the log there, the power there over that expected, and the standard
-    deviation from it."""
+    """Correlation of a run at a place with the log there, the power over that expected, and the deviation from it."""
     end = begin + pattern.times(run, override)[2]
     first, last = np.searchsorted(time, (begin - MARGIN, end + MARGIN))
     if last - first < FEWEST:

@@ -113,9 +113,9 @@ def calibrate(
     told("fitting")
     rows = averaged(rows, found.time_unit)
     rows, found, lag = without_lag(rows, pattern, found, usual)
-    found = _best_place(rows, pattern, usual, found, settings, programs, parameters)
+    found = _best_place(rows, pattern, usual, found, settings, programs, parameters).known
     model = _model(rows, pattern, found, gauged, settings, programs)
-    seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
+    seen, extra, data = model.seen, model.extra, model.data
     parts = found.executions * pattern.parts
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
     fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
@@ -153,12 +153,15 @@ def calibrate(
 
 
 def _usual(programs: Programs, job: Job) -> Floats:
-    """Power of each stroke above idle, W, as the catalogue has it: of a second execution, the wheel having ground, but
-    for a program that can be run only once."""
+    """Power of each stroke above idle, W, as the catalogue has it, once the wheel has ground.
+
+    That is in a second execution, but for a program that can be run only once.
+    """
     try:
-        return powers(Forward(programs, job, 2).run(job)).reshape(2, -1)[1]
+        forward = Forward(programs, job, 2)
     except JobProgramError:
-        return powers(Forward(programs, job).run(job))
+        forward = Forward(programs, job)
+    return powers(forward.run(job))[-forward.part.size :]
 
 
 def _refuse_hopeless(fitted: Fit, data: Data) -> None:

@@ -167,9 +167,10 @@ def _watts(
     if not unit and any(word in name for word in ("last", "load", "charge", "carga", "carico", "%")):
         unit = "%"
     needed = {"%": ("rated_power",), "a": ("volts", "power_factor")}.get(unit[:1], ())
-    idle_keys = [key for key in ("rated_power", "volts", "power_factor") if key not in needed and said.value("log", key)]
-    if idle_keys:
-        remarks.append(f"{', '.join(idle_keys)} of the map had no effect on a power in {sheet.headings[column].unit or unit or 'W'}")
+    idle = [key for key in ("rated_power", "volts", "power_factor") if key not in needed and said.value("log", key)]
+    if idle:
+        stated = sheet.headings[column].unit or unit or "W"
+        remarks.append(f"{', '.join(idle)} of the map had no effect on a power in {stated}")
     if unit in WATTS:
         return WATTS[unit] * raw, unit, EXACT, True
     if unit == "%":

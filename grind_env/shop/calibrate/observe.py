@@ -112,11 +112,8 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     )
 
 
-def _refuse_without_idle(
-    time: Floats, starts: Floats, stops: Floats, of: Numbers, idling: NDArray[np.bool_]
-) -> None:
-    """A log that was kept only above some power has strokes in it and no rest between them: what it has there is the
-    wheel running in and out."""
+def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Numbers, idling: NDArray[np.bool_]) -> None:
+    """Refuse a log that was kept only above some power: between strokes it has but the wheel running in and out."""
     gap = starts[1:] - stops[:-1]
     short = gap < 2.0 * np.median(np.diff(starts, prepend=starts[:1] - 1.0))
     last = np.searchsorted(starts, time, side="right") - 1

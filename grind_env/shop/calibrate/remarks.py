@@ -99,8 +99,13 @@ def fit_remarks(fitted: Fit) -> list[str]:
 
 
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect; that of the idling spindle
-    is among them if it is known."""
+    """Constants that the job itself sets, so that those of a catalogue file have no effect.
+
+    Args:
+        job: its file.
+        fitted: what was found.
+        idle: whether the power of the idling spindle was found, too.
+    """
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
     told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]

@@ -140,8 +140,10 @@ def read_sheet(path: Path) -> Sheet:
 
 
 def _days(texts: Any) -> Floats | None:
-    """The dates in a column of texts, in days; None if they have none. Of day and month the order may not be told: then
-    that in which the column is the shorter time."""
+    """The dates in a column of texts, in days; None if they have none.
+
+    Where the order of day and month cannot be told, it is that in which the column is the shorter time.
+    """
     dates = texts.str.extract(_DATE_PARTS)[0].str.replace(r"[/.]", "-", regex=True)
     if dates.isna().all():
         return None

@@ -60,7 +60,8 @@ def kept_sentences(found: Calibration) -> list[str]:
 def error_sentences(found: Calibration) -> list[str]:
     """How well the measurements are predicted, then those that took no part."""
     said = [
-        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; "
+        f"with the catalogue {_error(kind, before)}."
         for kind, (count, before, after) in found.errors.items()
     ]
     if found.held_out is not None:

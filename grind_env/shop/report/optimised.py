@@ -157,7 +157,8 @@ def _shares(limits: list[LimitUse], after: str) -> Any:
         plot_bgcolor="white",
         dragmode=False,
         margin={"l": 55, "r": 10, "t": 30, "b": 60},
-        legend={"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},  # above is the bar of buttons
+        # below, for above the plot is the bar of its buttons
+        legend={"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},
         font={"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
     )
     drawn.update_yaxes(title_text="% of the limit", rangemode="tozero", gridcolor="#e3e3e3")
