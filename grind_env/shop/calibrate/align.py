@@ -133,7 +133,7 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
         else _in_either_unit(log, pattern, expected)
     )
     if best.executions == 0 or best.quality < NEEDED:
-        reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
+        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
         raise CalibrationError(
             f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
             "needed; check that it is the log of this program and job, and that the right column is taken for the power"
