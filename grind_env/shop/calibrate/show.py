@@ -29,14 +29,11 @@ def said_sentences(found: Calibration) -> list[str]:
 
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
-<<<<<<< HEAD
     table = Table(
-        Column("constant", no_wrap=True),
-        _numbers("was"),
-        _numbers("is"),
-        _numbers("90 %"),
-        Column("unit", no_wrap=True),
-        _numbers("spread\nleft %"),
+        *(
+            Column(each.replace("spread ", "spread\n"), justify="right" if number else "left", no_wrap=True)
+            for number, each in enumerate(HEADINGS)
+        ),
         box=SIMPLE,
         pad_edge=False,
         padding=(0, 1, 0, 0),
@@ -46,14 +43,7 @@ def show(found: Calibration, console: Console) -> None:
     for entry, constants in itertools.groupby(told, lambda each: f"{each.parameter.kind} {each.parameter.entry}"):
         table.add_row(entry, style="dim")
         for each in constants:
-            table.add_row(*_row(each))
-=======
-    name, *numbers = HEADINGS
-    columns = [Column(name), *(Column(each, justify="right", no_wrap=True) for each in numbers)]
-    table = Table(*columns, box=SIMPLE, title=f"Calibrated from {found.source}")
-    for row in told_rows(found):
-        table.add_row(*row)
->>>>>>> main
+            table.add_row(f" {each.parameter.key}", *_row(each)[1:])
     if table.row_count:
         console.print(table)
     for sentence in said_sentences(found):
@@ -131,7 +121,7 @@ def as_data(found: Calibration) -> dict[str, Any]:
 def _row(each: Estimate) -> tuple[str, ...]:
     parameter = each.parameter
     return (
-        f" {parameter.key}",
+        f"{parameter.entry} {parameter.key}",
         f"{parameter.prior:.4g}",
         f"{each.value:.4g}",
         f"{each.low:.3g} to {each.high:.3g}",
