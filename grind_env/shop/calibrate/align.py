@@ -194,7 +194,8 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
-        worth_it = number == 0 or likely - so_far >= WORTH * so_far / number
+        # noise that is tried at so many places is somewhere as likely as their number
+        worth_it = number == 0 or likely - so_far >= max(WORTH * so_far / number, np.log(binned.size))
         matches, gain = (
             _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
         )

@@ -232,7 +232,7 @@ def _best_place(
     slopes = np.column_stack([nominal, *((each - nominal) / LINEAR_STEP for each in moved)])
 
     def misfit(place: Alignment) -> float:
-        seen = observe(log, pattern, place)
+        seen = observe(log, pattern, place, found.sure)  # a place is no better because it has fewer runs
         observed = seen.weights @ slopes
         scale = float(observed[:, 0] @ seen.power / (observed[:, 0] @ observed[:, 0])) if not log.known_scale else 1.0
         error = np.hypot(seen.error / scale, DISCREPANCY * np.abs(observed[:, 0]).max())[:, None]
