@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.outline import JobProgramError
+from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
@@ -100,6 +101,10 @@ def calibrate(
     """
     said = read_map(map_file)
     settings, programs = load_job(job), read_file(program)
+    if settings.parts:
+        raise CalibrationError(
+            f"{shown(job)} says how each part differs, but a calibration takes parts that are alike; leave [[parts]] out"
+        )
     parameters = chosen_parameters(settings, names)
     told("reading the log")
     rows = read_log(log, settings.setup.machine, said)
