@@ -12,7 +12,8 @@ from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
 from grind_env.control.macros import MacroCall, macro_call
-from grind_env.control.modes import CYCLES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import CYCLES
 from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block

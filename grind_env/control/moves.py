@@ -14,7 +14,8 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
-from grind_env.control.modes import PLANES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import PLANES
 from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
 from grind_env.control.paths import (
     AXES,

@@ -193,7 +193,7 @@ class GrindingRun:
         plan = event.plan
         dress = None
         if plan.program is not None:
-            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
+            dress = self.dressing.plan(plan.program, self.position, event)
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)

@@ -44,6 +44,7 @@ from grind_env.control import (
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
 from grind_env.machine.dress_program import DressRun, missed_pass, run_dress
+from grind_env.machine.dressing import control_of_dress
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.running import Running
@@ -144,7 +145,7 @@ class _Writer:
         self.running = Running(job)
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
-        self.plans: dict[tuple[int, tuple[tuple[int, float], ...]], DressRun] = {}
+        self.plans: dict[tuple[object, ...], DressRun] = {}
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -165,7 +166,7 @@ class _Writer:
                 if self.dressing is not None and self.dressing[len(self.blocks)]:
                     self.execution.choose(D="1")
             case CycleStart():
-                self._begin(event.plan, event.variables)
+                self._begin(event)
             case CycleEnd() if event.plan.plunges:
                 self._end(event.plan)
             case Stroke():
@@ -206,8 +207,9 @@ class _Writer:
             words = "the coolant is off" if self.running.is_dry else "the wheel turns with another speed than the job's"
             raise self._error(f"{words} in its strokes", line)
 
-    def _begin(self, plan: CyclePlan, variables: Mapping[int, float]) -> None:
+    def _begin(self, event: CycleStart) -> None:
         """A cycle begins."""
+        plan = event.plan
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
         taken_over = table.at is not Reversal.START
@@ -221,11 +223,12 @@ class _Writer:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
         if plan.program is not None:
-            key = plan.program, tuple(sorted(variables.items()))
+            variables, origins = tuple(sorted(event.variables.items())), tuple(event.origins.items())
+            key = plan.program, variables, origins, event.modes
             if key not in self.plans:
-                control = replace(self.control, variables=variables)
+                control = control_of_dress(event, self.job, self.control)
                 self.plans[key] = run_dress(
-                    self.programs, plan.program, self.job, control, execution.position, plan.axis
+                    self.programs, plan.program, self.job, control, execution.position, plan.axis, event.modes
                 )
             dress = self.plans[key]
             wheel, diamond = self.job.setup.wheel, self.job.diamond
