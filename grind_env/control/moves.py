@@ -171,6 +171,11 @@ class Mover:
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
             letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
+        strange = next((letter for letter in "IJK" if letter in command.words and letter not in letters), None)
+        if table is None and strange is not None:
+            message = f"{command.words[strange]} has no meaning in this {command.action} block"
+            reason = "for no table reciprocates; give it in the block of the cycle"
+            raise command.error("block-format", f"{message}, {reason}", strange)
         command.allow_only(letters, f"this {command.action} block")
         if not command.lengths:
             return []
@@ -318,7 +323,9 @@ class Mover:
         return feed_rate(self.modes, speed, self.control, missing)
 
     def _no_wheel_radius(self) -> ControlError:
-        return self.place.error("no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table")
+        return self.place.error(
+            "no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table, as in --radius 33=150"
+        )
 
     def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[Section]:
         """A programmed path, or what the compensation makes of it."""

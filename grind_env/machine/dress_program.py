@@ -255,7 +255,7 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     if found.passes != plan.passes or not same:
         raise _error(
             number,
-            f"it makes {found} when it is called, but {plan} with the modes of the block of the cycle; "
+            f"it makes {found} when the cycle calls it, but {plan} where the cycle begins; "
             "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
         )
 
@@ -287,8 +287,8 @@ def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Itera
         if isinstance(motion, Rapid) or math.dist(motion.start, motion.end) > way + STEP:
             raise _error(
                 number,
-                f"the infeed before its first pass is part of the approach in line {motion.line}; "
-                f"infeed with a G01 that moves {AXES[plunge]} alone",
+                f"its first pass has no infeed of its own: the last move of {AXES[plunge]} before it is part of the "
+                f"approach in line {motion.line}; infeed with a G01 that moves {AXES[plunge]} alone, by some 0.02 mm",
             )
         yield way
         return

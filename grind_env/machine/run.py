@@ -236,7 +236,8 @@ class GrindingRun:
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
-        text = missed_diamond(program, diamond.tip, missed.start, missed.end)
+        width = self.job.setup.wheel.width
+        text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
         self.watch.missed(self.dressing.file(program), missed.line, text)
         return True
 

@@ -204,8 +204,10 @@ class _Writer:
         if self.running.fault is not None:
             raise self._error(self.running.fault, line)
         if self.running.setup is not self.job.setup:
-            words = "the coolant is off" if self.running.is_dry else "the wheel turns with another speed than the job's"
-            raise self._error(f"{words} in its strokes", line)
+            if self.running.is_dry:
+                raise self._error("the coolant is off in its strokes", line)
+            words = "the wheel turns with another speed than the job's in its strokes"
+            raise self._error(f"{words}; say {self.running.said_by_job}", line)
 
     def _begin(self, event: CycleStart) -> None:
         """A cycle begins."""

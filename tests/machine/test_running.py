@@ -115,7 +115,7 @@ def test_a_turning_tool_needs_no_wheel() -> None:
 def test_a_state_is_told_of_once_in_many_parts() -> None:
     part = f"S1500 M03\n{HEAD}{CYCLE}G80\nG00 Y20.\nM05\nM00\n"
     (speed, coolant) = ground(part * 3 + "M30\n" + DRESS, programmed()).warnings
-    assert "23.6 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
+    assert "23.56 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
 
 
 def test_a_dress_may_switch_the_coolant_off_and_on_again() -> None:
