@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.optimise.trials import lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,7 +25,8 @@ DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "size_error":
 
 def print_optimised(found: Optimised, console: "Console") -> None:
     """Print what was varied, both programs side by side, the limits, and the verdict."""
-    console.print(f"{found.program}, batches of {found.parts} runs, {found.lots} unseen lots", highlight=False)
+    ground = lots_said(found.lots, "unseen lots")
+    console.print(f"{found.program}, batches of {found.parts} runs, {ground}", highlight=False)
     console.print(_words(found))
     console.print(_quantities(found))
     console.print(_limits(found))
