@@ -99,6 +99,7 @@ class Interpreter:
         """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
         yield from self.mover.tell_clamped(command)
+        yield from self.mover.tell_cut(command)
         yield from self.mover.turn_spindle()
         yield from self.mover.switch(command, on=True)
         end = None

@@ -37,6 +37,9 @@ Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
 SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = (3, 4), (5,), (7, 8), (9,)
 """M codes of the wheel and of the coolant."""
 
+LENGTHS = frozenset("EFIJKQRXYZ")
+"""Letters of lengths and feeds."""
+
 
 @dataclass(frozen=True, slots=True)
 class Section:
@@ -85,7 +88,7 @@ class Mover:
         self.turning = self.coolant = False
         self.detour: Position | None = None
         self.passed: Position | None = None
-        self._told: set[Place] = set()
+        self._told: set[tuple[str, Place]] = set()
 
     @property
     def position(self) -> Position:
@@ -135,15 +138,28 @@ class Mover:
             feeds["F"] = command.modes.feed
         for letter, feed in feeds.items():
             highest = self.control.maximum_feed
-            if feed is None or feed <= highest or self.place in self._told:
+            if feed is None or feed <= highest or ("clamped", self.place) in self._told:
                 continue
-            self._told.add(self.place)
+            self._told.add(("clamped", self.place))
             inch = float(numbers.MILLIMETRES_PER_INCH)
             text = f"line {self.place.line}: {command.words[letter]} is {feed:g} mm/min and clamped to {highest:g}"
             if command.modes.inch and feed / inch <= highest:
                 meant = f"{letter}{feed / inch / inch:.1f}"
                 text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
             yield Message(self.timeline.time, text)
+
+    def tell_cut(self, command: Command) -> Iterator[Event]:
+        """Tell the operator, once a block, of numbers that are written with more decimals than are read."""
+        block, inch, form = command.block, command.modes.inch, command.number_format
+        if ("cut", self.place) in self._told:
+            return
+        for word in command.words.values():
+            read = numbers.without_excess(block, word, inch, form) if word.letter in LENGTHS else None
+            written = block.source.text[word.column - block.source.column + 1 :].lstrip(" \t+-")
+            if read is not None and written[:1] not in ("[", "#"):
+                self._told.add(("cut", self.place))
+                text = f"line {self.place.line}: {word} has more decimals than are read, and is taken for {read}"
+                yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
         """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""

@@ -61,6 +61,9 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
             "guide_rail.nc:9: M98 P1510",
             "guide_rail.nc:18: M98 P1510",
         ]
+    elif name == "step_grind":
+        (warning,) = told["warnings"]
+        assert "line 22: J-.0025 has more decimals than are read, and is taken for J-0.002" in warning
     else:
         assert told["warnings"] == []
 
