@@ -2,9 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
-from grind_env.control.control import Control
 from grind_env.control.errors import ControlError
 from grind_env.control.operator import Interrupt
 from grind_env.errors import shortened
@@ -70,35 +68,3 @@ def interrupts_of(options: Sequence[str]) -> tuple[Interrupt, ...]:
             raise ControlError("setting", f"--interrupt {shortened(option)} is no request; {legal}")
         found.append(Interrupt(int(match[1]), kind=int(match[3] or 2), at=float(match[2])))
     return tuple(sorted(found, key=lambda interrupt: interrupt.at))
-
-
-def asked_of(
-    control: Control,
-    *,
-    block_delete: bool,
-    blocks: int | None,
-    variables: Sequence[str],
-    dress_at: Sequence[float],
-    interrupts: Sequence[str],
-) -> Control:
-    """A control with what a run asks of it.
-
-    Args:
-        control: settings of the machine.
-        block_delete: whether blocks that begin with '/' are skipped.
-        blocks: most blocks and strokes; None for the number of `control`.
-        variables: see `variables_of`.
-        dress_at: when the operator asks for a dress, s.
-        interrupts: see `interrupts_of`.
-
-    Raises:
-        ControlError: setting, one of the texts is none, or of a number out of range.
-    """
-    return replace(
-        control,
-        block_delete=block_delete,
-        block_budget=control.block_budget if blocks is None else blocks,
-        variables=variables_of(variables),
-        operator_dress_at=tuple(sorted(dress_at)),
-        interrupts=interrupts_of(interrupts),
-    )

@@ -57,6 +57,7 @@ from grind_env.machine.script_bounds import (
     refuse_unlike_parts,
 )
 from grind_env.machine.settings import OWN_WORDS, Ranges
+from grind_env.presenter import html
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
 
@@ -78,6 +79,9 @@ class Script:
     blocks: tuple[ScriptBlock, ...]
     approach: float
     ranges: Ranges
+
+    def _repr_html_(self) -> str:
+        return html("scripts", self)
 
 
 def script_of(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.shop.calibrate.figure import UNITS
 from grind_env.shop.calibrate.fit import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
@@ -30,7 +31,7 @@ from grind_env.shop.report.foundations import foundations, revisions
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
+
 BEFORE, AFTER, LEFT_OUT = "#9aa5b1", "#1f5f8b", "#b3261e"
 OTHER_PART = "#d9822b"
 """Of every second part."""
