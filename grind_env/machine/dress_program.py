@@ -240,6 +240,12 @@ def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Mo
     return None
 
 
+def is_same(plan: DressPlan, other: DressPlan) -> bool:
+    """Whether two dresses are the same but for the time of their way."""
+    same = math.isclose(plan.feed, other.feed) and math.isclose(plan.depth, other.depth)
+    return plan.passes == other.passes and same
+
+
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     """Refuse a dress program that depends on the modes in force where the cycle interrupts for it.
 
@@ -251,8 +257,7 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     Raises:
         DressProgramError: the two differ.
     """
-    same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
-    if found.passes != plan.passes or not same:
+    if not is_same(found, plan):
         raise _error(
             number,
             f"it makes {found} when the cycle calls it, but {plan} where the cycle begins; "

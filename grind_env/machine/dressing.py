@@ -14,6 +14,7 @@ from grind_env.machine.dress_program import (
     DressPlan,
     DressRun,
     is_dress_program,
+    is_same,
     measure_dress,
     missed_pass,
     plain_calls,
@@ -46,6 +47,33 @@ def control_of_dress(event: CycleStart, job: Job, control: Control) -> Control:
     )
 
 
+class DressRuns:
+    """Dress programs run by themselves, once for all that they may find where a cycle calls them.
+
+    With other modes, tables or values of its `#` variables a program may do something else. Where it dresses the same
+    with other modes, it keeps the time of its first run, for only its way to the diamond begins elsewhere.
+    """
+
+    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
+        self.programs, self.job, self.control = programs, job, control
+        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
+        self._known: dict[tuple[object, ...], DressRun] = {}
+
+    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
+        """The dress program of a cycle, run; errors as for `run_dress`."""
+        tables = number, tuple(sorted(event.variables.items())), tuple(event.origins.items())
+        key = *tables, event.modes
+        if key not in self._known:
+            control = control_of_dress(event, self.job, self.control)
+            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+            runs = self._runs.setdefault(tables, [])
+            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
+            if same is None:
+                runs.append(found)
+            self._known[key] = same or found
+        return self._known[key]
+
+
 class DressPrograms:
     """What is known of the dress programs of a run.
 
@@ -60,22 +88,19 @@ class DressPrograms:
         self.plans: dict[int, DressPlan] = {}
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
-        self._found: dict[int, tuple[Control, Modes]] = {}
+        self._dresses = DressRuns(programs, job, control)
+        self._found: dict[int, DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
         self._compared: set[int] = set()
 
     def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
-        """What the dress program of a cycle does; errors as for `run_dress`, whose `position` counts the first time.
-
-        With other modes, tables or values of its `#` variables it may do something else.
-        """
-        control = control_of_dress(event, self.job, self.control)
-        if self._found.get(number) != (control, event.modes):
-            run = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+        """What the dress program of a cycle does; errors as for `run_dress`."""
+        run = self._dresses.run(number, position, event)
+        if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
                 self._compared.discard(number)
-            self.plans[number], self._found[number] = run.plan, (control, event.modes)
+            self.plans[number], self._found[number] = run.plan, run
             self.missed[number] = self._missed(run)
         self._modes = event.modes
         return self.plans[number]
@@ -104,11 +129,11 @@ class DressPrograms:
         assert begun is not None
         self.under_way = None
         way: tuple[Motion, ...] = ()
-        control, modes = self._found[number]
-        if number not in self._compared or control.variables:
+        by_itself = self._found[number]
+        if number not in self._compared or by_itself.control.variables:
             way = tuple(self._motions)
             self._compared.add(number)
-            run = measure_dress(way, number, self.job, axis, control, modes)
+            run = measure_dress(way, number, self.job, axis, by_itself.control, by_itself.modes)
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
         return Executed(plan, begun.time, way)

@@ -43,8 +43,8 @@ from grind_env.control import (
 )
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
-from grind_env.machine.dress_program import DressRun, missed_pass, run_dress
-from grind_env.machine.dressing import control_of_dress
+from grind_env.machine.dress_program import missed_pass
+from grind_env.machine.dressing import DressRuns
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.running import Running
@@ -151,7 +151,7 @@ class _Writer:
         self.running = Running(job)
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
-        self.plans: dict[tuple[object, ...], DressRun] = {}
+        self.dresses = DressRuns(programs, job, self.control)
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -231,14 +231,7 @@ class _Writer:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
         if plan.program is not None:
-            variables, origins = tuple(sorted(event.variables.items())), tuple(event.origins.items())
-            key = plan.program, variables, origins, event.modes
-            if key not in self.plans:
-                control = control_of_dress(event, self.job, self.control)
-                self.plans[key] = run_dress(
-                    self.programs, plan.program, self.job, control, execution.position, plan.axis, event.modes
-                )
-            dress = self.plans[key]
+            dress = self.dresses.run(plan.program, execution.position, event)
             wheel, diamond = self.job.setup.wheel, self.job.diamond
             missed = diamond and missed_pass(dress, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)
             if missed is not None:
