@@ -249,6 +249,14 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
     )
 
 
+def advancing_dresser(number: int, depth: float) -> str:
+    """What to say of a dress program without an infeed, for which the job does not say how far the dresser advances."""
+    return (
+        f"dress program O{number} has no infeed; its dresser is taken to advance {depth:g} mm by itself before each "
+        "pass; say dresser_infeed in [setup] of the job, or move the wheel towards the diamond in a block of its own"
+    )
+
+
 def called_dress(program: int) -> str:
     """What to say of M98 with the number of a dress program."""
     return (

@@ -2,7 +2,9 @@
 
 A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
 Its infeed is what the plunge axis has moved since the pass before it; before the first pass, where the wheel
-also comes down to the diamond, it is the last plunge move, which must be a feed move of its own.
+also comes down to the diamond, it is the last plunge move, which must be a feed move of its own. A pass without an
+infeed and with another feed is the way back. Where no pass has an infeed, the dresser advances by itself, by what the
+job says.
 """
 
 import itertools
@@ -34,6 +36,9 @@ DEEPEST_INFEED = 0.1
 
 ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})
 """Words that end a program."""
+
+USUAL_INFEED = 0.02
+"""mm; of a dresser that advances by itself, where the job does not say it."""
 
 STEP = 1e-6
 """mm; axes stand on multiples of a thousand times this, so that smaller differences are rounding."""
@@ -78,6 +83,8 @@ class DressRun(NamedTuple):
     """With what it found in the tables of the control."""
     modes: Modes | None
     """That it found in force; None for those of power-up."""
+    advances: bool
+    """Whether the dresser has to advance by itself, for no pass has an infeed."""
 
 
 def run_dress(
@@ -101,8 +108,8 @@ def run_dress(
         modes: in force there; those of power-up if None.
 
     Raises:
-        DressProgramError: it does not exist or is faulty, has no traverse or no infeed, dresses a form, or its
-            traverses differ in feed.
+        DressProgramError: it does not exist or is faulty, has no traverse, dresses a form, or its passes differ in
+            feed.
     """
     try:
         motions = dress_program_moves(programs, number, control, position, modes)
@@ -135,10 +142,9 @@ def is_dress_program(
 ) -> bool:
     """Whether a program that no cycle names moves as a dress program does; arguments as for `run_dress`."""
     try:
-        plan_dress(programs, number, job, control, position, axis, modes)
+        return not run_dress(programs, number, job, control, position, axis, modes).advances
     except DressProgramError:
         return False
-    return True
 
 
 class PlainCall(NamedTuple):
@@ -200,15 +206,25 @@ def measure_dress(
             number,
             f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
         )
+    later = [
+        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
+        for before, after in itertools.pairwise(passes)
+    ]
+    infeeds = [_first_infeed(out[: passes[0]], plunge, number, alone=max(later, default=0.0) < STEP), *later]
+    at_work = [
+        k
+        for k, (infeed, traverse) in enumerate(zip(infeeds, traverses, strict=True))
+        if infeed >= STEP or traverse.feed == traverses[0].feed
+    ]
+    passes, traverses, infeeds = (
+        [passes[k] for k in at_work],
+        [traverses[k] for k in at_work],
+        [infeeds[k] for k in at_work],
+    )
     feeds = sorted({traverse.feed for traverse in traverses})
     if len(feeds) > 1:
         found = ", ".join(f"F{feed:g}" for feed in feeds)
         raise _error(number, f"its passes run at {found} mm/min; give all of them the same feed")
-    infeeds = [*_first_infeed(out[: passes[0]], plunge, number)]
-    infeeds += [
-        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
-        for before, after in itertools.pairwise(passes)
-    ]
     for k, infeed in enumerate(infeeds, 1):
         if infeed > DEEPEST_INFEED + STEP:
             raise _error(
@@ -217,11 +233,12 @@ def measure_dress(
                 f"at most {DEEPEST_INFEED:g} mm; approach first, then infeed in a block of its own",
             )
     depth = sum(infeeds) / len(traverses)
-    if depth < STEP:
-        raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
+    advances = depth < STEP
+    if advances:
+        depth = job.setup.dresser_infeed or USUAL_INFEED
     seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
     plan = DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
-    return DressRun(plan, axis, tuple(motions), tuple(passes), control, modes)
+    return DressRun(plan, axis, tuple(motions), tuple(passes), control, modes, advances)
 
 
 def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
@@ -284,19 +301,21 @@ def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
     return isinstance(motion, Line) and both > STEP
 
 
-def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Iterator[float]:
-    for motion in reversed(approach):
-        way = abs(_way(motion, plunge))
-        if way < STEP:
-            continue
-        if isinstance(motion, Rapid) or math.dist(motion.start, motion.end) > way + STEP:
-            raise _error(
-                number,
-                f"its first pass has no infeed of its own: the last move of {AXES[plunge]} before it is part of the "
-                f"approach in line {motion.line}; infeed with a G01 that moves {AXES[plunge]} alone, by some 0.02 mm",
-            )
-        yield way
-        return
+def _first_infeed(approach: Sequence[Motion], plunge: int, number: int, *, alone: bool) -> float:
+    """Infeed before the first pass, mm; `alone` where no other pass has one, so that this one need not, either."""
+    moved = next((motion for motion in reversed(approach) if abs(_way(motion, plunge)) >= STEP), None)
+    if moved is None:
+        return 0.0
+    way = abs(_way(moved, plunge))
+    if not isinstance(moved, Rapid) and math.dist(moved.start, moved.end) <= way + STEP:
+        return way
+    if alone:
+        return 0.0
+    raise _error(
+        number,
+        f"its first pass has no infeed of its own: the last move of {AXES[plunge]} before it is part of the "
+        f"approach in line {moved.line}; infeed with a G01 that moves {AXES[plunge]} alone, by some 0.02 mm",
+    )
 
 
 def _way(motion: Motion, axis: int) -> float:

@@ -79,6 +79,7 @@ class DressPrograms:
 
     Attributes:
         plans: what those met so far do, by O number.
+        advancing: O numbers of those in which the dresser has to advance by itself.
         missed: of each the first pass that misses the diamond, by O number; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
@@ -86,6 +87,7 @@ class DressPrograms:
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.plans: dict[int, DressPlan] = {}
+        self.advancing: set[int] = set()
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
         self._dresses = DressRuns(programs, job, control)
@@ -101,6 +103,7 @@ class DressPrograms:
             if self.plans.get(number) != run.plan:
                 self._compared.discard(number)
             self.plans[number], self._found[number] = run.plan, run
+            self.advancing |= {number} if run.advances else set()
             self.missed[number] = self._missed(run)
         self._modes = event.modes
         return self.plans[number]

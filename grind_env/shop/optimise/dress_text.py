@@ -74,6 +74,8 @@ class DressText:
         if name == "lead":
             return _number(*self.feeds[0])
         depths = {round(abs(way), 6) for *_, way in self.infeeds}
+        if not depths:
+            raise DressTextError("it has no infeed, for its dresser advances by itself")
         if len(depths) != 1:
             raise DressTextError("its infeeds differ; give all passes the same")
         return (Decimal(str(depths.pop())) / self.unit).quantize(Decimal("0.00001")).normalize()
