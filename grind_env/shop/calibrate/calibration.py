@@ -103,7 +103,7 @@ def calibrate(
     settings, programs = load_job(job), read_file(program)
     if settings.parts:
         raise CalibrationError(
-            f"{shown(job)} says how each part differs, but a calibration takes parts that are alike; leave [[parts]] out"
+            f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"
         )
     parameters = chosen_parameters(settings, names)
     told("reading the log")
