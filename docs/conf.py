@@ -1,0 +1,61 @@
+"""Settings of the documentation site; `docs/tools/sources.py` writes the folder that Sphinx reads."""
+
+import re
+import sys
+from pathlib import Path
+
+import grind_env
+
+sys.path.insert(0, str(Path(__file__).parent / "tools"))
+
+project = "grind_env"
+author = "the authors of grind_env"
+release = version = grind_env.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.doctest",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "docstrings",
+    "formulas",
+]
+nitpicky = True
+DOCUMENTED = re.findall(r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md")))
+nitpick_ignore_regex = [
+    # other libraries, whose inventories are on the net
+    ("py:.*", r"(collections|enum|os|pathlib|types|typing|numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
+    ("py:.*", r"(Markup|Window|Console|.*\.(EpisodesT|What))"),
+    # names of modules without a page are internal
+    ("py:.*", rf"grind_env\.(?!({'|'.join(re.escape(name[10:]) for name in DOCUMENTED)})\.\w+$).*"),
+]
+
+html_theme = "furo"
+html_title = f"grind_env {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+
+add_module_names = False
+default_role = "code"  # single backticks are code in this package
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_preserve_defaults = True
+viewcode_follow_imported_members = False
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+python_use_unqualified_type_names = True
+
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_heading_anchors = 4
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+# Notebooks come executed from `make notebooks`; pages with cells are executed here, so that no output is retyped.
+nb_execution_excludepatterns = ["tutorials/*"]
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_merge_streams = True
