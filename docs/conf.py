@@ -1,5 +1,6 @@
 """Settings of the documentation site; `docs/tools/sources.py` writes the folder that Sphinx reads."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -7,6 +8,9 @@ from pathlib import Path
 import grind_env
 
 sys.path.insert(0, str(Path(__file__).parent / "tools"))
+
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # pages run `grind`
+os.environ |= {"COLUMNS": "92", "TTY_COMPATIBLE": "0"}  # of what they print; kernels pretend to be terminals
 
 project = "grind_env"
 author = "the authors of grind_env"
@@ -53,9 +57,10 @@ myst_heading_anchors = 4
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
-# Notebooks come executed from `make notebooks`; pages with cells are executed here, so that no output is retyped.
+# Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
+nb_execution_mode = "force"
 nb_execution_excludepatterns = ["tutorials/*"]
-nb_execution_mode = "cache"
+nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 nb_merge_streams = True

@@ -1,13 +1,13 @@
 """Write the folder from which Sphinx makes the site: `python docs/tools/sources.py FOLDER`.
 
 Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, facts, commands and results are
-written from code and results; notebooks come with their outputs from `build/notebooks`. A file that has not changed
-is not touched, so that Sphinx reads again only what has.
+written from code and results; notebooks come with their outputs from `build/notebooks`.
 """
 
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from shutil import rmtree
 from tempfile import TemporaryDirectory
 
 from agents.application import app as agents_app
@@ -71,21 +71,21 @@ def results() -> Iterator[Page]:
     """Tables and figures of `agents/results`, as they are checked in."""
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", path.read_bytes()
+    tasks = sorted(path.stem for path in (RESULTS / "dress_study").glob("*.png"))
+    pictures = [f"### {task}\n\n![dress study of {task}](results/dress_study/{task}.png)\n" for task in tasks]
+    yield "benchmark/dress_pictures.txt", "\n".join(pictures).encode()
     studies = [read_study(path) for path in sorted((RESULTS / "dress_study").glob("*.csv"))]
     yield "benchmark/dress_study.txt", table(HEADINGS, map(line, studies)).encode()
 
 
 def write(folder: Path) -> int:
-    """Write all pages into a folder and remove what else lies there; returns their number."""
+    """Write all pages into a folder, in the place of what lies there; returns their number."""
     pages = dict([*by_hand(), *notebooks(), *from_code(), *results()])
+    rmtree(folder, ignore_errors=True)
     for place, content in pages.items():
         path = folder / place
-        if not path.is_file() or path.read_bytes() != content:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-    for path in folder.rglob("*"):
-        if path.is_file() and path.relative_to(folder).as_posix() not in pages:
-            path.unlink()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
     return len(pages)
 
 
