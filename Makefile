@@ -49,7 +49,8 @@ NOTEBOOKS := $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 notebooks: setup $(NOTEBOOKS)
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(CODE) | setup
-	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks $<
+	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.coalesce_streams=True \
+		--output-dir build/notebooks $<
 
 # The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees

@@ -5,6 +5,8 @@ import re
 import sys
 from pathlib import Path
 
+from nbclient import NotebookClient
+
 import grind_env
 
 sys.path.insert(0, str(Path(__file__).parent / "tools"))
@@ -13,6 +15,7 @@ os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PAT
 os.environ |= {"COLUMNS": "92", "TTY_COMPATIBLE": "0"}  # of what they print; kernels pretend to be terminals
 
 project = "grind_env"
+copyright = "2026, the grind_env authors"
 author = "the authors of grind_env"
 release = version = grind_env.__version__
 
@@ -27,7 +30,9 @@ extensions = [
     "formulas",
 ]
 nitpicky = True
-DOCUMENTED = re.findall(r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md")))
+DOCUMENTED = re.findall(
+    r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md"))
+)
 nitpick_ignore_regex = [
     # other libraries, whose inventories are on the net
     ("py:.*", r"(collections|enum|os|pathlib|types|typing|numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
@@ -53,6 +58,7 @@ napoleon_use_ivar = True
 python_use_unqualified_type_names = True
 
 myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ beside a blank or a number is money
 myst_heading_anchors = 4
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
@@ -63,4 +69,4 @@ nb_execution_excludepatterns = ["tutorials/*"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-nb_merge_streams = True
+NotebookClient.coalesce_streams.default_value = True  # `nb_merge_streams` breaks lines where outputs are cut

@@ -19,12 +19,12 @@ NAME = re.compile(r"\\mathrm\{((?:[^{}\\]|\\_)+)\}")
 SYMBOL = re.compile(r"[A-Za-z][A-Z]?[a-z]?\d?|[A-Za-z]+(ref|max|film)|alw0?|krw")
 """Names that are one letter and its index."""
 GREEK = {"lam": r"\lambda", "alpha": r"\alpha", "beta": r"\beta"}
-KEPT = ("if", "max", "min", "per")
+KEPT = ("by", "if", "max", "min", "per")
 """Words that look like symbols."""
-NUMBER = re.compile(r"(?<![\w.{])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
 FACTOR = r"(?:[A-Za-z]|\\mathrm\{\w+\})(?:_\{\\mathrm\{[\w,]+\}\})?"
 SQUARE = re.compile(rf"(?<![\w}}])({FACTOR})(?: \\cdot)? \1(?![\w_])")
-WRAPPED = re.compile(r"\\mathrm\{float\} \\mathopen\{\}\\left\( (.*) \\mathclose\{\}\\right\)$")
+WRAPPED = re.compile(r"\\mathrm\{float\} \\left\( (.*) \\right\)$")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -39,6 +39,7 @@ def formula(function: Any) -> str:
     """LaTeX of a function of scalars: its symbols with their indices, constants as numbers."""
     plain = inspect.unwrap(function)
     text = latexify.get_latex(plain, use_math_symbols=True, identifiers={"power": "pow"})
+    text = text.replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")
     text = re.sub(rf"{re.escape(_word(plain.__name__))}\([^()]*\) = ", "", text).replace(r"\mathrm{math}.\pi", r"\pi ")
     constants = {name: value for name, value in plain.__globals__.items() if isinstance(value, float)}
     text = NUMBER.sub(lambda match: _number(float(match[0])), WRAPPED.sub(r"\1", text))

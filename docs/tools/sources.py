@@ -10,11 +10,12 @@ from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
 
-from agents.application import app as agents_app
-from agents.dressing.table import HEADINGS, line, read_study
 from commands import commands_page
 from errors import errors_page
 from facts import facts_page
+
+from agents.application import app as agents_app
+from agents.dressing.table import HEADINGS, line, read_study
 from grind_env.cli import app as grind_app
 from grind_env.pages.__main__ import write as write_pages
 from grind_env.pages.markdown import table
