@@ -56,6 +56,7 @@ build/notebooks/%.ipynb: notebooks/%.ipynb $(CODE) | setup
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
 
 docs: setup $(NOTEBOOKS)
+	rm -rf build/docs build/doctrees
 	$(BIN)/python docs/tools/sources.py build/pages
 	$(SPHINX) -b html build/pages build/docs
 	$(SPHINX) -b doctest build/pages build/doctests
