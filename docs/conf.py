@@ -3,9 +3,10 @@
 import os
 import re
 import sys
+from functools import partial
 from pathlib import Path
 
-from nbclient import NotebookClient
+from jupyter_cache.executors import utils as execution
 
 import grind_env
 
@@ -69,4 +70,5 @@ nb_execution_excludepatterns = ["tutorials/*"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-NotebookClient.coalesce_streams.default_value = True  # `nb_merge_streams` breaks lines where outputs are cut
+# one block for what a command prints; `nb_merge_streams` breaks the lines at which its pieces meet
+execution.executenb = partial(execution.executenb, coalesce_streams=True)

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
+from grind_env.shop.extra import shop_extra
 from grind_env.shop.optimise.optimise import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
+from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.report.document import (
     Cell,
     Level,
     Line,
     Note,
-    ReportError,
     Section,
     figure,
     items,
@@ -44,7 +45,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
         files: by what they are, such as program and job; the page states their revisions.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     after = "after" if found.verdict is Verdict.BETTER else "best one tried"
     sections = [
@@ -91,9 +92,9 @@ def _quantities(found: Optimised, after: str) -> "Markup":
             ]
         )
     headings = ("of a part", "before", after, "change", "grind run, before", f"grind run, {after}")
+    ground = lots_said(found.lots, "unseen lots")
     caption = (
-        f"Means over batches of {found.parts} runs on {found.lots} unseen lots, with 95 % intervals; the change is "
-        "that on the same lots."
+        f"Means over batches of {found.parts} runs on {ground}, with 95 % intervals; the change is of the same ones."
     )
     return table(headings, rows, caption)
 
@@ -139,10 +140,8 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
 
 
 def _shares(limits: list[LimitUse], after: str) -> Any:
-    try:
+    with shop_extra("reports need"):
         from plotly.graph_objects import Bar, Figure, Scatter
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     names = [plotly_text(each.name) for each in limits]
     said = "%{x}: %{y:.1f} %"
     asked = {"symbol": "line-ew", "size": 60, "line": {"width": 2, "color": "#222"}}
@@ -185,10 +184,11 @@ def _program(found: Optimised) -> "list[Markup]":
 
 
 def _rests_on(found: Optimised) -> list[str]:
+    tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_said(found.lots, "unseen lots")
     return [
-        f"The job is {found.job}. How its lots and parts differ is what its [lots] says.",
-        f"Both programs are ground on the same {found.lots} lots, which the search has not seen, in batches of "
-        f"{found.parts} runs, in which the wheel carries over.",
+        f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
+        f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
+        "wheel carries over.",
         "Intervals are of the mean over these lots, 95 % by bootstrap; they hold for the process model, and do not say "
         "how far the model is from the machine.",
         "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",

@@ -1,0 +1,28 @@
+"""What a program does, as one HTML file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grind_env.shop.commands.arguments import JobFile, ProgramFile
+
+
+def report(
+    program: ProgramFile,
+    job: JobFile = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The .html file; PROGRAM with .html if not given.")
+    ] = None,
+    block_delete: Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")] = False,
+) -> None:
+    """Grind with a program as `grind run` does, and write it up as one HTML file that works offline and prints on A4.
+
+    Verdict, margin to each limit, a table of the blocks, plots, parts, dresses, cost, warnings, the program with
+    remarks, and what the numbers rest on. Needs the extra [shop].
+    """
+    from grind_env.errors import printable
+    from grind_env.shop.calls import report as write_report
+
+    written = write_report(program, job, output, block_delete=block_delete)
+    print(printable(f"written: {written}"))
