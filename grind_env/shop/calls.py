@@ -42,7 +42,7 @@ def report(program: File, job: File | None = None, output: File | None = None, *
         The file.
 
     Raises:
-        ReportError: the extra [shop] is not installed.
+        MissingExtra: the extra [shop] is not installed.
         FileError: the folder does not exist or cannot be written to.
         GrindError: as of `machine.grind`.
     """

@@ -8,11 +8,13 @@ import textwrap
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import pytest
 
+import grind_env
 from grind_env.errors import GrindError
 from grind_env.process import cost, equations, state
 
@@ -116,7 +118,10 @@ def test_every_error_that_a_public_function_raises_is_named() -> None:
 
 
 def test_errors_that_are_named_exist() -> None:
-    """A section on errors names classes of the module, of the package or of the libraries."""
+    """A section on errors names classes of the package or of the libraries."""
+    for module in walk_packages(grind_env.__path__, "grind_env."):
+        if not module.name.endswith("__main__"):
+            import_module(module.name)
     known = {kind.__name__ for kind in _below(Exception)}
     unknown = []
     for each in FUNCTIONS:
