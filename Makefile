@@ -42,20 +42,16 @@ speed: setup
 validate: setup
 	$(BIN)/python -m grind_env.validation
 
-# Executed notebooks; one is executed again when it or the code has changed.
-CODE := $(shell find grind_env agents -name '*.py' -o -name '*.toml')
-NOTEBOOKS := $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
+# Those that the package or themselves have outdated, executed into build/notebooks.
+notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 
-notebooks: setup $(NOTEBOOKS)
-
-build/notebooks/%.ipynb: notebooks/%.ipynb $(CODE) | setup
-	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.coalesce_streams=True \
-		--output-dir build/notebooks $<
+build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
+	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks $<
 
 # The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
 
-docs: setup $(NOTEBOOKS)
+docs: notebooks
 	rm -rf build/docs build/doctrees
 	$(BIN)/python docs/tools/sources.py build/pages
 	$(SPHINX) -b html build/pages build/docs

@@ -65,6 +65,7 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 # Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
+nb_ipywidgets_js = {}
 nb_execution_mode = "force"
 nb_execution_excludepatterns = ["tutorials/*"]
 nb_execution_in_temp = True

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 from commands import commands_page
 from errors import errors_page
+from executed import as_page
 from facts import facts_page
 
 from agents.application import app as agents_app
@@ -42,10 +43,10 @@ def by_hand() -> Iterator[Page]:
         yield f"images/{path.name}", path.read_bytes()
 
 
-def notebooks() -> Iterator[Page]:
+def tutorials() -> Iterator[Page]:
     """The executed notebooks."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        yield f"tutorials/{path.name}", (ROOT / "build" / "notebooks" / path.name).read_bytes()
+        yield f"tutorials/{path.name}", as_page((ROOT / "build" / "notebooks" / path.name).read_bytes())
 
 
 def from_code() -> Iterator[Page]:
@@ -81,7 +82,7 @@ def results() -> Iterator[Page]:
 
 def write(folder: Path) -> int:
     """Write all pages into a folder, in the place of what lies there; returns their number."""
-    pages = dict([*by_hand(), *notebooks(), *from_code(), *results()])
+    pages = dict([*by_hand(), *tutorials(), *from_code(), *results()])
     rmtree(folder, ignore_errors=True)
     for place, content in pages.items():
         path = folder / place

@@ -1,5 +1,6 @@
 """The tools that make the documentation site."""
 
+import json
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,6 +12,7 @@ from grind_env.process import equations
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 
+import executed
 from commands import commands_page
 from facts import facts_page
 from formulas import formula
@@ -66,3 +68,22 @@ def test_the_page_of_commands_has_all_of_them() -> None:
     for command in app.registered_commands:
         assert f"## `grind {command.callback.__name__}`" in page
     assert "```console\n$ grind check slot.nc --json\n```" in page
+
+
+def test_sliders_give_way_to_their_picture_and_pieces_of_text_are_one() -> None:
+    picture = {"output_type": "display_data", "data": {"image/png": "..."}, "metadata": {}}
+    view = {"output_type": "display_data", "data": {executed.VIEW: {"model_id": "box"}}, "metadata": {}}
+    pieces = [{"output_type": "stream", "name": "stdout", "text": [text]} for text in ("a\n", "b")]
+    state = {
+        "box": {"state": {"children": ["IPY_MODEL_slider", "IPY_MODEL_output"]}},
+        "slider": {"state": {"value": 2.0}},
+        "output": {"state": {"outputs": [picture]}},
+    }
+    notebook = {
+        "metadata": {"widgets": {executed.STATE: {"state": state}}},
+        "cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [*pieces, view]}],
+    }
+    page = json.loads(executed.as_page(json.dumps(notebook).encode()))
+    assert page["metadata"] == {}
+    text, shown = page["cells"][1]["outputs"]
+    assert (text["text"], shown) == (["a\n", "b"], picture)
