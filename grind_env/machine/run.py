@@ -190,7 +190,7 @@ class GrindingRun:
         plan = event.plan
         dress = None
         if plan.program is not None:
-            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
+            dress = self.dressing.plan(plan.program, self.position, event)
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
@@ -233,7 +233,8 @@ class GrindingRun:
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
-        text = missed_diamond(program, diamond.tip, missed.start, missed.end)
+        width = self.job.setup.wheel.width
+        text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
         self.watch.missed(self.dressing.file(program), missed.line, text)
         return True
 

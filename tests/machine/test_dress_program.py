@@ -3,6 +3,7 @@ import dataclasses
 import pytest
 
 from grind_env.control import Control, read
+from grind_env.control.modal_state import Modes
 from grind_env.errors import GrindError
 from grind_env.machine.dress_program import DressPlan, DressProgramError, plan_dress
 from tests.machine.harness import DRESS, job
@@ -114,6 +115,9 @@ def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
     assert words in str(caught.value)
 
 
-def test_a_dress_that_needs_the_modes_of_the_main_program_is_refused() -> None:
-    with pytest.raises(DressProgramError, match=r"O9100: by itself, .* it fails: .*G01 is commanded without F"):
-        plan("G01 Y-.02\nZ30. F300.")
+def test_a_dress_without_f_needs_one_of_its_caller() -> None:
+    body = "G01 G91 Y-.02\nZ30."
+    with pytest.raises(DressProgramError, match=r"O9100: it fails: .*G01 is commanded without F"):
+        plan(body)
+    programs, modes = read(f"M30\nO9100\n{body}\nM99\n"), Modes(feed=300.0)
+    assert plan_dress(programs, 9100, job(), CONTROL, AT_PRIMARY, 0, modes).feed == 5.0

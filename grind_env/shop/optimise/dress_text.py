@@ -171,15 +171,15 @@ class DressText:
 
     def _comes_to(self, name: str, level: Decimal, text: ProgramText) -> bool:
         """Whether a text dresses with another lead, depth or passes, and else as this one."""
-        simulation, old = self.simulation, self.run.plan
+        simulation, old, run = self.simulation, self.run.plan, self.run
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
-        begin = self.run.motions[0].start
+        begin = run.motions[0].start
         try:
-            run = run_dress(programs, self.number, simulation.job, simulation.job.control, begin, self.run.axis)
+            changed = run_dress(programs, self.number, simulation.job, run.control, begin, run.axis, run.modes)
         except (ControlError, DressProgramError):
             return False
-        new = run.plan
-        if not _goes_on(run) and _goes_on(self.run):
+        new = changed.plan
+        if not _goes_on(changed) and _goes_on(run):
             return False
         value = self.setting(name, float(level * (self.unit if name != "passes" else 1)))
         passes = int(value) if name == "passes" else old.passes
