@@ -1,35 +1,18 @@
-"""Executed notebooks as pages, which have no kernel."""
+"""Executed notebooks as pages."""
 
 import json
-from collections.abc import Iterator, Mapping
 from typing import Any
 
-STATE, VIEW = "application/vnd.jupyter.widget-state+json", "application/vnd.jupyter.widget-view+json"
 Output = dict[str, Any]
 
 
 def as_page(text: bytes) -> bytes:
-    """A notebook in which sliders have given way to what they show, and what a cell prints is one text."""
+    """A notebook in which what a cell prints is one text, however it came."""
     notebook = json.loads(text)
-    widgets = notebook["metadata"].pop("widgets", {}).get(STATE, {}).get("state", {})
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
-            shown = [each for output in cell["outputs"] for each in _still(output, widgets)]
-            cell["outputs"] = _joined(shown)
+            cell["outputs"] = _joined(cell["outputs"])
     return json.dumps(notebook).encode()
-
-
-def _still(output: Output, widgets: Mapping[str, Any]) -> Iterator[Output]:
-    """The output itself, or what the output widgets below a widget have last shown."""
-    view = output.get("data", {}).get(VIEW)
-    if view is None:
-        yield output
-        return
-    open_ids = [view["model_id"]]
-    while open_ids:
-        state = widgets.get(open_ids.pop(), {}).get("state", {})
-        yield from state.get("outputs", [])
-        open_ids += [child.removeprefix("IPY_MODEL_") for child in state.get("children", [])]
 
 
 def _joined(outputs: list[Output]) -> list[Output]:

@@ -12,8 +12,8 @@ from grind_env.process import equations
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 
-import executed
 from commands import commands_page
+from executed import as_page
 from facts import facts_page
 from formulas import formula
 from latex2mathml.converter import convert
@@ -70,20 +70,9 @@ def test_the_page_of_commands_has_all_of_them() -> None:
     assert "```console\n$ grind check slot.nc --json\n```" in page
 
 
-def test_sliders_give_way_to_their_picture_and_pieces_of_text_are_one() -> None:
+def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:
     picture = {"output_type": "display_data", "data": {"image/png": "..."}, "metadata": {}}
-    view = {"output_type": "display_data", "data": {executed.VIEW: {"model_id": "box"}}, "metadata": {}}
-    pieces = [{"output_type": "stream", "name": "stdout", "text": [text]} for text in ("a\n", "b")]
-    state = {
-        "box": {"state": {"children": ["IPY_MODEL_slider", "IPY_MODEL_output"]}},
-        "slider": {"state": {"value": 2.0}},
-        "output": {"state": {"outputs": [picture]}},
-    }
-    notebook = {
-        "metadata": {"widgets": {executed.STATE: {"state": state}}},
-        "cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [*pieces, view]}],
-    }
-    page = json.loads(executed.as_page(json.dumps(notebook).encode()))
-    assert page["metadata"] == {}
-    text, shown = page["cells"][1]["outputs"]
-    assert (text["text"], shown) == (["a\n", "b"], picture)
+    a, b, c = ({"output_type": "stream", "name": "stdout", "text": [text]} for text in ("a\n", "b", "c"))
+    notebook = {"cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [a, b, picture, c]}]}
+    page = json.loads(as_page(json.dumps(notebook).encode()))
+    assert page["cells"][1]["outputs"] == [{**a, "text": ["a\n", "b"]}, picture, c]
