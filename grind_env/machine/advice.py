@@ -244,7 +244,7 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
 
     return (
         f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
-        f"whole wheel, which is {width:g} mm wide from {AXES[cross]} to plus, over the diamond at {said(tip)}; "
+        f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); "
         "lead it there, or mend [diamond] of the job"
     )
 
