@@ -21,14 +21,15 @@ def test_the_examples_run_one_after_the_other():
     assert float(power) == record.strokes["power"].max()
 
 
-def test_its_task_file_is_an_environment(tmp_path):
-    (content,) = re.findall(r"```toml\n# shop\.toml\n(.*?)```", README, re.DOTALL)
+def test_the_task_file_of_the_guide_is_an_environment(tmp_path):
+    guide = (ROOT / "docs" / "howto" / "task.md").read_text(encoding="utf-8")
+    (content,) = re.findall(r'Path\("shop\.toml"\)\.write_text\("""\n(.*?)"""\)', guide, re.DOTALL)
     file = tmp_path / "shop.toml"
     file.write_text(content, encoding="utf-8")
     env = gym.make("grind/Task-v0", task=str(file))
     env.reset(seed=1)
     assert np.isfinite(env.step(env.action_space.sample())[1])
-    constant = re.search(r"grind evaluate --task shop\.toml --policy (\w+)", README)[1]
+    constant = re.search(r"grind evaluate --task shop\.toml --policy (\w+)", guide)[1]
     assert len(grind_env.evaluate(constant, str(file), episodes=2).evaluation.cost) == 2
 
 

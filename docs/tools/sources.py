@@ -16,7 +16,7 @@ from executed import as_page
 from facts import facts_page
 
 from agents.application import app as agents_app
-from agents.dressing.table import HEADINGS, line, read_study
+from agents.dressing.table import HEADINGS, line, read_studies
 from grind_env.cli import app as grind_app
 from grind_env.pages.__main__ import write as write_pages
 from grind_env.pages.markdown import table
@@ -76,8 +76,8 @@ def results() -> Iterator[Page]:
     tasks = sorted(path.stem for path in (RESULTS / "dress_study").glob("*.png"))
     pictures = [f"### {task}\n\n![dress study of {task}](results/dress_study/{task}.png)\n" for task in tasks]
     yield "benchmark/dress_pictures.txt", "\n".join(pictures).encode()
-    studies = [read_study(path) for path in sorted((RESULTS / "dress_study").glob("*.csv"))]
-    yield "benchmark/dress_study.txt", table(HEADINGS, map(line, studies)).encode()
+    studies = map(line, read_studies(RESULTS / "dress_study"))
+    yield "benchmark/dress_study.txt", table(HEADINGS, studies).encode()
 
 
 def write(folder: Path) -> int:
