@@ -10,7 +10,17 @@ import typer
 
 from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
+from grind_env.figures import commands as figure_commands
 from grind_env.shop import commands as shop_commands
+from grind_env.shop.commands.arguments import (
+    BlockDelete,
+    Blocks,
+    DressAt,
+    Interrupts,
+    JobFile,
+    ProgramFile,
+    Variables,
+)
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
@@ -24,7 +34,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
 Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
 Acceleration = Annotated[
     float | None,
@@ -38,10 +47,6 @@ MachineJob = Annotated[
         "Without it there is no reversal dwell.",
     ),
 ]
-BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-Blocks = Annotated[
-    int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
-]
 Radius = Annotated[
     list[str] | None,
     typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
@@ -49,25 +54,6 @@ Radius = Annotated[
 GrooveRetract = Annotated[
     float | None,
     typer.Option(help="Retract amount e of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in while G70 is in force."),
-]
-Variables = Annotated[
-    list[str] | None,
-    typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
-]
-DressAt = Annotated[
-    list[float] | None,
-    typer.Option(
-        help="The operator asks for a dress at this time, s on the clock of the control, which counts no loading or "
-        "set-up; repeatable."
-    ),
-]
-Interrupts = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--interrupt",
-        help="The operator asks for a program in between, as in 9200@12.5: O9200 at 12.5 s on that clock, after which "
-        "the axes return to where they were. 9200@12.5:1 is type 1, which goes on from where O9200 ends; repeatable.",
-    ),
 ]
 
 
@@ -161,7 +147,7 @@ def trace(
 @app.command(epilog="Example: grind run plate.nc --job plate.toml --plot plate.png --record plate.csv")
 def run(
     program: ProgramFile,
-    job: Annotated[Path | None, typer.Option(help="Job file; PROGRAM with .toml if not given.")] = None,
+    job: JobFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
@@ -209,39 +195,32 @@ def run(
     (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
     the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
-    from dataclasses import replace
-
     from rich.console import Console
 
-    from grind_env import control
-    from grind_env.control.options import interrupts_of, variables_of
-    from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import job_beside, load_job
+    from grind_env.control.options import variables_of
+    from grind_env.machine.grind_file import grind_file
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
-    programs = control.read_file(program)
-    settings = load_job(job_beside(program) if job is None else job)
-    machine = replace(
-        settings.control,
+    result = grind_file(
+        program,
+        job,
         block_delete=block_delete,
+        blocks=blocks,
         variables=variables_of(variables or ()),
-        operator_dress_at=tuple(sorted(dress_at or ())),
-        interrupts=interrupts_of(interrupts or ()),
+        dress_at=dress_at or (),
+        interrupts=interrupts or (),
     )
-    if blocks is not None:
-        machine = replace(machine, block_budget=blocks)
-    result = grind(programs, settings, control=machine)
     if record is not None:
         result.write(record)
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot, settings, program.name)
+        plot_record(result, plot, result.job, program.name)
     if as_json:
-        print(json.dumps(as_data(result, settings, program.name)))
+        print(json.dumps(as_data(result, result.job, program.name)))
     else:
-        print_record(result, settings, program.name, Console())
+        print_record(result, result.job, program.name, Console())
     if result.parts["survival"].min() < SCRAP_BELOW:
         raise typer.Exit(GROUND_SCRAP)
 
@@ -399,6 +378,7 @@ def _control(
 
 register(app)
 shop_commands.register(app)
+app.add_typer(figure_commands.app, name="figure")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -7,7 +7,7 @@ edge on the minus side across the table.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
@@ -160,6 +160,8 @@ class Setup:
             "always on": the operator sets it to `wheel_speed`, and these words have no effect.
         coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry;
             "always on": it flows whatever they say.
+        dresser_infeed: by which the dresser advances before each pass of a dress program without an infeed of its own;
+            None if that is not known: it is then taken to be 0.02 mm, which is told.
         grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
             else a turning tool does, of which only the time counts.
     """
@@ -172,6 +174,7 @@ class Setup:
     constant_surface_speed: bool = False
     spindle: ByHand = "by program"
     coolant: ByHand = "by program"
+    dresser_infeed: Annotated[float | None, Quantity("ad", "mm", 0.0005, 0.1)] = None
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
@@ -343,6 +346,25 @@ class Job:
             acceleration=machine.acceleration,
             rapid_feed=machine.rapid_feed,
             reversal_dwell=machine.reversal_dwell,
+        )
+
+
+def require_conditions(conditions: Sequence[PartConditions], parts: int, program: str) -> None:
+    """Refuse conditions that are not of every part, where there are some.
+
+    Args:
+        conditions: of each part.
+        parts: how many parts are ground.
+        program: its name, for the message.
+
+    Raises:
+        JobError: there are fewer conditions.
+    """
+    if conditions and parts > len(conditions):
+        raise JobError(
+            f"{program} grinds more parts than the {len(conditions)} that have conditions; give conditions for every "
+            "part or for none",
+            "parts",
         )
 
 

@@ -6,6 +6,7 @@ relations together, and keeps the clock of the job.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,12 +35,12 @@ from grind_env.control import (
 )
 from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
-from grind_env.machine.advice import BEYOND_NUMBERS, called_dress, missed_diamond
+from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
-from grind_env.machine.job import Job, JobError, PartConditions
+from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.mounting import Mount
 from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
@@ -111,6 +112,8 @@ class GrindingRun:
             tuple(self.watch.warnings),
             self.blocks,
             self.cycles,
+            self.programs,
+            replace(self.job, parts=tuple(self.conditions)),
         )
 
     def take(self, event: Event) -> None:
@@ -131,14 +134,8 @@ class GrindingRun:
     def _load(self, began: float) -> PartRun:
         """Put the next part on the machine and touch the wheel off on it."""
         number = len(self.parts) + 1
-        conditions = PartConditions()
-        if self.conditions:
-            if number > len(self.conditions):
-                raise JobError(
-                    f"{self.programs.name} grinds more parts than the {len(self.conditions)} that have "
-                    "conditions; give conditions for every part or for none"
-                )
-            conditions = self.conditions[number - 1]
+        require_conditions(self.conditions, number, self.programs.name)
+        conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
         part = PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
         self.watch.part = part
@@ -193,7 +190,9 @@ class GrindingRun:
         plan = event.plan
         dress = None
         if plan.program is not None:
-            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
+            dress = self.dressing.plan(plan.program, self.position, event)
+            if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
+                self.watch.warn(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
@@ -236,7 +235,8 @@ class GrindingRun:
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
-        text = missed_diamond(program, diamond.tip, missed.start, missed.end)
+        width = self.job.setup.wheel.width
+        text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
         self.watch.missed(self.dressing.file(program), missed.line, text)
         return True
 

@@ -13,6 +13,7 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
 from grind_env.policies.statistics import Interval, bootstrap, normalised_score, percentile_interval
 from grind_env.policies.tuned import ConfigError
+from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
 
 REFERENCE_SPLIT = "evaluation"
@@ -74,6 +75,9 @@ class Judgement:
             lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        return html("evaluations", self)
+
 
 def evaluate(
     policy: Policy | str,
@@ -94,6 +98,12 @@ def evaluate(
 
     Raises:
         GrindError: there is no such problem, policy or split, or the policy decides what the environment does not have.
+
+    Example:
+        >>> from grind_env import evaluate
+        >>> found = evaluate("E7D1", "grind/PowerLimited-v0", episodes=16)
+        >>> found.sees, found.paired, round(found.evaluation.cost_per_good_part.value, 1)  # $
+        ('measurements', True, 4.4)
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     for name, value in (("episodes", episodes), ("first_seed", 0 if first_seed is None else first_seed)):

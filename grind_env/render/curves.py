@@ -150,7 +150,8 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 def spans(record: GrindingRecord) -> list[Span]:
     """The executions of blocks in the order in which they were run."""
     strokes = record.strokes
-    again = (np.diff(strokes["number"]) <= 0) & (strokes["number"][1:] > 0)
+    numbers = strokes["number"]  # 0 of a stroke between two cycles
+    again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
     changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
     firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
     return [
@@ -167,6 +168,8 @@ def block_name(record: GrindingRecord, line: int) -> str:
 
 def sparks_out(record: GrindingRecord) -> Array:
     """Whether each stroke of a record sparks out: grinds at a depth that has been ground at all over before.
+
+    The shape is (strokes,).
 
     In a cycle that plunges these are the L last traverses of all at its depth; in one that the program feeds, the
     strokes between which it does not.
@@ -185,7 +188,7 @@ def sparks_out(record: GrindingRecord) -> Array:
 
 
 def behind(record: GrindingRecord, job: Job) -> Array:
-    """How far the mean depth ground off is behind the programmed one after each stroke, um.
+    """How far the mean depth ground off is behind the programmed one after each stroke, um, shape (strokes,).
 
     At the end of a part that the program grinds to its size it is the mean size error.
     """
@@ -308,7 +311,7 @@ def labelled_every(count: int, most: int) -> int:
 
 
 def joined_runs(values: Sequence[bool] | Array) -> list[tuple[int, int]]:
-    """Where successive values are true: first index, and the index after the last."""
+    """Where successive values, shape (N,), are true: first index, and the index after the last."""
     padded = np.concatenate([[False], np.asarray(values, dtype=bool), [False]])
     changes = np.flatnonzero(np.diff(padded.astype(int)))
     return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))

@@ -5,20 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import GrindError, shortened
-from grind_env.files import write_atomically
+from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
+from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
 from grind_env.render.tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "plot_record"]
-
-FORMATS = (".png", ".svg", ".pdf")
+__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Blocks, parts or dresses that are labelled; of more every k-th is."""
@@ -33,11 +31,18 @@ SHADE = "#efe7da"
 """Where strokes spark out."""
 
 
-class PlotError(GrindError):
-    """A picture that cannot be drawn."""
-
-
 def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
+    """Write the picture of `draw_record` to a .png, .svg or .pdf file; arguments as there.
+
+    Raises:
+        PlotError: another suffix, or matplotlib is not installed.
+        FileError: the folder does not exist or cannot be written to.
+    """
+    check_format(path)
+    write_figure(draw_record(record, job, title), path)
+
+
+def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "") -> "Figure":
     """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
 
     Single strokes stand side by side, with their blocks, parts, dresses and spark-out strokes marked; of many strokes
@@ -45,37 +50,27 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
 
     Args:
         record: of `machine.grind`.
-        path: a .png, .svg or .pdf file.
         job: of the run; with it size and limits are drawn.
         title: such as the name of the program.
 
     Raises:
-        PlotError: another suffix, or matplotlib is not installed.
-        FileError: the folder does not exist or cannot be written to.
+        PlotError: matplotlib is not installed.
     """
-    path = Path(path)
-    if path.suffix not in FORMATS:
-        raise PlotError(f"{path}: a plot is written as {', '.join(FORMATS)}; name such a file")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
     shown = picture(record, job)
-    figure = Figure(figsize=(10, 1.1 + PANEL * len(shown.curves)), layout="constrained")
-    FigureCanvasAgg(figure)
-    _draw(shown, figure)
+    figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
+    draw_panels(shown, figure, 9.0)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
     summary.set_parse_math(False)
-    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=130))
+    return figure
 
 
-def _draw(shown: Picture, figure: "Figure") -> None:
+def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
+    """Draw all curves of a picture into an empty figure, one below the other, with headings of that size in pt."""
     from matplotlib.ticker import MaxNLocator
 
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
     for panel, curve in zip(panels, shown.curves, strict=True):
-        _draw_curve(panel, curve, shown)
+        _draw_curve(panel, curve, shown, size)
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
     figure.align_ylabels(panels)
@@ -87,7 +82,7 @@ def _draw(shown: Picture, figure: "Figure") -> None:
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
+def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None:
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
@@ -98,7 +93,7 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
         at, values = (np.insert(each, shown.breaks, np.nan) for each in (shown.at, curve.mean))
         axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5)
         axes.plot(shown.at, curve.mean, "o", color=curve.color, ms=3.0 if len(shown.at) < 200 else 1.5, mew=0.0)
-    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=9)
+    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color="#e3e3e3", lw=0.6)
     axes.set_axisbelow(True)
@@ -107,12 +102,12 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
 
 def _wrapped(title: str, unit: str) -> str:
     """A heading on two or three short lines."""
-    words, lines = title.split(), [""]
-    for word in words:
+    lines = [""]
+    for word in (title if unit == "-" else f"{title}, {unit}").split():
         if len(lines[-1]) + len(word) > 13 and lines[-1]:
             lines.append("")
         lines[-1] = f"{lines[-1]} {word}".strip()
-    return "\n".join([*lines[:-1], f"{lines[-1]}, {unit}" if unit != "-" else lines[-1]])
+    return "\n".join(lines)
 
 
 def _mark_limits(axes: "Axes", curve: Curve) -> None:

@@ -14,7 +14,7 @@ from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.tape import WHEEL_SPREAD
 from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Part
 
 ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
@@ -102,6 +102,9 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         file: of the program; empty for one of the package.
     """
     task = load_task("power_limited")
+    # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
+    stock, length = max(round(job.part.stock, 3), 0.001), round(job.part.length, 3)
+    width = min(round(job.part.width, 3), task.wheel.width)
     return replace(
         task,
         name=name,
@@ -112,9 +115,9 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         kinds=(
             replace(
                 task.kinds[0],
-                stock=job.part.stock,
-                width=job.part.width,
-                length=job.part.length,
+                stock=stock,
+                width=width,
+                length=length,
                 tolerance=job.part.tolerance,
                 scrap=job.part.scrap_cost,
             ),
@@ -133,17 +136,18 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     )
 
 
-def kinds_of(task: Task, blocks: Sequence[BlockOutline]) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
-    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a part.
+def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
+    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part.
 
     Args:
         task: of the job.
         blocks: of the program.
+        job: the job.
     """
-    numbers, known, kinds, place = [], dict[tuple[int, str], int](), list[Kind](), 0
+    numbers, known, kinds, place = [], dict[tuple[int, str, Part], int](), list[Kind](), 0
     for block in blocks:
         place = 1 if block.starts_part else place + 1
-        key = place, block.block.source.text
+        key = place, block.block.source.text, job.of_part(block.part + 1).part
         if key not in known:
             known[key] = len(kinds)
             # its numbers are in `numbers.kind_of`: a program may say what no task may, such as no pick

@@ -1,5 +1,6 @@
 """A calibration on the screen, and as plain data."""
 
+import itertools
 import math
 from typing import Any
 
@@ -10,27 +11,42 @@ from rich.table import Column, Table
 from grind_env.shop.calibrate.fit import ABSOLUTE
 from grind_env.shop.calibrate.result import Calibration, Estimate
 
+HEADINGS = ("constant", "was", "is", "90 %", "unit", "spread left %")
+
+
+def told_rows(found: Calibration) -> list[tuple[str, ...]]:
+    """A row below `HEADINGS` for each constant that the measurements tell."""
+    return [_row(each) for each in found.estimates if each.told]
+
+
+def said_sentences(found: Calibration) -> list[str]:
+    """What is to be said below the table."""
+    nothing = (
+        [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
+    )
+    return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
+
 
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
     table = Table(
-        "constant",
-        _numbers("was"),
-        _numbers("is"),
-        _numbers("90 %"),
-        Column("unit", no_wrap=True),
-        _numbers("spread left %"),
+        *(
+            Column(each.replace("spread ", "spread\n"), justify="right" if number else "left", no_wrap=True)
+            for number, each in enumerate(HEADINGS)
+        ),
         box=SIMPLE,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
         title=f"Calibrated from {found.source}",
     )
-    for each in found.estimates:
-        if each.told:
-            table.add_row(*_row(each))
+    told = [each for each in found.estimates if each.told]
+    for entry, constants in itertools.groupby(told, lambda each: f"{each.parameter.kind} {each.parameter.entry}"):
+        table.add_row(entry, style="dim")
+        for each in constants:
+            table.add_row(f" {each.parameter.key}", *_row(each)[1:])
     if table.row_count:
         console.print(table)
-    else:
-        console.print(f"{found.source} tells none of the constants beyond what the catalogue says.")
-    for sentence in (*meter_sentences(found), *kept_sentences(found), *error_sentences(found)):
+    for sentence in said_sentences(found):
         console.print(sentence)
     for remark in found.remarks:
         console.print(f"- {remark}", style="dim")
@@ -55,7 +71,8 @@ def kept_sentences(found: Calibration) -> list[str]:
 def error_sentences(found: Calibration) -> list[str]:
     """How well the measurements are predicted, then those that took no part."""
     said = [
-        f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; "
+        f"with the catalogue {_error(kind, before)}."
         for kind, (count, before, after) in found.errors.items()
     ]
     if found.held_out is not None:
@@ -99,10 +116,6 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),
     }
-
-
-def _numbers(heading: str) -> Column:
-    return Column(heading, justify="right", no_wrap=True)
 
 
 def _row(each: Estimate) -> tuple[str, ...]:
