@@ -106,16 +106,25 @@ def csv_cell(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
+def check_target(path: Path) -> None:
+    """Find out whether there may be a file of this name, such as before long work that ends in it.
+
+    Raises:
+        FileError: its folder does not exist, or it is a folder itself.
+    """
+    if not path.parent.is_dir():
+        raise FileError(f"{path}: there is no folder {path.parent}; make it first")
+    if path.is_dir():
+        raise FileError(f"{path} is a folder; name a file")
+
+
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write(temporary path)` make a file beside `path`, and move it there.
 
     Raises:
         FileError: the folder does not exist or cannot be written to.
     """
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: there is no folder {path.parent}; make it first")
-    if path.is_dir():
-        raise FileError(f"{path} is a folder; name a file")
+    check_target(path)
     try:
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".grind-") as folder:
             temporary = Path(folder) / path.name

@@ -1,5 +1,22 @@
+import pytest
 from hypothesis import settings
+
+from grind_env.cli import main
+from tests.command import Grind
 
 # the first call of a compiled function compiles it, which no deadline should count
 settings.register_profile("default", deadline=None)
 settings.load_profile("default")
+
+
+@pytest.fixture
+def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
+    """Runs a command of `grind`: exit status, output and errors."""
+
+    def call(*words: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        said = capsys.readouterr()
+        return int(ended.value.code or 0), said.out, said.err
+
+    return call

@@ -14,6 +14,7 @@ from pathlib import Path
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import Block, Word, read_block
+from grind_env.presenter import html
 
 __all__ = [
     "HIGHEST_PROGRAM",
@@ -134,6 +135,9 @@ class Programs:
                 self._programs += found
                 self._numbered = {number: found.main} | found._numbered | self._numbered
         return self._numbered.get(number)
+
+    def _repr_html_(self) -> str:
+        return html("programs", self)
 
 
 def read_file(path: str | Path) -> Programs:

@@ -4,18 +4,23 @@ import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control import CyclePlan
-from grind_env.errors import GrindError
+from grind_env.control import CyclePlan, Programs
+from grind_env.errors import GrindError, quoted
 from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
 from grind_env.machine.compiled import PartVerdict
+from grind_env.machine.job import Job
 from grind_env.machine.passes import TableStroke, WheelSeen
+from grind_env.presenter import html, presenter
 from grind_env.process.state import StrokeResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Table = NDArray[Any]
 
@@ -48,8 +53,17 @@ UNITS = {
     "T": "K",
     "worn": "mm3",
     "V": "mm3/mm",
+    **dict.fromkeys(("removed", "dressed_off"), "mm3"),
+    **dict.fromkeys(("stock", "S"), "mm"),
+    **dict.fromkeys(
+        ("size_error", "taper", "worst_error", "size_wear", "size_deflection", "size_rest"),
+        "um",
+    ),
+    "peak_power": "W",
+    "rise": "K",
+    **dict.fromkeys(("time_cost", "wheel_cost", "dress_cost", "scrap_cost", "total_cost"), "$"),
 }
-"""Units of the fields of `STROKE_ROW`; the others are numbers."""
+"""Units of the fields of `STROKE_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
 
 DIGITS = {"time": ".3f", "seconds": ".3f", "ds": ".5f"}
 """How fields are rounded in a CSV file; the others have six digits."""
@@ -94,6 +108,11 @@ PART_ROW = np.dtype(
         *dtype_of(PartVerdict).descr,
     ]
 )
+
+
+def heading(name: str) -> str:
+    """A field as files and data frames name it: with its unit, as in `time [s]`."""
+    return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
 def numbers_of(rows: Table) -> Table:
@@ -152,6 +171,8 @@ class GrindingRecord:
         warnings: sentences on what the program does not do as it should.
         blocks: N word of the block in each line that has ground, or the line again.
         cycles: the cycle of each line with one, as it was run last.
+        programs: what was run.
+        job: on which; its parts are those of the run.
     """
 
     strokes: Table
@@ -161,6 +182,8 @@ class GrindingRecord:
     warnings: tuple[str, ...]
     blocks: Mapping[int, int]
     cycles: Mapping[int, CyclePlan]
+    programs: Programs
+    job: Job
 
     @property
     def seconds(self) -> float:
@@ -173,17 +196,33 @@ class GrindingRecord:
         good = float(self.parts["survival"].sum())
         return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
 
-    def to_frame(self) -> Any:
-        """The strokes as a pandas data frame.
+    def to_dataframe(self, table: Literal["strokes", "dresses", "parts"] = "strokes") -> Any:
+        """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
         Raises:
-            RecordError: pandas is not installed.
+            RecordError: there is no such table, or pandas is not installed.
         """
+        tables = {"strokes": self.strokes, "dresses": self.dresses, "parts": self.parts}
+        if table not in tables:
+            raise RecordError(f"a record has no table {quoted(table)}: its tables are {', '.join(tables)}")
         try:
             import pandas
         except ImportError:
             raise RecordError("data frames need pandas; install grind_env[data]") from None
-        return pandas.DataFrame({name: self.strokes[name] for name in STROKE_ROW.names or ()})
+        rows = tables[table]
+        return pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
+
+    def plot(self) -> "Figure":
+        """Depth, power, heat, wheel, roughness and size of the run with the limits of its job, as `grind run --plot`.
+
+        Raises:
+            PlotError: matplotlib is not installed.
+        """
+        figure: Figure = presenter("records").figure(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html("records", self)
 
     def write(self, path: str | Path) -> None:
         """Write the strokes to a `.csv` or `.parquet` file, which appears only when it is complete.
@@ -205,7 +244,7 @@ class GrindingRecord:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             names = STROKE_ROW.names or ()
-            writer.writerow([f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names])
+            writer.writerow([heading(name) for name in names])
             forms = [DIGITS.get(name, ".6g" if STROKE_ROW[name] == np.float64 else "d") for name in names]
             for row in self.strokes.tolist():
                 writer.writerow([format(value, form) for value, form in zip(row, forms, strict=True)])

@@ -6,6 +6,7 @@ relations together, and keeps the clock of the job.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,8 @@ class GrindingRun:
             tuple(self.watch.warnings),
             self.blocks,
             self.cycles,
+            self.programs,
+            replace(self.job, parts=tuple(self.conditions)),
         )
 
     def take(self, event: Event) -> None:

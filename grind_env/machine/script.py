@@ -55,6 +55,7 @@ from grind_env.machine.script_bounds import (
     refuse_turns_inside,
 )
 from grind_env.machine.settings import OWN_WORDS, Ranges
+from grind_env.presenter import html
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
 
@@ -76,6 +77,9 @@ class Script:
     blocks: tuple[ScriptBlock, ...]
     approach: float
     ranges: Ranges
+
+    def _repr_html_(self) -> str:
+        return html("scripts", self)
 
 
 def script_of(

@@ -14,6 +14,7 @@ from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
+from grind_env.presenter import html
 
 SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000, "test": 3_000_000}
 """First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one; in `test` it is drawn from
@@ -95,6 +96,9 @@ class Evaluation:
     def score(self, fixed: "Evaluation", planner: "Evaluation") -> Interval:
         """Normalised score of the same episodes; see `statistics.normalised_score`."""
         return bootstrap(normalised_score, self.cost, fixed.cost, planner.cost)
+
+    def _repr_html_(self) -> str:
+        return html("evaluations", self)
 
 
 def start_episodes(simulation: Simulation, seeds: Sequence[int]) -> Episodes:

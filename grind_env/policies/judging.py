@@ -13,6 +13,7 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
 from grind_env.policies.statistics import Interval, bootstrap, normalised_score, percentile_interval
 from grind_env.policies.tuned import ConfigError
+from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
 
 REFERENCE_SPLIT = "evaluation"
@@ -73,6 +74,9 @@ class Judgement:
             how = "paired" if self.paired else "unpaired: on other episodes than the reference scores"
             lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return html("evaluations", self)
 
 
 def evaluate(

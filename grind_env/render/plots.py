@@ -5,20 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import GrindError, shortened
-from grind_env.files import write_atomically
+from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
+from grind_env.render.figures import FORMATS, PlotError, check_format, new_figure, write_figure
 from grind_env.render.tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "plot_record"]
-
-FORMATS = (".png", ".svg", ".pdf")
+__all__ = ["BLUE", "FORMATS", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Blocks, parts or dresses that are labelled; of more every k-th is."""
@@ -33,11 +31,18 @@ SHADE = "#efe7da"
 """Where strokes spark out."""
 
 
-class PlotError(GrindError):
-    """A picture that cannot be drawn."""
-
-
 def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
+    """Write the picture of `draw_record` to a .png, .svg or .pdf file; arguments as there.
+
+    Raises:
+        PlotError: another suffix, or matplotlib is not installed.
+        FileError: the folder does not exist or cannot be written to.
+    """
+    check_format(path)
+    write_figure(draw_record(record, job, title), path)
+
+
+def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "") -> "Figure":
     """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
 
     Single strokes stand side by side, with their blocks, parts, dresses and spark-out strokes marked; of many strokes
@@ -45,29 +50,18 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
 
     Args:
         record: of `machine.grind`.
-        path: a .png, .svg or .pdf file.
         job: of the run; with it size and limits are drawn.
         title: such as the name of the program.
 
     Raises:
-        PlotError: another suffix, or matplotlib is not installed.
-        FileError: the folder does not exist or cannot be written to.
+        PlotError: matplotlib is not installed.
     """
-    path = Path(path)
-    if path.suffix not in FORMATS:
-        raise PlotError(f"{path}: a plot is written as {', '.join(FORMATS)}; name such a file")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
     shown = picture(record, job)
-    figure = Figure(figsize=(10, 1.1 + PANEL * len(shown.curves)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
     _draw(shown, figure)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
     summary.set_parse_math(False)
-    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=130))
+    return figure
 
 
 def _draw(shown: Picture, figure: "Figure") -> None:

@@ -2,39 +2,23 @@
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import gymnasium as gym
 import pytest
 
 import grind_env
-from grind_env.cli import main
 from grind_env.control import check, read
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.evaluation import evaluate as run
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
+from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).with_name("examples")
 
-Ended = tuple[int, str, str]
 
-
-@pytest.fixture
-def grind(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
-    """Runs a command: exit status, output and errors."""
-
-    def call(*words: object) -> Ended:
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        said = capsys.readouterr()
-        return int(ended.value.code or 0), said.out, said.err
-
-    return call
-
-
-def test_one_policy_is_evaluated(grind: Callable[..., Ended]) -> None:
+def test_one_policy_is_evaluated(grind: Grind) -> None:
     command = ("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", "constant")
     status, out, err = grind(*command, "--json")
     answer = json.loads(out)
@@ -48,9 +32,7 @@ def test_one_policy_is_evaluated(grind: Callable[..., Ended]) -> None:
 
 @pytest.mark.parametrize("option", ["--env", "--task", "--program"])
 @pytest.mark.parametrize("name", ["reciprocation", "grind/WidePlates-v0", "stroke"])
-def test_every_environment_is_evaluated_under_every_name_of_the_option(
-    option: str, name: str, grind: Callable[..., Ended]
-) -> None:
+def test_every_environment_is_evaluated_under_every_name_of_the_option(option: str, name: str, grind: Grind) -> None:
     status, out, _ = grind("evaluate", option, name, "--policy", "E12D1", "--episodes", 2, "--json")
     problem = find_problem(name)
     wanted = run(Fixed(12.0, 1), problem.simulation(), episode_seeds("evaluation", 2))
@@ -58,7 +40,7 @@ def test_every_environment_is_evaluated_under_every_name_of_the_option(
     assert json.loads(out)["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
 
 
-def test_a_task_file_is_evaluated(tmp_path: Path, grind: Callable[..., Ended]) -> None:
+def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
     path = tmp_path / "shop.toml"
     path.write_text('base = "oracle6"\nblocks = 3\n', encoding="utf-8")
     status, out, _ = grind("evaluate", "--task", path, "--policy", "E9D1", "--episodes", 2, "--json")
@@ -74,7 +56,7 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Callable[..., Ended]) -
     assert answer["cost_per_good_part"] == pytest.approx(cost / good)
 
 
-def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Callable[..., Ended]) -> None:
+def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Grind) -> None:
     command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
     assert json.loads(grind(*command, "--json")[1])["paired"] is False
     assert "episodes of seeds 5 to 6" in grind(*command)[1]
@@ -82,7 +64,7 @@ def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Callable[...
 
 
 @pytest.mark.parametrize("env", ["reciprocation", "wide_plates"])
-def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind: Callable[..., Ended]) -> None:
+def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind: Grind) -> None:
     path, seed = tmp_path / "played.nc", episode_seeds("evaluation", 1)[0]
     status, out, _ = grind("play", "--env", env, "--policy", "E15D1", "--seed", seed, "--output", path)
     problem = find_problem(env)
@@ -95,7 +77,7 @@ def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind
     assert re.findall(r"E15000\b", program)
 
 
-def test_without_a_window_the_episode_is_shown_as_text(grind: Callable[..., Ended]) -> None:
+def test_without_a_window_the_episode_is_shown_as_text(grind: Grind) -> None:
     status, out, _ = grind("play", "--env", "oracle6", "--policy", "handbook", "--no-window")
     assert status == 0
     assert out.count("G82 ") > 6
@@ -131,7 +113,7 @@ def test_a_users_mistake_is_one_sentence(
     sentence: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    grind: Callable[..., Ended],
+    grind: Grind,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("jobless.nc").write_text((EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8"), encoding="utf-8")
@@ -145,7 +127,7 @@ def test_a_users_mistake_is_one_sentence(
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-def test_a_split_that_is_not_there_is_one_sentence(grind: Callable[..., Ended]) -> None:
+def test_a_split_that_is_not_there_is_one_sentence(grind: Grind) -> None:
     status, out, err = grind("evaluate", "--policy", "handbook", "--split", "no_such")
     assert (status, out) == (2, "")
     assert "there is no split 'no_such'" in err and err.count("\n") == 1
@@ -154,13 +136,13 @@ def test_a_split_that_is_not_there_is_one_sentence(grind: Callable[..., Ended]) 
 @pytest.mark.parametrize(
     "words", [("--episodes", "1"), ("--episodes", "many"), ("--first-seed", "-1"), ("--parts", "0")]
 )
-def test_a_number_out_of_its_range_is_refused(words: tuple[str, ...], grind: Callable[..., Ended]) -> None:
+def test_a_number_out_of_its_range_is_refused(words: tuple[str, ...], grind: Grind) -> None:
     status, out, err = grind("evaluate", "--policy", "handbook", *words)
     assert (status, out) == (2, "")
     assert words[0] in err and "Traceback" not in err
 
 
-def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, grind: Callable[..., Ended]) -> None:
+def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, grind: Grind) -> None:
     path = tmp_path / "none" / "played.nc"
     status, out, err = grind("play", "--env", "oracle6", "--policy", "handbook", "--output", path)
     assert (status, out) == (2, "")

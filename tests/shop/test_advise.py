@@ -17,7 +17,6 @@ import pytest
 from safetensors.numpy import save
 
 import grind_env
-from grind_env.cli import main
 from grind_env.envs.job.measured import Measured, MeasuredEpisode
 from grind_env.errors import GrindError
 from grind_env.policies.learned.network import FAMILIES, Network, outputs_of
@@ -35,6 +34,7 @@ from grind_env.shop.advise.sources import CsvSource, Prompt, Row
 from grind_env.shop.advise.state import Origin, origin_of, read_state
 from grind_env.shop.advise.values import check_variables, variables_of, write_values
 from grind_env.task_version import TASK_VERSION
+from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE, RAIL = EXAMPLES / "plate_g82.nc", EXAMPLES / "rail_g83.nc"
@@ -56,8 +56,6 @@ M30
 """
 DRESS = PLATE.read_text()[PLATE.read_text().index("O9100") :].rstrip("%\n")
 SEED = 11
-
-Ended = tuple[int, str, str]
 
 
 def batch(program: Path, parts: int) -> Problem:
@@ -470,20 +468,7 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
 # --- the command ----------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def grind(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
-    def call(*words: object) -> Ended:
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        said = capsys.readouterr()
-        return int(ended.value.code or 0), said.out, said.err
-
-    return call
-
-
-def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(
-    grind: Callable[..., Ended], tmp_path: Path
-) -> None:
+def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Grind, tmp_path: Path) -> None:
     program, measured = tmp_path / "part.nc", tmp_path / "measured.csv"
     program.write_bytes(PLATE.read_bytes())
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())

@@ -3,39 +3,23 @@
 import json
 import os
 import re
-from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 import grind_env
-from grind_env.cli import main
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job_file import load_job
 from grind_env.process.catalogue import KINDS, load_catalogue, quantities
 from grind_env.shop.start.template import job_template
+from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb"}
 
-Ended = tuple[int, str, str]
 
-
-@pytest.fixture
-def grind(capsys: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
-    """Runs a command: exit status, output and errors."""
-
-    def call(*words: object) -> Ended:
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        said = capsys.readouterr()
-        return int(ended.value.code or 0), said.out, said.err
-
-    return call
-
-
-def test_grind_alone_names_three_commands_that_there_are(grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_grind_alone_names_three_commands_that_there_are(grind: Grind, tmp_path: Path) -> None:
     status, out, err = grind()
     named = re.findall(r"^  grind (\w+)", out, re.MULTILINE)
     assert (status, err, len(named)) == (0, "", 3)
@@ -43,7 +27,7 @@ def test_grind_alone_names_three_commands_that_there_are(grind: Callable[..., En
         assert grind(name, "--help")[0] == 0
 
 
-def test_what_grind_init_writes_runs_as_the_example(grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_what_grind_init_writes_runs_as_the_example(grind: Grind, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "part"
     status, out, _ = grind("init", folder)
     assert status == 0 and {path.name for path in folder.iterdir()} == FILES
@@ -54,7 +38,7 @@ def test_what_grind_init_writes_runs_as_the_example(grind: Callable[..., Ended],
 
 
 @pytest.mark.parametrize("name", sorted(FILES))
-def test_grind_init_overwrites_nothing(name: str, grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_grind_init_overwrites_nothing(name: str, grind: Grind, tmp_path: Path) -> None:
     (tmp_path / name).write_text("mine")
     status, _, err = grind("init", tmp_path)
     assert status == 2 and name in err and "not overwritten" in err
@@ -62,7 +46,7 @@ def test_grind_init_overwrites_nothing(name: str, grind: Callable[..., Ended], t
 
 
 def test_the_notebook_of_grind_init_runs(
-    grind: Callable[..., Ended], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     grind("init", tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -74,13 +58,13 @@ def test_the_notebook_of_grind_init_runs(
     assert len(re.findall(r"^E\d+: [\d.]+ s", capsys.readouterr().out, re.MULTILINE)) == 4
 
 
-def test_a_folder_that_cannot_be_made_is_told(grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_told(grind: Grind, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     status, _, err = grind("init", tmp_path / "file" / "folder")
     assert status == 2 and err.count("\n") == 1
 
 
-def test_the_template_is_the_job_of_the_example(grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_the_template_is_the_job_of_the_example(grind: Grind, tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     path.write_text(grind("job", "--template")[1], encoding="utf-8")
     assert load_job(path) == load_job(EXAMPLES / "plate_g82.toml")
@@ -102,7 +86,7 @@ def test_the_template_has_every_key() -> None:
     assert keys >= {each.name for table in tables for each in fields(table)} - {"stages"}
 
 
-def test_the_catalogue_lists_every_entry(grind: Callable[..., Ended]) -> None:
+def test_the_catalogue_lists_every_entry(grind: Grind) -> None:
     listed = json.loads(grind("catalogue", "--json")[1])
     known = load_catalogue()
     assert {kind: set(names) for kind, names in listed.items()} == {
@@ -115,7 +99,7 @@ def test_the_catalogue_lists_every_entry(grind: Callable[..., Ended]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_entry_is_shown_with_units_ranges_and_source(
-    kind: str, grind: Callable[..., Ended], monkeypatch: pytest.MonkeyPatch
+    kind: str, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(os.environ, "COLUMNS", "200")
     name, entry = next(iter(getattr(load_catalogue(), f"{kind}s").items()))
@@ -127,7 +111,7 @@ def test_an_entry_is_shown_with_units_ranges_and_source(
         assert getattr(legal, "unit", "") in line
 
 
-def test_an_entry_of_a_file_is_shown_with_its_remark(grind: Callable[..., Ended], tmp_path: Path) -> None:
+def test_an_entry_of_a_file_is_shown_with_its_remark(grind: Grind, tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     path.write_text("[wheel.ours]  # from the shelf\nbase = 'a60j'\nwidth = 40\n", encoding="utf-8")
     data = json.loads(grind("catalogue", "wheel", "ours", "--file", path, "--json")[1])
@@ -135,6 +119,6 @@ def test_an_entry_of_a_file_is_shown_with_its_remark(grind: Callable[..., Ended]
 
 
 @pytest.mark.parametrize("words", [("weel",), ("wheel", "a60")])
-def test_what_is_not_in_the_catalogue_is_told(words: tuple[str, ...], grind: Callable[..., Ended]) -> None:
+def test_what_is_not_in_the_catalogue_is_told(words: tuple[str, ...], grind: Grind) -> None:
     status, _, err = grind("catalogue", *words)
     assert status == 2 and "did you mean" in err and err.count("\n") == 1

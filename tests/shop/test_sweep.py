@@ -11,6 +11,7 @@ from grind_env.envs.job.text import repeated
 from grind_env.machine.job_file import load_job
 from grind_env.shop.optimise.trials import lots_of, trials_of
 from grind_env.shop.sweep.study import LOT_USE, LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from tests.command import Grind
 from tests.shop.programs import EXAMPLES, PLATE
 
 PARTS = 6
@@ -84,3 +85,8 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.Captu
 def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -> None:
     with pytest.raises(SweepError, match=told):
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
+
+
+def test_half_a_dress_interval_is_refused(grind: Grind) -> None:
+    status, _, err = grind("sweep", EXAMPLES / "plate_g82.nc", "--dress-every", "1.5..20")
+    assert status == 2 and "--dress-every: the ends of 1.5..20 are no whole numbers" in err

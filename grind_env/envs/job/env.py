@@ -193,9 +193,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        tape = self.tape
-        if tape is None:
-            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        tape = self.simulation.tape(self._begun(), 0)
         return replace(self.job, parts=tape.conditions)
 
     def record(self) -> GrindingRecord:
@@ -204,9 +202,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
-        tape = self.tape
-        if tape is None:
-            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        tape = self.simulation.tape(self._begun(), 0)
         program = ProgramEpisode(self.programs, self.job, tape.conditions)
         for block in self.ground:
             program.step(self.simulation.words(*block))
@@ -242,9 +238,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
             ActionError: the action is not in the action space.
             GrindError: the control or the machine refuses the block; nothing has then been ground.
         """
-        simulation, episodes = self.simulation, self.episodes
-        if episodes is None:
-            raise gym.error.ResetNeeded("no episode has begun: call reset() first")
+        simulation, episodes = self.simulation, self._begun()
         number = int(episodes.block[0])
         if number >= len(self.blocks):
             raise gym.error.ResetNeeded("the program has come to its end: call reset() before step()")
@@ -267,10 +261,13 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
         """
+        speeds = self.codec.low, self.codec.high
+        return job_view(self.simulation, self._begun(), 0, self.ground, self.outcomes, speeds)
+
+    def _begun(self) -> Episodes:
         if self.episodes is None:
             raise gym.error.ResetNeeded("no episode has begun: call reset() first")
-        speeds = self.codec.low, self.codec.high
-        return job_view(self.simulation, self.episodes, 0, self.ground, self.outcomes, speeds)
+        return self.episodes
 
 
 def load_simulation(program: str | None, job: str | None, parts: int, spread: float, observation: str) -> JobSimulation:

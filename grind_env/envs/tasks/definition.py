@@ -25,6 +25,7 @@ from grind_env.envs.tasks.tables import (
     whole_micrometres,
 )
 from grind_env.errors import did_you_mean, quoted, shortened
+from grind_env.presenter import html, presenter
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
@@ -253,3 +254,11 @@ class Task:
         if self.infeed > 0.0:
             return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + load
         return self.strokes(kind, kind.stock) * stroke + load
+
+    def page(self) -> str:
+        """Its page, Markdown, as `grind tasks` prints it; of a user's file all that it says, defaults included."""
+        text: str = presenter("tasks").page(self)
+        return text
+
+    def _repr_html_(self) -> str:
+        return html("tasks", self)

@@ -12,12 +12,15 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from grind_env.errors import GrindError
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.extra import shop_extra
+
+with shop_extra("a calibration needs"):
+    from scipy import optimize
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""

@@ -5,16 +5,21 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
+from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import NORMAL_90, Data, Fit
 from grind_env.shop.calibrate.parameters import Parameter, entries_of
 from grind_env.shop.calibrate.sheet import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 """A key that TOML takes without quotes."""
@@ -114,6 +119,22 @@ class Calibration:
     def tells_nothing(self) -> bool:
         """Whether a catalogue file would have nothing to say."""
         return self.idle is None and not any(each.told for each in self.estimates)
+
+    def write(self, path: str | Path) -> None:
+        """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
+        write_catalogue(self, Path(path))
+
+    def plot(self) -> "Figure":
+        """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
+
+        Raises:
+            PlotError: matplotlib is not installed.
+        """
+        figure: Figure = presenter("calibrations").figure(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html("calibrations", self)
 
 
 def estimates_of(fitted: Fit) -> tuple[Estimate, ...]:

@@ -18,6 +18,10 @@ from numpy.typing import NDArray
 
 from grind_env.files import ReadError, read_bytes, shown
 from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.extra import shop_extra
+
+with shop_extra("a calibration needs"):
+    import pandas
 
 Floats = NDArray[np.float64]
 
@@ -69,8 +73,6 @@ class Sheet:
 
     def numbers(self, column: int) -> Floats:
         """A column as numbers; NaN where a cell is none."""
-        import pandas
-
         texts = self.cells[column].str.strip().str.rstrip("%").str.strip()
         if self.decimal_comma:
             texts = texts.str.replace(".", "", regex=False).str.replace(",", ".", regex=False)
@@ -106,8 +108,6 @@ def read_sheet(path: Path) -> Sheet:
     Raises:
         CalibrationError: it cannot be read, is no text, or has no rows of numbers.
     """
-    import pandas
-
     lines = [line for line in _text(path).splitlines() if line.strip()]
     separator, columns = _layout(path, lines)
     first = next((number for number, line in enumerate(lines) if _is_data(_split(line, separator), columns)), None)

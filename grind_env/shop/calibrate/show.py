@@ -11,26 +11,30 @@ from grind_env.shop.calibrate.fit import ABSOLUTE
 from grind_env.shop.calibrate.result import Calibration, Estimate
 
 
+HEADINGS = ("constant", "was", "is", "90 %", "unit", "spread left %")
+
+
+def told_rows(found: Calibration) -> list[tuple[str, ...]]:
+    """A row below `HEADINGS` for each constant that the measurements tell."""
+    return [_row(each) for each in found.estimates if each.told]
+
+
+def said_sentences(found: Calibration) -> list[str]:
+    """What is to be said below the table."""
+    nothing = [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
+    return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
+
+
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
-    table = Table(
-        "constant",
-        _numbers("was"),
-        _numbers("is"),
-        _numbers("90 %"),
-        Column("unit", no_wrap=True),
-        _numbers("spread left %"),
-        box=SIMPLE,
-        title=f"Calibrated from {found.source}",
-    )
-    for each in found.estimates:
-        if each.told:
-            table.add_row(*_row(each))
+    name, *numbers = HEADINGS
+    columns = [Column(name), *(Column(each, justify="right", no_wrap=True) for each in numbers)]
+    table = Table(*columns, box=SIMPLE, title=f"Calibrated from {found.source}")
+    for row in told_rows(found):
+        table.add_row(*row)
     if table.row_count:
         console.print(table)
-    else:
-        console.print(f"{found.source} tells none of the constants beyond what the catalogue says.")
-    for sentence in (*meter_sentences(found), *kept_sentences(found), *error_sentences(found)):
+    for sentence in said_sentences(found):
         console.print(sentence)
     for remark in found.remarks:
         console.print(f"- {remark}", style="dim")
@@ -99,10 +103,6 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),
     }
-
-
-def _numbers(heading: str) -> Column:
-    return Column(heading, justify="right", no_wrap=True)
 
 
 def _row(each: Estimate) -> tuple[str, ...]:

@@ -2,8 +2,12 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 
+from grind_env.errors import GrindError
+from grind_env.files import write_atomically
 from grind_env.policies.statistics import Interval
+from grind_env.presenter import html
 
 
 class Verdict(Enum):
@@ -134,3 +138,17 @@ class Optimised:
     def quantity(self, name: str) -> Quantity:
         """One of the quantities."""
         return next(each for each in self.quantities if each.name == name)
+
+    def write(self, path: str | Path) -> None:
+        """Write the better program, as `grind optimise -o`.
+
+        Raises:
+            GrindError: no better program was found.
+            FileError: the folder does not exist or cannot be written to.
+        """
+        if self.verdict is not Verdict.BETTER:
+            raise GrindError(f"{self.program} is not written to {path}: {self.reason}")
+        write_atomically(Path(path), lambda temporary: temporary.write_bytes(self.data))
+
+    def _repr_html_(self) -> str:
+        return html("optimised", self)

@@ -1,14 +1,13 @@
 """An optimisation as tables for the terminal, and as plain data for JSON."""
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 NAMES = {
     "cost": "cost, $",
@@ -22,12 +21,36 @@ NAMES = {
 DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "size_error": 2, "scrap": 2}
 
 
+class Rows(NamedTuple):
+    """A table: headings, the first of which is of texts, and rows."""
+
+    headings: tuple[str, ...]
+    rows: list[list[str]]
+
+
+def tables_of(found: Optimised) -> list[Rows]:
+    """What was varied, both programs side by side, and the limits."""
+    return [_words(found), _quantities(found), _limits(found)]
+
+
+def heading(found: Optimised) -> str:
+    """What was judged, and on what."""
+    return f"{found.program}, batches of {found.parts} runs, {found.lots} unseen lots"
+
+
 def print_optimised(found: Optimised, console: "Console") -> None:
     """Print what was varied, both programs side by side, the limits, and the verdict."""
-    console.print(f"{found.program}, batches of {found.parts} runs, {found.lots} unseen lots", highlight=False)
-    console.print(_words(found))
-    console.print(_quantities(found))
-    console.print(_limits(found))
+    from rich.box import SIMPLE
+    from rich.table import Column, Table
+
+    console.print(heading(found), highlight=False)
+    for shown in tables_of(found):
+        first, *others = shown.headings
+        columns = (Column(first, no_wrap=True), *(Column(each, justify="right", no_wrap=True) for each in others))
+        table = Table(*columns, box=SIMPLE, pad_edge=False, padding=(0, 1))
+        for row in shown.rows:
+            table.add_row(*row)
+        console.print(table)
     for sentence in sentences(found):
         console.print(sentence, highlight=False, soft_wrap=True)
 
@@ -74,28 +97,22 @@ def as_data(found: Optimised) -> dict[str, Any]:
     }
 
 
-def _words(found: Optimised) -> "Table":
-    table = _table("block", "word", "before", "after", "")
-    for word in found.words:
-        after = word.after if word.changed else "as it is"
-        table.add_row(word.place, word.name, word.before, after, word.unit)
-    return table
+def _words(found: Optimised) -> Rows:
+    rows = [
+        [word.place, word.name, word.before, word.after if word.changed else "as it is", word.unit]
+        for word in found.words
+    ]
+    return Rows(("block", "word", "before", "after", ""), rows)
 
 
-def _quantities(found: Optimised) -> "Table":
-    table = _table("of a part", "before", "after", "change (95 %)", "grind run", "after")
+def _quantities(found: Optimised) -> Rows:
+    rows = []
     for each in found.quantities:
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
-        table.add_row(
-            NAMES[each.name],
-            f"{each.before.value:.{digits}f}",
-            f"{each.after.value:.{digits}f}",
-            signed(each.difference, digits),
-            one,
-            other,
-        )
-    return table
+        before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
+        rows.append([NAMES[each.name], before, after, signed(each.difference, digits), one, other])
+    return Rows(("of a part", "before", "after", "change (95 %)", "grind run", "after"), rows)
 
 
 def decimals(quantity: Quantity) -> int:
@@ -104,19 +121,20 @@ def decimals(quantity: Quantity) -> int:
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
-def _limits(found: Optimised) -> "Table":
-    table = _table("limit", "", "asked", "before", "after", "$ without it")
-    for each in found.limits:
-        if each.limit > 0.0:
-            table.add_row(
-                each.name,
-                f"{each.limit:.3g} {each.unit}",
-                f"{100.0 * each.margin:.0f} %",
-                f"{100.0 * each.before:.0f} %",
-                f"{100.0 * each.after:.0f} %",
-                price_text(each),
-            )
-    return table
+def _limits(found: Optimised) -> Rows:
+    rows = [
+        [
+            each.name,
+            f"{each.limit:.3g} {each.unit}",
+            f"{100.0 * each.margin:.0f} %",
+            f"{100.0 * each.before:.0f} %",
+            f"{100.0 * each.after:.0f} %",
+            price_text(each),
+        ]
+        for each in found.limits
+        if each.limit > 0.0
+    ]
+    return Rows(("limit", "", "asked", "before", "after", "$ without it"), rows)
 
 
 def price_text(limit: LimitUse) -> str:
@@ -131,11 +149,3 @@ def signed(interval: Interval, digits: int) -> str:
     """A change with its interval."""
     return f"{interval.value:+.{digits}f} ({interval.low:+.{digits}f} to {interval.high:+.{digits}f})"
 
-
-def _table(*headings: str) -> "Table":
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
-    first, *others = headings
-    columns = (Column(first, no_wrap=True), *(Column(each, justify="right", no_wrap=True) for each in others))
-    return Table(*columns, box=SIMPLE, pad_edge=False, padding=(0, 1))

@@ -85,6 +85,18 @@ def range_of(option: str, name: str, text: str) -> tuple[Decimal, Decimal]:
     return low, high
 
 
+def whole_range_of(option: str, name: str, text: str) -> tuple[int, int]:
+    """The ends of a range such as 1..20 of whole numbers.
+
+    Raises:
+        WishError: it is none.
+    """
+    low, high = range_of(option, name, text)
+    if low % 1 or high % 1:
+        raise WishError(f"{option}: the ends of {text} are no whole numbers, as {name} are")
+    return int(low), int(high)
+
+
 def seconds_of(text: str) -> float:
     """A time such as 60, 60s or 2min, s.
 

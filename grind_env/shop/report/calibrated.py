@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.shop.calibrate.figure import UNITS
 from grind_env.shop.calibrate.fit import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
+from grind_env.shop.extra import shop_extra
 from grind_env.shop.report.document import (
     Cell,
     Line,
-    ReportError,
     Section,
     figure,
     items,
@@ -30,7 +31,7 @@ from grind_env.shop.report.foundations import foundations, revisions
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
+
 BEFORE, AFTER, LEFT_OUT = "#9aa5b1", "#1f5f8b", "#b3261e"
 OTHER_PART = "#d9822b"
 """Of every second part."""
@@ -44,7 +45,7 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
         files: by what they are, such as log and job; the page states their revisions.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     sections = [
         Section("Verdict", [_verdict(found)]),
@@ -163,10 +164,8 @@ def _points(
 
 
 def _empty(x: str, y: str) -> Any:
-    try:
+    with shop_extra("reports need"):
         from plotly.graph_objects import Figure
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     drawn = Figure()
     drawn.update_xaxes(title_text=x, gridcolor="#e3e3e3", zeroline=False)
     drawn.update_yaxes(title_text=y, gridcolor="#e3e3e3", zeroline=False)

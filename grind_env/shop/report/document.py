@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from grind_env import __version__
-from grind_env.errors import GrindError, printable
-from grind_env.files import write_atomically
+from grind_env.errors import printable
+from grind_env.files import check_target, write_atomically
+from grind_env.shop.extra import shop_extra
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -24,10 +25,6 @@ GENERATOR = f"grind_env {__version__}"
 
 Level = Literal["good", "poor", "bad", ""]
 """What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
-
-
-class ReportError(GrindError):
-    """A report that cannot be made."""
 
 
 class Cell(NamedTuple):
@@ -117,7 +114,7 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
     plotly.js, 4.8 MB.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     markup = _markup()
     has_plots = any('class="plot"' in part for section in sections for part in section.body)
@@ -134,6 +131,18 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
             plotly=markup(_plotly()) if has_plots else "",
         )
     )
+
+
+def prepare_page(path: Path) -> None:
+    """Find out, before long work for a page, whether it can be written.
+
+    Raises:
+        FileError: the folder does not exist.
+        MissingExtra: Jinja2 or plotly is not installed.
+    """
+    check_target(path)
+    _environment()
+    _plotly()
 
 
 def write_page(path: Path, html: str) -> None:
@@ -161,10 +170,8 @@ def _no_tags(document: str) -> str:
 
 @functools.cache
 def _environment() -> "Environment":
-    try:
+    with shop_extra("reports need"):
         from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     return Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -182,8 +189,6 @@ def _markup() -> "type[Markup]":
 
 
 def _plotly() -> str:
-    try:
+    with shop_extra("reports need"):
         from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     return str(get_plotlyjs())

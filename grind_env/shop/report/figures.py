@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.render.curves import GREY, ORANGE, Curve, Picture, joined_runs, labelled_every
-from grind_env.shop.report.document import ReportError
+from grind_env.shop.extra import shop_extra
 
 PANEL = 130
 """px; height of a panel."""
@@ -23,12 +23,10 @@ def run_figure(shown: Picture) -> Any:
     """A panel for each curve over one axis, a `plotly.graph_objects.Figure`; its height is that of `run_height`.
 
     Raises:
-        ReportError: plotly is not installed.
+        MissingExtra: plotly is not installed.
     """
-    try:
+    with shop_extra("reports need"):
         from plotly.subplots import make_subplots
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     rows = len(shown.curves)
     titles = [_heading(curve) for curve in shown.curves]
     figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.3 / rows, subplot_titles=titles)

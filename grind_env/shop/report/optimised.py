@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
+from grind_env.shop.extra import shop_extra
 from grind_env.shop.optimise.optimise import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
@@ -15,7 +16,6 @@ from grind_env.shop.report.document import (
     Level,
     Line,
     Note,
-    ReportError,
     Section,
     figure,
     items,
@@ -44,7 +44,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
         files: by what they are, such as program and job; the page states their revisions.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     after = "after" if found.verdict is Verdict.BETTER else "best one tried"
     sections = [
@@ -139,10 +139,8 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
 
 
 def _shares(limits: list[LimitUse], after: str) -> Any:
-    try:
+    with shop_extra("reports need"):
         from plotly.graph_objects import Bar, Figure, Scatter
-    except ImportError:
-        raise ReportError("reports need jinja2 and plotly; install grind_env[shop]") from None
     names = [plotly_text(each.name) for each in limits]
     said = "%{x}: %{y:.1f} %"
     asked = {"symbol": "line-ew", "size": 60, "line": {"width": 2, "color": "#222"}}

@@ -65,7 +65,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         files: program and job, whose revisions the page states.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or plotly is not installed.
     """
     blocks = block_rows(record, programs)
     shown = picture(record, job)

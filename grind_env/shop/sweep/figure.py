@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grind_env.files import write_atomically
-from grind_env.render.plots import BLUE, FORMATS, GREEN, GREY, ORANGE, RED, PlotError
+from grind_env.render.figures import check_format, new_figure, write_figure
+from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.shop.optimise.trials import LIMITS
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 LINES = (BLUE, "#9ecae1", "#6a51a3", ORANGE, "#8c564b", GREY, RED)
 """Of the dress intervals that are shown over E."""
@@ -22,23 +23,26 @@ DEAREST = 4.0
 
 
 def plot_sweep(found: Sweep, path: Path) -> None:
-    """Draw a sweep.
+    """Draw a sweep into a .png, .svg or .pdf file.
 
     Raises:
         PlotError: another suffix, or matplotlib is not installed.
         FileError: the folder does not exist or cannot be written to.
     """
-    if path.suffix not in FORMATS:
-        raise PlotError(f"{path}: a plot is written as {', '.join(FORMATS)}; name such a file")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-        from matplotlib.ticker import MaxNLocator
-    except ImportError:
-        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
+    check_format(path)
+    write_figure(draw_sweep(found), path)
+
+
+def draw_sweep(found: Sweep) -> "Figure":
+    """Draw a sweep.
+
+    Raises:
+        PlotError: matplotlib is not installed.
+    """
     panels = _panels(found)
-    figure = Figure(figsize=(5.4 * max(len(panels), 1), 7.4), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(5.4 * max(len(panels), 1), 7.4)
+    from matplotlib.ticker import MaxNLocator
+
     figure.suptitle(f"{found.program}: $ a part, batches of {found.parts} runs, {found.lots} lots")
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for (draw_cost, draw_limits), upper, lower in zip(panels, grid[0], grid[1], strict=True):
@@ -47,7 +51,7 @@ def plot_sweep(found: Sweep, path: Path) -> None:
         for axes in (upper, lower):
             if "parts from dress" in axes.get_xlabel():
                 axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=130))
+    return figure
 
 
 Draw = Callable[["Axes"], None]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,11 @@ from grind_env.errors import GrindError
 from grind_env.machine.job_file import load_job
 from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.presenter import html, presenter
 from grind_env.shop.optimise.trials import Array, Measures, Trials, lots_of, trials_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LOTS = 64
 POINTS = 9
@@ -125,6 +129,18 @@ class Sweep:
         while last + 1 < len(points) and _near(points[last + 1], best, most):
             last += 1
         return points[first].every, points[last].every
+
+    def plot(self) -> "Figure":
+        """Cost and limits over dress interval, E, lead and depth, as `grind sweep --plot`.
+
+        Raises:
+            PlotError: matplotlib is not installed.
+        """
+        figure: Figure = presenter("sweeps").figure(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html("sweeps", self)
 
 
 def _near(point: SweepPoint, best: SweepPoint, most: float) -> bool:

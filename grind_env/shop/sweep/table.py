@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 HEADINGS = {
-    "E": "E",
-    "every": "every",
-    "lead": "lead",
-    "depth": "depth",
+    "E": "E\nmm/min",
+    "every": "every\nparts",
+    "lead": "lead\nmm/rev",
+    "depth": "depth\nmm",
     "cost": "cost\n$",
     "seconds": "time\ns",
     "Ra": "Ra\nµm",
@@ -28,22 +28,41 @@ VARIED = ("E", "every", "lead", "depth")
 """Columns that are left out where all rows have the same; the table of the program as it is has them."""
 
 
-def print_sweep(found: Sweep, console: "Console") -> None:
-    """Print the best point of each dress interval, the grid of lead and depth, and what is best."""
-    _print("as it is", [found.own], console)
+class PointTable(NamedTuple):
+    """Points of a sweep, a row each."""
+
+    title: str
+    headings: list[str]
+    rows: list[list[str]]
+
+
+def tables_of(found: Sweep) -> list[PointTable]:
+    """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
+    tables = [_table("as it is", [found.own])]
     if found.speeds:
         several = len({point.every for point in found.speeds}) > 1
         title = "the best E of each dress interval" if several else "over E"
-        _print(title, found.intervals if several else found.speeds, console)
+        tables.append(_table(title, found.intervals if several else found.speeds))
     if found.dresses:
         leads = sorted({point.lead for point in found.dresses})
         several = len(leads) > 1
-        rows = [cheapest([point for point in found.dresses if point.lead == lead]) for lead in leads]
-        _print(
-            "the best depth of each dress lead" if several else "over depth",
-            rows if several else found.dresses,
-            console,
-        )
+        best = [cheapest([point for point in found.dresses if point.lead == lead]) for lead in leads]
+        title = "the best depth of each dress lead" if several else "over depth"
+        tables.append(_table(title, best if several else found.dresses))
+    return tables
+
+
+def print_sweep(found: Sweep, console: "Console") -> None:
+    """Print the tables of a sweep, and what is best."""
+    from rich.box import SIMPLE
+    from rich.table import Column, Table
+
+    for shown in tables_of(found):
+        columns = (Column(heading, justify="right", no_wrap=True) for heading in shown.headings)
+        table = Table(*columns, title=shown.title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+        for row in shown.rows:
+            table.add_row(*row)
+        console.print(table)
     for sentence in sentences(found):
         console.print(sentence, highlight=False, soft_wrap=True)
 
@@ -88,18 +107,11 @@ def _data(point: SweepPoint) -> dict[str, Any]:
     return asdict(point) | {"cost": point.cost._asdict(), "keeps_limits": point.keeps_limits}
 
 
-def _print(title: str, points: Sequence[SweepPoint], console: "Console") -> None:
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
+def _table(title: str, points: Sequence[SweepPoint]) -> PointTable:
     rows = [_cells(point) for point in points]
     same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
     used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
-    columns = (Column(HEADINGS[name], justify="right", no_wrap=True) for name in used)
-    table = Table(*columns, title=title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for row in rows:
-        table.add_row(*(row[name] for name in used))
-    console.print(table)
+    return PointTable(title, [HEADINGS[name] for name in used], [[row[name] for name in used] for row in rows])
 
 
 def _cells(point: SweepPoint) -> dict[str, str]:

@@ -1,0 +1,23 @@
+"""A calibration: the constants that were found, how well they predict, and what was made of the files."""
+
+from typing import TYPE_CHECKING
+
+from grind_env.notebook.markup import fragment, items, paragraphs, table
+from grind_env.shop.calibrate.figure import draw_calibration
+from grind_env.shop.calibrate.result import Calibration
+from grind_env.shop.calibrate.show import HEADINGS, said_sentences, told_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def html(found: Calibration) -> str:
+    """What `grind calibrate` prints."""
+    rows = told_rows(found)
+    shown = table(HEADINGS, rows) if rows else ""
+    return fragment(f"Calibrated from {found.source}", shown, paragraphs(said_sentences(found)), items(found.remarks))
+
+
+def figure(found: Calibration) -> "Figure":
+    """Measured over modelled values."""
+    return draw_calibration(found)

@@ -1,0 +1,91 @@
+"""The HTML that objects are shown as: small, without scripts, styles of a page or anything loaded from elsewhere.
+
+Colours are those of the notebook, dark or light. Each function takes plain texts and gives HTML in which they are
+escaped.
+"""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import NamedTuple
+
+from grind_env.errors import printable
+
+MOST_ROWS = 30
+"""Of a table; of more the first and the last are shown."""
+MOST_LINES = 60
+"""Of a listing; what follows is counted."""
+LONGEST_LINE = 160
+"""Characters of a line of a listing."""
+
+BAD = "color:#d8433b;font-weight:bold"
+"""Readable on white and on black."""
+LEFT, RIGHT = "text-align:left", "text-align:right"
+
+
+class Cell(NamedTuple):
+    """A cell of a table; a plain text is one that is not bad."""
+
+    text: str
+    bad: bool = False
+
+
+def fragment(title: str, *bodies: str) -> str:
+    """What a notebook shows: a title, then bodies by the functions below; its dollars are no mathematics."""
+    heading = f"<p><b>{_escaped(title)}</b></p>" if title else ""
+    return f'<div class="grind tex2jax_ignore mathjax_ignore">{heading}{"".join(bodies)}</div>'
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], left: int = 1) -> str:
+    """A table; its first `left` columns are text, the others numbers."""
+    sides = [LEFT if k < left else RIGHT for k in range(len(headings))]
+    head = "".join(
+        f'<th style="{side}">{_escaped(text)}</th>' for side, text in zip(sides, headings, strict=True)
+    )
+    shown = [[cell if isinstance(cell, Cell) else Cell(cell) for cell in row] for row in rows]
+    body = [
+        "".join(
+            f'<td style="{side}{";" + BAD if cell.bad else ""}">{_escaped(cell.text)}</td>'
+            for side, cell in zip(sides, row, strict=True)
+        )
+        for row in shown
+    ]
+    if len(body) > MOST_ROWS:
+        left_out = len(body) - MOST_ROWS
+        gap = f'<td colspan="{len(headings)}" style="{LEFT}">… {left_out} more</td>'
+        body = [*body[: MOST_ROWS // 2], gap, *body[MOST_ROWS // 2 + left_out :]]
+    lines = "".join(f"<tr>{cells}</tr>" for cells in body)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
+
+
+def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
+    """A sentence or two each; in red what is bad."""
+    style = f' style="{BAD}"' if bad else ""
+    return "".join(f"<p{style}>{_escaped(line)}</p>" for line in lines)
+
+
+def items(lines: Iterable[str]) -> str:
+    """A list; empty for no lines."""
+    listed = "".join(f"<li>{_escaped(line)}</li>" for line in lines)
+    return f"<ul>{listed}</ul>" if listed else ""
+
+
+def listing(lines: Sequence[str], more: int = 0) -> str:
+    """Numbered lines of a program, and how many `more` there are."""
+    width = len(str(len(lines)))
+    hidden = max(len(lines) - MOST_LINES, 0) + more
+    shown = [f"{k:>{width}}  {_cut(line)}" for k, line in enumerate(lines[:MOST_LINES], 1)]
+    end = [f"… {hidden} more lines"] if hidden else []
+    return f'<pre style="{LEFT};overflow-x:auto">{_escaped(chr(10).join([*shown, *end]))}</pre>'
+
+
+def details(summary: str, body: str) -> str:
+    """What is shown when it is asked for."""
+    return f"<details><summary>{_escaped(summary)}</summary>{body}</details>"
+
+
+def _cut(line: str) -> str:
+    return line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"
+
+
+def _escaped(text: str) -> str:
+    return escape(printable(text))

@@ -1,0 +1,11 @@
+"""An optimisation: what was varied, both programs side by side, the limits, and the verdict."""
+
+from grind_env.notebook.markup import fragment, paragraphs, table
+from grind_env.shop.optimise.outcome import Optimised
+from grind_env.shop.optimise.table import heading, sentences, tables_of
+
+
+def html(found: Optimised) -> str:
+    """What `grind optimise` prints."""
+    tables = [table(shown.headings, shown.rows) for shown in tables_of(found)]
+    return fragment(heading(found), *tables, paragraphs(sentences(found)))

@@ -1,0 +1,34 @@
+"""A record: its parts as a table, the totals, what is beyond a limit, and what was warned of."""
+
+from typing import TYPE_CHECKING
+
+from grind_env.machine.record import GrindingRecord
+from grind_env.notebook.markup import Cell, fragment, items, paragraphs, table
+from grind_env.render.plots import draw_record
+from grind_env.render.tables import faults, part_table, totals
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def html(record: GrindingRecord) -> str:
+    """What `grind run` prints."""
+    parts = part_table(record, record.job)
+    headings = [heading.replace("\n", " ") for heading in parts.headings]
+    rows = [
+        [row.number, *(Cell(text, name in row.red) for name, text in zip(parts.fields[1:], row.texts, strict=True))]
+        for row in parts.rows
+    ]
+    found = faults(record, record.job)
+    return fragment(
+        record.programs.name,
+        table(headings, rows),
+        paragraphs([totals(record)]),
+        "".join(paragraphs([fault.sentence], bad=True) + paragraphs([fault.why] if fault.why else []) for fault in found),
+        items([f"warning: {warning}" for warning in record.warnings]),
+    )
+
+
+def figure(record: GrindingRecord) -> "Figure":
+    """What `grind run --plot` draws."""
+    return draw_record(record, record.job, record.programs.name)

@@ -1,0 +1,26 @@
+"""A sweep: its tables of settings, and what is best."""
+
+from typing import TYPE_CHECKING
+
+from grind_env.notebook.markup import fragment, paragraphs, table
+from grind_env.shop.sweep.figure import draw_sweep
+from grind_env.shop.sweep.study import Sweep
+from grind_env.shop.sweep.table import sentences, tables_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def html(found: Sweep) -> str:
+    """What `grind sweep` prints."""
+    bodies = [
+        paragraphs([shown.title]) + table([text.replace("\n", ", ") for text in shown.headings], shown.rows, left=0)
+        for shown in tables_of(found)
+    ]
+    title = f"{found.program}, batches of {found.parts} runs, {found.lots} lots"
+    return fragment(title, *bodies, paragraphs(sentences(found)))
+
+
+def figure(found: Sweep) -> "Figure":
+    """What `grind sweep --plot` draws."""
+    return draw_sweep(found)

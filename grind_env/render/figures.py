@@ -1,0 +1,52 @@
+"""Figures of matplotlib, which notebooks show and which are written as pictures or vectors."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grind_env.errors import GrindError
+from grind_env.files import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = (".png", ".svg", ".pdf")
+
+
+class PlotError(GrindError):
+    """A picture that cannot be drawn."""
+
+
+def check_format(path: str | Path) -> None:
+    """Check the name of a file that a figure is to be written to.
+
+    Raises:
+        PlotError: its suffix is none of `FORMATS`.
+    """
+    if Path(path).suffix not in FORMATS:
+        raise PlotError(f"{path}: a plot is written as {', '.join(FORMATS)}; name such a file")
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """An empty figure of that size in inches.
+
+    Raises:
+        PlotError: matplotlib is not installed.
+    """
+    try:
+        from grind_env.render.shown_figure import ShownFigure
+    except ImportError:
+        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
+    return ShownFigure(width, height)
+
+
+def write_figure(figure: "Figure", path: str | Path) -> None:
+    """Write a figure to a .png, .svg or .pdf file.
+
+    Raises:
+        PlotError: another suffix.
+        FileError: the folder does not exist or cannot be written to.
+    """
+    from grind_env.render.shown_figure import DPI
+
+    check_format(path)
+    write_atomically(Path(path), lambda temporary: figure.savefig(temporary, dpi=DPI))

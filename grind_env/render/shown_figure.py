@@ -1,0 +1,23 @@
+"""A figure of matplotlib that notebooks show without pyplot."""
+
+import io
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+DPI = 130
+"""Of a .png file, and of what a notebook shows."""
+
+
+class ShownFigure(Figure):
+    """A figure outside of pyplot: a notebook shows it once, and nothing has to close it."""
+
+    def __init__(self, width: float, height: float) -> None:
+        """An empty one, its size in inches."""
+        super().__init__(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(self)
+
+    def _repr_png_(self) -> bytes:
+        picture = io.BytesIO()
+        self.savefig(picture, format="png", dpi=DPI)
+        return picture.getvalue()

@@ -1,0 +1,53 @@
+"""E and D of the next block, at the machine."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grind_env.shop.commands.arguments import JobFile, ProgramFile
+
+
+def advise(
+    program: ProgramFile,
+    job: JobFile = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(help="By name, a constant such as E12D0, or a .safetensors file; look_ahead if not given."),
+    ] = None,
+    parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
+    by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
+    measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part.")] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of that file.")] = False,
+    state: Annotated[Path | None, typer.Option(help="State; PROGRAM with .advise.json if not given.")] = None,
+    write: Annotated[
+        Path | None, typer.Option(help="Write E and D as #101=..., #102=... into this file before each block.")
+    ] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Begin anew.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
+) -> None:
+    """Advise at the machine: E and D of the next cycle block from what was measured of those before, with the reason.
+
+    Readings are typed in, or come as JSON lines on standard input, or as rows of a CSV; all of them may be missing:
+    mean_power, first_power, peak_power (W above idle), and of a finished part size_error, Ra, Ra_before (um), diameter
+    (mm), new_lot, new_wheel (1 or 0); E and D where they were not the advised ones. It goes on where it was stopped,
+    and logs everything into a CSV beside its state.
+    """
+    from grind_env.shop.advise.command import open_session
+
+    session = open_session(
+        program,
+        job,
+        policy=policy,
+        parts=parts,
+        by=by,
+        measurements=measurements,
+        follow=follow,
+        state=state,
+        values=write,
+        as_json=as_json,
+    )
+    if restart:
+        session.begin()
+    session.resume()
+    session.run()

@@ -1,0 +1,75 @@
+"""Constants of the process from a log."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grind_env.shop.commands.arguments import ReportFile
+
+
+def calibrate(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the spindle's power, or a table of settings.")],
+    job: Annotated[Path, typer.Option(help="Job file.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the catalogue to this .toml file.")
+    ] = None,
+    program: Annotated[
+        Path | None, typer.Option(help="Part program that was logged; without it LOG is a table of settings.")
+    ] = None,
+    gauge: Annotated[Path | None, typer.Option(help="What was measured of the parts, a row each.")] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="Which column is what, a .toml file.")] = None,
+    names: Annotated[
+        str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
+    ] = "auto",
+    report: ReportFile = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> None:
+    """Fit the process model to a log of the spindle's power, or to a table of settings.
+
+    The log is a text with a column of the time (clock, s, ms) and one of the power (W, kW, hp, % of the rating, or
+    amperes), as it was exported: any separator, decimal point or comma, gaps, rows twice or out of order; one part or
+    several with pauses between. The strokes of the program are looked for in it by their pattern; the power of the
+    idling spindle is read between them. The gauge file has a row for every part: part, size (stock left), Ra, burn (yes
+    or no), wheel diameter; cells may be empty.
+
+    Columns are known by their names in the usual languages. Where they are not, a map says it, by heading or number:
+    tables [log] with time, power, dress, power_unit, time_unit, rated_power (W), volts, power_factor; [gauge] with
+    part, size, Ra, burn, diameter, nominal_size (mm), size_unit.
+
+    What is found is written as a catalogue file, which a job takes up by [catalogue] files = ["shop.toml"]. Each
+    constant has an interval that holds it with 90 %; what the measurements do not tell is kept as the catalogue has it,
+    and named.
+
+    A table of settings has a row for each, ground with a freshly dressed wheel: wheel_speed, table_speed, downfeed,
+    width, length, lead, dress_depth, volume (mm3 per mm of width), and what was measured: power, Ft, Fn, Ra, wear, G.
+    """
+    from rich.console import Console
+
+    from grind_env.files import check_target
+    from grind_env.shop.calibrate.calibration import calibrate as from_log
+    from grind_env.shop.calibrate.result import write_catalogue
+    from grind_env.shop.calibrate.show import as_data, show
+    from grind_env.shop.calibrate.table import calibrate_table
+    from grind_env.shop.report.calibrated import calibrated_report
+    from grind_env.shop.report.document import prepare_page, write_page
+
+    if output is not None:
+        check_target(output)
+    if report is not None:
+        prepare_page(report)
+    with Console(stderr=True).status("reading") as status:
+        if program is None:
+            found = calibrate_table(log, job, map_file=map_file, names=names, told=status.update)
+        else:
+            found = from_log(log, program, job, gauge=gauge, map_file=map_file, names=names, told=status.update)
+    if as_json:
+        print(json.dumps(as_data(found)))
+    else:
+        show(found, Console(markup=False, highlight=False))
+    if report is not None:
+        named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
+        write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))
+    if output is not None:
+        write_catalogue(found, output)

@@ -1,0 +1,69 @@
+"""A dress study of one's own part."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
+
+
+def sweep(
+    program: ProgramFile,
+    job: JobFile = None,
+    speed: Annotated[
+        str | None, typer.Option("--E", help="As 8000..24000, mm/min, of the first block; others keep their ratio.")
+    ] = None,
+    every: Annotated[
+        str | None, typer.Option("--dress-every", help="As 1..20: D on every n-th part only, instead of on each.")
+    ] = None,
+    lead: Annotated[str | None, typer.Option(help="Of the dress, as .05..0.2, mm a revolution.")] = None,
+    depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
+    parts: Runs = 50,
+    seed: Seed = 1,
+    plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> None:
+    """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
+
+    Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over.
+    Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
+    value, and dress intervals from 1 to 20.
+
+    Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
+    (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
+    limit; if not, what they keep of the worst one.
+    """
+    from rich.console import Console
+
+    from grind_env.files import check_target
+    from grind_env.shop.optimise.wishes import range_of, whole_range_of
+    from grind_env.shop.progress import progress
+    from grind_env.shop.sweep.figure import plot_sweep
+    from grind_env.shop.sweep.study import Ranges
+    from grind_env.shop.sweep.study import sweep as study
+    from grind_env.shop.sweep.table import as_data, print_sweep
+
+    def ends(name: str, text: str | None) -> tuple[float, float] | None:
+        if text is None:
+            return None
+        low, high = range_of(f"--{name}", name, text)
+        return float(low), float(high)
+
+    ranges = Ranges(
+        E=ends("E", speed),
+        every=None if every is None else whole_range_of("--dress-every", "intervals", every),
+        lead=ends("lead", lead),
+        depth=ends("depth", depth),
+    )
+    if plot is not None:
+        check_target(plot)
+    with progress() as advance:
+        found = study(program, job, ranges, parts=parts, seed=seed, progress=advance)
+    if plot is not None:
+        plot_sweep(found, plot)
+    if as_json:
+        print(json.dumps(as_data(found)))
+    else:
+        print_sweep(found, Console())
