@@ -1,6 +1,7 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
-Importing the package registers the environments `grind/<Task>-v0`. `evaluate(policy, id)` says what a policy is worth.
+Importing the package registers the environments `grind/<Task>-v0`. `evaluate(policy, id)` says what a policy is worth;
+`grind`, `optimise`, `sweep`, `calibrate` and `report` do what the commands of these names do, on the same files.
 """
 
 import sys
@@ -8,7 +9,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from grind_env import examples
+    from grind_env.control import read as parse_program
+    from grind_env.control import read_file as read_program
+    from grind_env.envs.tasks import load_task
+    from grind_env.machine.grind_file import grind_file as grind
+    from grind_env.machine.job_file import load_job
+    from grind_env.machine.script import script_of
     from grind_env.policies.judging import evaluate
+    from grind_env.shop.calls import calibrate, optimise, report, sweep
 
 try:
     from grind_env.envs import register
@@ -18,14 +27,51 @@ except KeyboardInterrupt:
         sys.exit(130)
     raise
 
-__all__ = ["__version__", "evaluate"]
+__all__ = [
+    "__version__",
+    "calibrate",
+    "evaluate",
+    "examples",
+    "grind",
+    "load_job",
+    "load_task",
+    "optimise",
+    "parse_program",
+    "read_program",
+    "report",
+    "script_of",
+    "sweep",
+]
 __version__ = "0.1.0"
+
+LAZY = {
+    "calibrate": ("shop.calls", "calibrate"),
+    "evaluate": ("policies.judging", "evaluate"),
+    "grind": ("machine.grind_file", "grind_file"),
+    "load_job": ("machine.job_file", "load_job"),
+    "load_task": ("envs.tasks", "load_task"),
+    "optimise": ("shop.calls", "optimise"),
+    "parse_program": ("control", "read"),
+    "read_program": ("control", "read_file"),
+    "report": ("shop.calls", "report"),
+    "script_of": ("machine.script", "script_of"),
+    "sweep": ("shop.calls", "sweep"),
+}
+"""Module and name of what is imported when it is asked for, because it takes long."""
 
 register()
 
 
 def __getattr__(name: str) -> Any:
-    """What is imported when it is asked for, because it takes long."""
-    if name == "evaluate":
-        return import_module("grind_env.policies.judging").evaluate
+    """What is imported when it is asked for."""
+    if name == "examples":
+        return import_module("grind_env.examples")
+    if name in LAZY:
+        module, own_name = LAZY[name]
+        return getattr(import_module(f"grind_env.{module}"), own_name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """With what is imported when it is asked for, so that a notebook can complete it."""
+    return sorted({*globals(), *__all__})

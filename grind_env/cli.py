@@ -209,39 +209,32 @@ def run(
     (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
     the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
-    from dataclasses import replace
-
     from rich.console import Console
 
-    from grind_env import control
-    from grind_env.control.options import interrupts_of, variables_of
-    from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import job_beside, load_job
+    from grind_env.control.options import variables_of
+    from grind_env.machine.grind_file import grind_file
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 
-    programs = control.read_file(program)
-    settings = load_job(job_beside(program) if job is None else job)
-    machine = replace(
-        settings.control,
+    result = grind_file(
+        program,
+        job,
         block_delete=block_delete,
+        blocks=blocks,
         variables=variables_of(variables or ()),
-        operator_dress_at=tuple(sorted(dress_at or ())),
-        interrupts=interrupts_of(interrupts or ()),
+        dress_at=dress_at or (),
+        interrupts=interrupts or (),
     )
-    if blocks is not None:
-        machine = replace(machine, block_budget=blocks)
-    result = grind(programs, settings, control=machine)
     if record is not None:
         result.write(record)
     if plot is not None:
         from grind_env.render.plots import plot_record
 
-        plot_record(result, plot, settings, program.name)
+        plot_record(result, plot, result.job, program.name)
     if as_json:
-        print(json.dumps(as_data(result, settings, program.name)))
+        print(json.dumps(as_data(result, result.job, program.name)))
     else:
-        print_record(result, settings, program.name, Console())
+        print_record(result, result.job, program.name, Console())
     if result.parts["survival"].min() < SCRAP_BELOW:
         raise typer.Exit(GROUND_SCRAP)
 

@@ -38,9 +38,7 @@ def fragment(title: str, *bodies: str) -> str:
 def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], left: int = 1) -> str:
     """A table; its first `left` columns are text, the others numbers."""
     sides = [LEFT if k < left else RIGHT for k in range(len(headings))]
-    head = "".join(
-        f'<th style="{side}">{_escaped(text)}</th>' for side, text in zip(sides, headings, strict=True)
-    )
+    head = "".join(f'<th style="{side}">{_escaped(text)}</th>' for side, text in zip(sides, headings, strict=True))
     shown = [[cell if isinstance(cell, Cell) else Cell(cell) for cell in row] for row in rows]
     body = [
         "".join(

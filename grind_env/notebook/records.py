@@ -15,7 +15,7 @@ def html(record: GrindingRecord) -> str:
     """What `grind run` prints."""
     parts = part_table(record, record.job)
     headings = [heading.replace("\n", " ") for heading in parts.headings]
-    rows = [
+    rows: list[list[str | Cell]] = [
         [row.number, *(Cell(text, name in row.red) for name, text in zip(parts.fields[1:], row.texts, strict=True))]
         for row in parts.rows
     ]
@@ -24,7 +24,9 @@ def html(record: GrindingRecord) -> str:
         record.programs.name,
         table(headings, rows),
         paragraphs([totals(record)]),
-        "".join(paragraphs([fault.sentence], bad=True) + paragraphs([fault.why] if fault.why else []) for fault in found),
+        "".join(
+            paragraphs([fault.sentence], bad=True) + paragraphs([fault.why] if fault.why else []) for fault in found
+        ),
         items([f"warning: {warning}" for warning in record.warnings]),
     )
 

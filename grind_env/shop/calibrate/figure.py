@@ -1,13 +1,15 @@
 """The picture of a calibration: measured over modelled values, with the catalogue as it was and with the fit."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.render.figures import new_figure
 from grind_env.render.plots import BLUE, GREY, RED
 from grind_env.shop.calibrate.fit import YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration
+from grind_env.shop.calibrate.sheet import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,11 +36,12 @@ def draw_calibration(found: Calibration) -> "Figure":
 def _compare(axes: "Axes", found: Calibration, kind: str) -> None:
     measured, fit = found.data.value, found.fit
     mine = (found.data.kind == kind) & np.isfinite(measured)
-    for name, modelled, chosen, style in (
+    styles: list[tuple[str, Floats, NDArray[np.bool_], dict[str, Any]]] = [
         ("catalogue", fit.nominal, mine, {"marker": "o", "mfc": "none", "color": GREY, "ms": 4}),
         ("fit", fit.predicted, mine & fit.used, {"marker": "o", "color": BLUE, "ms": 4}),
         ("left out", fit.predicted, mine & ~fit.used, {"marker": "x", "color": RED, "ms": 6}),
-    ):
+    ]
+    for name, modelled, chosen, style in styles:
         if chosen.any():
             axes.plot(modelled[chosen], measured[chosen], ls="", label=name, **style)
     axes.axline((float(np.median(measured[mine])),) * 2, slope=1.0, color="black", lw=0.8, label="as measured")

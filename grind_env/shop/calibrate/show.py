@@ -10,7 +10,6 @@ from rich.table import Column, Table
 from grind_env.shop.calibrate.fit import ABSOLUTE
 from grind_env.shop.calibrate.result import Calibration, Estimate
 
-
 HEADINGS = ("constant", "was", "is", "90 %", "unit", "spread left %")
 
 
@@ -21,7 +20,9 @@ def told_rows(found: Calibration) -> list[tuple[str, ...]]:
 
 def said_sentences(found: Calibration) -> list[str]:
     """What is to be said below the table."""
-    nothing = [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
+    nothing = (
+        [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
+    )
     return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
 
 

@@ -48,10 +48,8 @@ def calibrate(
     from rich.console import Console
 
     from grind_env.files import check_target
-    from grind_env.shop.calibrate.calibration import calibrate as from_log
-    from grind_env.shop.calibrate.result import write_catalogue
     from grind_env.shop.calibrate.show import as_data, show
-    from grind_env.shop.calibrate.table import calibrate_table
+    from grind_env.shop.calls import calibrate as fit
     from grind_env.shop.report.calibrated import calibrated_report
     from grind_env.shop.report.document import prepare_page, write_page
 
@@ -60,10 +58,7 @@ def calibrate(
     if report is not None:
         prepare_page(report)
     with Console(stderr=True).status("reading") as status:
-        if program is None:
-            found = calibrate_table(log, job, map_file=map_file, names=names, told=status.update)
-        else:
-            found = from_log(log, program, job, gauge=gauge, map_file=map_file, names=names, told=status.update)
+        found = fit(log, job, program=program, gauge=gauge, map_file=map_file, fit=names, told=status.update)
     if as_json:
         print(json.dumps(as_data(found)))
     else:
@@ -72,4 +67,4 @@ def calibrate(
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))
     if output is not None:
-        write_catalogue(found, output)
+        found.write(output)

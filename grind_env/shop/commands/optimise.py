@@ -59,26 +59,33 @@ def optimise(
     """
     from rich.console import Console
 
-    from grind_env.files import check_target, write_atomically
+    from grind_env.files import check_target
     from grind_env.machine.job_file import job_beside, load_job
-    from grind_env.shop.optimise.optimise import optimise as search
+    from grind_env.shop.calls import optimise as search
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
-    from grind_env.shop.optimise.wishes import seconds_of, wishes_of
-    from grind_env.shop.progress import progress
     from grind_env.shop.report.document import prepare_page, write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    wishes = wishes_of(vary, bounds or (), rounding or (), keep or (), margin or ())
-    seconds = seconds_of(budget)
     if output is not None:
         check_target(output)
     if report is not None:
         prepare_page(report)
-    with progress() as advance:
-        found = search(program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance)
+    found = search(
+        program,
+        job,
+        vary=vary,
+        bounds=bounds or (),
+        rounding=rounding or (),
+        margin=margin or (),
+        keep=keep or (),
+        unroll=unroll,
+        parts=parts,
+        budget=budget,
+        seed=seed,
+    )
     if found.verdict is Verdict.BETTER and output is not None:
-        write_atomically(output, lambda path: path.write_bytes(found.data))
+        found.write(output)
     if as_json:
         print(json.dumps(as_data(found)))
     else:

@@ -21,19 +21,8 @@ def report(
     Verdict, margin to each limit, a table of the blocks, plots, parts, dresses, cost, warnings, the program with
     remarks, and what the numbers rest on. Needs the extra [shop].
     """
-    from dataclasses import replace
-
-    from grind_env import control
     from grind_env.errors import printable
-    from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import job_beside, load_job
-    from grind_env.shop.report.document import prepare_page, write_page
-    from grind_env.shop.report.run import run_report
+    from grind_env.shop.calls import report as write_report
 
-    written = program.with_suffix(".html") if output is None else output
-    prepare_page(written)
-    path = job_beside(program) if job is None else job
-    programs, settings = control.read_file(program), load_job(path)
-    record = grind(programs, settings, control=replace(settings.control, block_delete=block_delete))
-    write_page(written, run_report(record, programs, settings, (program, path)))
+    written = write_report(program, job, output, block_delete=block_delete)
     print(printable(f"written: {written}"))

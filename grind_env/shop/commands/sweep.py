@@ -38,29 +38,15 @@ def sweep(
     from rich.console import Console
 
     from grind_env.files import check_target
-    from grind_env.shop.optimise.wishes import range_of, whole_range_of
-    from grind_env.shop.progress import progress
+    from grind_env.render.figures import check_format
+    from grind_env.shop.calls import sweep as study
     from grind_env.shop.sweep.figure import plot_sweep
-    from grind_env.shop.sweep.study import Ranges
-    from grind_env.shop.sweep.study import sweep as study
     from grind_env.shop.sweep.table import as_data, print_sweep
 
-    def ends(name: str, text: str | None) -> tuple[float, float] | None:
-        if text is None:
-            return None
-        low, high = range_of(f"--{name}", name, text)
-        return float(low), float(high)
-
-    ranges = Ranges(
-        E=ends("E", speed),
-        every=None if every is None else whole_range_of("--dress-every", "intervals", every),
-        lead=ends("lead", lead),
-        depth=ends("depth", depth),
-    )
     if plot is not None:
+        check_format(plot)
         check_target(plot)
-    with progress() as advance:
-        found = study(program, job, ranges, parts=parts, seed=seed, progress=advance)
+    found = study(program, job, E=speed, dress_every=every, lead=lead, depth=depth, parts=parts, seed=seed)
     if plot is not None:
         plot_sweep(found, plot)
     if as_json:

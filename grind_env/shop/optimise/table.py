@@ -148,4 +148,3 @@ def price_text(limit: LimitUse) -> str:
 def signed(interval: Interval, digits: int) -> str:
     """A change with its interval."""
     return f"{interval.value:+.{digits}f} ({interval.low:+.{digits}f} to {interval.high:+.{digits}f})"
-

@@ -59,7 +59,9 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 
     for shown in tables_of(found):
         columns = (Column(heading, justify="right", no_wrap=True) for heading in shown.headings)
-        table = Table(*columns, title=shown.title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+        table = Table(
+            *columns, title=shown.title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0)
+        )
         for row in shown.rows:
             table.add_row(*row)
         console.print(table)

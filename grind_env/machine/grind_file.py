@@ -1,0 +1,56 @@
+"""A part program ground from its files in one call, as `grind run` does."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from grind_env.control import Programs, read_file
+from grind_env.control.options import interrupts_of
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job, JobError
+from grind_env.machine.job_file import job_beside, load_job
+from grind_env.machine.record import GrindingRecord
+
+
+def grind_file(
+    program: str | Path | Programs,
+    job: str | Path | Job | None = None,
+    *,
+    block_delete: bool = False,
+    blocks: int | None = None,
+    variables: Mapping[int, float] | None = None,
+    dress_at: Sequence[float] = (),
+    interrupts: Sequence[str] = (),
+) -> GrindingRecord:
+    """Grind with a part program, as `machine.grind` with the control of the job's machine.
+
+    Args:
+        program: its file, or what `control.read` or `control.read_file` returned.
+        job: its file, or what `load_job` returned; the program's name with `.toml` if None.
+        block_delete: whether blocks that begin with '/' are skipped.
+        blocks: most blocks and strokes that the program may execute; the usual number if None.
+        variables: values of # variables at the start, as `{101: 15000}`.
+        dress_at: when the operator asks for a dress, s on the clock of the control.
+        interrupts: programs that the operator asks for in between, as `9200@12.5`.
+
+    Raises:
+        JobError: there is no such job, or it is faulty.
+        ControlError: the program is faulty, or an interrupt cannot be read.
+        GrindError: as of `machine.grind`.
+    """
+    programs = program if isinstance(program, Programs) else read_file(program)
+    settings = job if isinstance(job, Job) else load_job(_beside(program) if job is None else job)
+    control = replace(
+        settings.control,
+        block_delete=block_delete,
+        variables=variables or {},
+        operator_dress_at=tuple(sorted(dress_at)),
+        interrupts=interrupts_of(interrupts),
+    )
+    return grind(programs, settings, control=control if blocks is None else replace(control, block_budget=blocks))
+
+
+def _beside(program: str | Path | Programs) -> Path:
+    if isinstance(program, Programs):
+        raise JobError(f"no job is given for {program.name}: a text has none beside it; give one")
+    return job_beside(Path(program))

@@ -1,0 +1,183 @@
+"""What the commands `report`, `optimise`, `sweep` and `calibrate` do, as one call each, with their defaults.
+
+Whatever is a text on the command line may be the same text here; a range may also be a pair of numbers, and a list of
+values by name a mapping: `bounds="E=5000..25000"` is `bounds={"E": (5000, 25000)}`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import TypeAlias
+
+from grind_env.control import read_file
+from grind_env.machine.grind_file import grind_file
+from grind_env.machine.job_file import job_beside, load_job
+from grind_env.shop.calibrate.calibration import calibrate as from_log
+from grind_env.shop.calibrate.result import Calibration
+from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.optimise.optimise import optimise as search
+from grind_env.shop.optimise.outcome import Optimised
+from grind_env.shop.optimise.wishes import range_of, seconds_of, whole_range_of, wishes_of
+from grind_env.shop.progress import progress
+from grind_env.shop.report.document import prepare_page, write_page
+from grind_env.shop.report.run import run_report
+from grind_env.shop.sweep.study import Ranges, Sweep
+from grind_env.shop.sweep.study import sweep as study
+
+File: TypeAlias = str | Path
+Range: TypeAlias = str | tuple[float, float]
+Named: TypeAlias = str | Sequence[str] | Mapping[str, Range | float]
+
+
+def report(program: File, job: File | None = None, output: File | None = None, *, block_delete: bool = False) -> Path:
+    """Grind with a program and write it up as one HTML file that works offline.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if None.
+        output: the file to be written; the program's name with `.html` if None.
+        block_delete: whether blocks that begin with '/' are skipped.
+
+    Returns:
+        The file.
+
+    Raises:
+        ReportError: the extra [shop] is not installed.
+        FileError: the folder does not exist or cannot be written to.
+        GrindError: as of `machine.grind`.
+    """
+    program = Path(program)
+    written = program.with_suffix(".html") if output is None else Path(output)
+    prepare_page(written)
+    path = job_beside(program) if job is None else Path(job)
+    programs, settings = read_file(program), load_job(path)
+    record = grind_file(programs, settings, block_delete=block_delete)
+    write_page(written, run_report(record, programs, settings, (program, path)))
+    return written
+
+
+def optimise(
+    program: File,
+    job: File | None = None,
+    *,
+    vary: str | None = None,
+    bounds: Named = (),
+    rounding: Named = (),
+    margin: Named = (),
+    keep: str | Sequence[str] = (),
+    unroll: bool = False,
+    parts: int = 50,
+    budget: str | float = "60s",
+    seed: int = 1,
+) -> Optimised:
+    """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if None.
+        vary: what may change, as `E,D,J`: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; those E
+            and D that are there if None.
+        bounds: lowest and highest value by word, in units of the program.
+        rounding: of what values are multiples, by word.
+        margin: share of a limit that 95 of 100 parts must keep, by name: power, temp, Ra, size.
+        keep: cycle blocks that stay as they are, as `N80`.
+        unroll: whether M98 calls are written out, so that each has words of its own.
+        parts: runs of the program in a batch; the wheel carries over.
+        budget: time of the search: `2min`, or s.
+        seed: of lots and search; the same seed finds the same.
+
+    Raises:
+        GrindError: the program cannot be run, there is nothing to vary in it, or a wish cannot be read.
+    """
+    wishes = wishes_of(vary, _named(bounds), _named(rounding), _named(keep), _named(margin))
+    seconds = seconds_of(str(budget))
+    with progress() as advance:
+        return search(program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance)
+
+
+def sweep(
+    program: File,
+    job: File | None = None,
+    *,
+    E: Range | None = None,
+    dress_every: str | tuple[int, int] | None = None,
+    lead: Range | None = None,
+    depth: Range | None = None,
+    parts: int = 50,
+    seed: int = 1,
+) -> Sweep:
+    """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if None.
+        E: of the first cycle block, mm/min; others keep their ratio. Without any range it is swept from half to twice
+            its value, and dress intervals from 1 to 20.
+        dress_every: D on every n-th part only, instead of on each.
+        lead: of the dress, mm a revolution of the wheel.
+        depth: of the dress, mm a pass.
+        parts: runs of the program in a batch; the wheel carries over.
+        seed: of the lots.
+
+    Raises:
+        GrindError: the program cannot be run so, or a range cannot be read.
+    """
+    ranges = Ranges(
+        E=_ends("E", E),
+        every=None if dress_every is None else whole_range_of("--dress-every", "intervals", _text(dress_every)),
+        lead=_ends("lead", lead),
+        depth=_ends("depth", depth),
+    )
+    with progress() as advance:
+        return study(program, job, ranges, parts=parts, seed=seed, progress=advance)
+
+
+def calibrate(
+    log: File,
+    job: File,
+    *,
+    program: File | None = None,
+    gauge: File | None = None,
+    map_file: File | None = None,
+    fit: str = "auto",
+    told: Callable[[str], None] = lambda stage: None,
+) -> Calibration:
+    """Fit the process model to a log of the spindle's power, or to a table of settings.
+
+    Args:
+        log: file of the log, or of the table.
+        job: what was ground on which machine.
+        program: part program that was logged; without it `log` is a table of settings.
+        gauge: file of what was measured of the parts, a row each.
+        map_file: which column is what, where their names do not say it.
+        fit: constants to fit, with commas between; `auto` for those that the log tells.
+        told: is told what is being done.
+
+    Raises:
+        CalibrationError: nothing can be fitted; the message says why, and what to do.
+        GrindError: program or job cannot be used.
+    """
+    mapped, gauged = (None if file is None else Path(file) for file in (map_file, gauge))
+    if program is None:
+        return calibrate_table(Path(log), Path(job), map_file=mapped, names=fit, told=told)
+    return from_log(Path(log), Path(program), Path(job), gauge=gauged, map_file=mapped, names=fit, told=told)
+
+
+def _ends(name: str, asked: Range | None) -> tuple[float, float] | None:
+    if asked is None:
+        return None
+    low, high = range_of(f"--{name}", name, _text(asked))
+    return float(low), float(high)
+
+
+def _named(asked: Named) -> Sequence[str]:
+    """Values by name as the command line has them."""
+    if isinstance(asked, Mapping):
+        return [f"{name}={_text(value)}" for name, value in asked.items()]
+    return [asked] if isinstance(asked, str) else asked
+
+
+def _text(asked: Range | float) -> str:
+    if isinstance(asked, tuple):
+        return "..".join(map(_text, asked))
+    return asked if isinstance(asked, str) else f"{Decimal(str(asked)):f}"
