@@ -8,7 +8,6 @@ import numpy as np
 
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.model import MemberModel
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Array, Decision
@@ -17,8 +16,6 @@ from grind_env.policies.evaluation import episode_seeds, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem, find_problem
-
-LOAD = Outcome._fields.index("power_ratio")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +28,6 @@ class Followed:
         wear_flat: true wear-flat area A before the block.
         growth: true log of the factor on its growth, of wheel and lot.
         belief: what an ensemble filter makes of the measurements before the block.
-        load: highest load of the spindle over its limit in the block.
         cost: of the block, $.
     """
 
@@ -40,7 +36,6 @@ class Followed:
     wear_flat: Array
     growth: Array
     belief: Belief
-    load: Array
     cost: Array
 
     def to_dataframe(self) -> Any:
@@ -61,7 +56,6 @@ class Followed:
             "believed wear-flat area": self.belief.wear_flat,
             "its spread": self.belief.wear_flat_spread,
             "believed growth [ln]": self.belief.growth,
-            "load over limit": self.load,
             "cost [$]": self.cost,
         }
         for name, decision in self.beside.items():
@@ -111,20 +105,19 @@ def follow(
         growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
         before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]
         outcomes, _ = simulation.step(state, *said[0], active=running)
-        row = [*(values for decision in said for values in decision), *before, outcomes[:, LOAD], outcomes[:, COST]]
+        row = [*(values for decision in said for values in decision), *before, outcomes[:, COST]]
         over = np.ones(episodes, bool)
         over[running] = False
         rows.append([np.where(over, np.nan, values) for values in row])
     table = list(np.array(rows).transpose(1, 2, 0))
     decisions = [Decision(*table[2 * k : 2 * k + 2]) for k in range(len(all_of_them))]
-    wear_flat, growth, *believed, load, cost = table[2 * len(all_of_them) :]
+    wear_flat, growth, *believed, cost = table[2 * len(all_of_them) :]
     return Followed(
         chosen=decisions[0],
         beside={each.name: said for each, said in zip(all_of_them[1:], decisions[1:], strict=True)},
         wear_flat=wear_flat,
         growth=growth,
         belief=Belief(*believed),
-        load=load,
         cost=cost,
     )
 

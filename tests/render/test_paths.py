@@ -1,4 +1,4 @@
-"""What is drawn of a tool path: every motion that `grind trace` prints, where it prints it, in the style of its source."""
+"""What is drawn of a tool path: every motion of `grind trace`, where it says, in the style of its source."""
 
 import matplotlib.style
 import numpy as np
