@@ -10,6 +10,7 @@ import typer
 
 from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
+from grind_env.figures import commands as figure_commands
 from grind_env.shop import commands as shop_commands
 from grind_env.terminal import BAD_INPUT, command
 
@@ -392,6 +393,7 @@ def _control(
 
 register(app)
 shop_commands.register(app)
+app.add_typer(figure_commands.app, name="figure")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -19,7 +19,7 @@ LONGEST_LINE = 160
 
 BAD = "color:#d8433b;font-weight:bold"
 """Readable on white and on black."""
-LEFT, RIGHT = "text-align:left", "text-align:right"
+LEFT, RIGHT = "text-align:left;padding:2px 8px", "text-align:right;padding:2px 8px"
 
 
 class Cell(NamedTuple):
@@ -52,7 +52,8 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], left: i
         gap = f'<td colspan="{len(headings)}" style="{LEFT}">… {left_out} more</td>'
         body = [*body[: MOST_ROWS // 2], gap, *body[MOST_ROWS // 2 + left_out :]]
     lines = "".join(f"<tr>{cells}</tr>" for cells in body)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
+    whole = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
+    return f'<div style="overflow-x:auto;margin:0.5em 0">{whole}</div>'
 
 
 def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
@@ -73,12 +74,7 @@ def listing(lines: Sequence[str], more: int = 0) -> str:
     hidden = max(len(lines) - MOST_LINES, 0) + more
     shown = [f"{k:>{width}}  {_cut(line)}" for k, line in enumerate(lines[:MOST_LINES], 1)]
     end = [f"… {hidden} more lines"] if hidden else []
-    return f'<pre style="{LEFT};overflow-x:auto">{_escaped(chr(10).join([*shown, *end]))}</pre>'
-
-
-def details(summary: str, body: str) -> str:
-    """What is shown when it is asked for."""
-    return f"<details><summary>{_escaped(summary)}</summary>{body}</details>"
+    return f'<pre style="text-align:left;overflow-x:auto">{_escaped(chr(10).join([*shown, *end]))}</pre>'
 
 
 def _cut(line: str) -> str:

@@ -9,7 +9,13 @@ from grind_env.files import write_atomically
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMATS = (".png", ".svg", ".pdf")
+UNDATED: dict[str, dict[str, None]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+"""What is left out of the description of a file, by its suffix."""
+FORMATS = tuple(UNDATED)
 
 
 class PlotError(GrindError):
@@ -40,13 +46,17 @@ def new_figure(width: float, height: float) -> "Figure":
 
 
 def write_figure(figure: "Figure", path: str | Path) -> None:
-    """Write a figure to a .png, .svg or .pdf file.
+    """Write a figure to a .png, .svg or .pdf file; the same figure gives the same bytes.
 
     Raises:
         PlotError: another suffix.
         FileError: the folder does not exist or cannot be written to.
     """
+    from matplotlib import rc_context
+
     from grind_env.render.shown_figure import DPI
 
     check_format(path)
-    write_atomically(Path(path), lambda temporary: figure.savefig(temporary, dpi=DPI))
+    path = Path(path)
+    with rc_context({"svg.hashsalt": "grind_env", "pdf.fonttype": 42}):  # journals want TrueType
+        write_atomically(path, lambda name: figure.savefig(name, dpi=DPI, metadata=UNDATED[path.suffix]))

@@ -9,14 +9,14 @@ from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
-from grind_env.render.figures import FORMATS, PlotError, check_format, new_figure, write_figure
+from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
 from grind_env.render.tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "FORMATS", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_record", "plot_record"]
+__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Blocks, parts or dresses that are labelled; of more every k-th is."""
@@ -58,18 +58,19 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
     """
     shown = picture(record, job)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
-    _draw(shown, figure)
+    draw_panels(shown, figure, 9.0)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
     summary.set_parse_math(False)
     return figure
 
 
-def _draw(shown: Picture, figure: "Figure") -> None:
+def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
+    """Draw all curves of a picture into an empty figure, one below the other, with headings of that size in pt."""
     from matplotlib.ticker import MaxNLocator
 
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
     for panel, curve in zip(panels, shown.curves, strict=True):
-        _draw_curve(panel, curve, shown)
+        _draw_curve(panel, curve, shown, size)
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
     figure.align_ylabels(panels)
@@ -81,7 +82,7 @@ def _draw(shown: Picture, figure: "Figure") -> None:
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
+def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None:
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
@@ -92,7 +93,7 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
         at, values = (np.insert(each, shown.breaks, np.nan) for each in (shown.at, curve.mean))
         axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5)
         axes.plot(shown.at, curve.mean, "o", color=curve.color, ms=3.0 if len(shown.at) < 200 else 1.5, mew=0.0)
-    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=9)
+    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color="#e3e3e3", lw=0.6)
     axes.set_axisbelow(True)
@@ -101,12 +102,12 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture) -> None:
 
 def _wrapped(title: str, unit: str) -> str:
     """A heading on two or three short lines."""
-    words, lines = title.split(), [""]
-    for word in words:
+    lines = [""]
+    for word in (title if unit == "-" else f"{title}, {unit}").split():
         if len(lines[-1]) + len(word) > 13 and lines[-1]:
             lines.append("")
         lines[-1] = f"{lines[-1]} {word}".strip()
-    return "\n".join([*lines[:-1], f"{lines[-1]}, {unit}" if unit != "-" else lines[-1]])
+    return "\n".join(lines)
 
 
 def _mark_limits(axes: "Axes", curve: Curve) -> None:

@@ -1,21 +1,18 @@
 """What the commands `report`, `optimise`, `sweep` and `calibrate` do, as one call each, with their defaults.
 
 Whatever is a text on the command line may be the same text here; a range may also be a pair of numbers, and a list of
-values by name a mapping: `bounds="E=5000..25000"` is `bounds={"E": (5000, 25000)}`.
+values by name a mapping: `bounds="E=5000..25000"` is `bounds={"E": (5000, 25000)}`. What needs libraries of the extra
+[shop] is imported by the call that needs it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from grind_env.control import read_file
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job_file import job_beside, load_job
-from grind_env.shop.calibrate.calibration import calibrate as from_log
-from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.table import calibrate_table
-from grind_env.shop.optimise.optimise import optimise as search
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.wishes import range_of, seconds_of, whole_range_of, wishes_of
 from grind_env.shop.progress import progress
@@ -23,6 +20,9 @@ from grind_env.shop.report.document import prepare_page, write_page
 from grind_env.shop.report.run import run_report
 from grind_env.shop.sweep.study import Ranges, Sweep
 from grind_env.shop.sweep.study import sweep as study
+
+if TYPE_CHECKING:
+    from grind_env.shop.calibrate.result import Calibration
 
 File: TypeAlias = str | Path
 Range: TypeAlias = str | tuple[float, float]
@@ -89,6 +89,8 @@ def optimise(
     Raises:
         GrindError: the program cannot be run, there is nothing to vary in it, or a wish cannot be read.
     """
+    from grind_env.shop.optimise.optimise import optimise as search
+
     wishes = wishes_of(vary, _named(bounds), _named(rounding), _named(keep), _named(margin))
     seconds = seconds_of(str(budget))
     with progress() as advance:
@@ -141,7 +143,7 @@ def calibrate(
     map_file: File | None = None,
     fit: str = "auto",
     told: Callable[[str], None] = lambda stage: None,
-) -> Calibration:
+) -> "Calibration":
     """Fit the process model to a log of the spindle's power, or to a table of settings.
 
     Args:
@@ -157,6 +159,9 @@ def calibrate(
         CalibrationError: nothing can be fitted; the message says why, and what to do.
         GrindError: program or job cannot be used.
     """
+    from grind_env.shop.calibrate.calibration import calibrate as from_log
+    from grind_env.shop.calibrate.table import calibrate_table
+
     mapped, gauged = (None if file is None else Path(file) for file in (map_file, gauge))
     if program is None:
         return calibrate_table(Path(log), Path(job), map_file=mapped, names=fit, told=told)

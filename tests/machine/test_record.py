@@ -29,8 +29,11 @@ def test_parquet_and_data_frame_return_every_number(tmp_path: Path) -> None:
 
     record = run(HEAD + CYCLE + "M30\n", job())
     record.write(tmp_path / "strokes.parquet")
-    pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / "strokes.parquet"), record.to_frame())
-    assert list(record.to_frame()["T"]) == list(record.strokes["T"])
+    frame = record.to_dataframe()
+    written = pandas.read_parquet(tmp_path / "strokes.parquet")
+    assert [column.partition(" [")[0] for column in frame] == list(written)
+    pandas.testing.assert_frame_equal(written, frame.set_axis(list(written), axis=1))
+    assert list(frame["T [K]"]) == list(record.strokes["T"])
 
 
 def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -41,7 +44,7 @@ def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     record = run(HEAD + CYCLE + "M30\n", job())
     record.write(tmp_path / "strokes.csv")
     with pytest.raises(RecordError, match="pandas"):
-        record.to_frame()
+        record.to_dataframe()
     with pytest.raises(RecordError, match="pyarrow"):
         record.write(tmp_path / "strokes.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]

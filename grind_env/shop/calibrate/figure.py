@@ -37,7 +37,7 @@ def _compare(axes: "Axes", found: Calibration, kind: str) -> None:
     measured, fit = found.data.value, found.fit
     mine = (found.data.kind == kind) & np.isfinite(measured)
     styles: list[tuple[str, Floats, NDArray[np.bool_], dict[str, Any]]] = [
-        ("catalogue", fit.nominal, mine, {"marker": "o", "mfc": "none", "color": GREY, "ms": 4}),
+        ("catalogue", fit.nominal, mine, {"marker": "o", "mfc": "none", "color": GREY, "ms": 7}),
         ("fit", fit.predicted, mine & fit.used, {"marker": "o", "color": BLUE, "ms": 4}),
         ("left out", fit.predicted, mine & ~fit.used, {"marker": "x", "color": RED, "ms": 6}),
     ]

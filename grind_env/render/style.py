@@ -1,0 +1,49 @@
+"""The style of figures for papers: sizes of journal columns, fonts of 8 pt, and marks that grey prints tell apart."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from grind_env.render.figures import PlotError
+
+COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
+"""Widths of a column and of a page of two columns, in."""
+
+FONT = 8.0
+"""pt."""
+
+COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
+"""Of Okabe and Ito: told apart with any colour vision."""
+DASHES = ("-", "--", "-.", ":", "-", "--")
+"""Beside them, for grey prints."""
+MARKS = ("o", "s", "^", "D", "v", "P")
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Draw in here in the style of papers.
+
+    Raises:
+        PlotError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib import rc_context
+    except ImportError:
+        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
+    settings: Any = {
+        **dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize", "figure.titlesize"), FONT),
+        **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), FONT),
+        "legend.frameon": False,
+        "axes.linewidth": 0.6,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "lines.linewidth": 1.1,
+        "lines.markersize": 3.5,
+        "xtick.major.width": 0.6,
+        "ytick.major.width": 0.6,
+        "grid.linewidth": 0.4,
+        "grid.color": "#d9d9d9",
+        "axes.axisbelow": True,
+    }
+    with rc_context(settings):
+        yield

@@ -1,0 +1,167 @@
+"""Figures for papers: sizes, units, formats, and that they show the numbers that they are made of."""
+
+import itertools
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.control import read_file
+from grind_env.envs.job.text import repeated
+from grind_env.errors import GrindError
+from grind_env.machine.record import GrindingRecord
+from grind_env.shop.sweep.study import Sweep
+from tests.command import Grind
+
+pytest.importorskip("matplotlib")
+
+from grind_env.figures.cycle import cycle_figure
+from grind_env.figures.interval import interval_figure
+from grind_env.figures.policy_map import NAMES, PolicyMap, policy_map, policy_map_figure
+from grind_env.figures.wheel import wheel_figure
+from grind_env.render.figures import PlotError, write_figure
+from grind_env.render.style import COLOURS, COLUMN, DASHES, MARKS, PAGE
+
+PLATE = grind_env.examples.path("plate_g82.nc")
+MM = 25.4
+PARTS = 3
+
+
+@pytest.fixture(scope="module")
+def batch() -> GrindingRecord:
+    return grind_env.grind(repeated(read_file(PLATE), PARTS), PLATE.with_suffix(".toml"))
+
+
+@pytest.fixture(scope="module")
+def swept() -> Sweep:
+    return grind_env.sweep(PLATE, dress_every=(1, 4), parts=4)
+
+
+@pytest.fixture(scope="module")
+def mapped() -> PolicyMap:
+    return policy_map(None, "power_limited", episodes=4)
+
+
+def test_they_are_as_wide_as_a_column_or_a_page_in_letters_of_8_to_9_pt(
+    batch: GrindingRecord, swept: Sweep, mapped: PolicyMap
+) -> None:
+    from matplotlib.text import Text
+
+    figures = {
+        PAGE: [cycle_figure(batch), policy_map_figure(mapped)],
+        COLUMN: [wheel_figure(batch), interval_figure(swept)],
+    }
+    assert pytest.approx((85.0, 170.0)) == (COLUMN * MM, PAGE * MM)
+    for width, figure in [(width, each) for width, some in figures.items() for each in some]:
+        figure.canvas.draw()
+        assert figure.get_figwidth() == pytest.approx(width)
+        texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+        assert {text.get_fontsize() for text in texts} <= {8.0, 9.0}
+
+
+def test_every_axis_has_its_unit(batch: GrindingRecord, swept: Sweep, mapped: PolicyMap) -> None:
+    plain = {"burn ratio", "believed factor on its growth", "", "stroke", "part; dotted: dress"}
+    plain |= {"parts from dress to dress, each with its best E", "D, dress executions"}
+    unit = re.compile(r", (µm|kW|K|%|\$ a part|m/min|mm³/mm)$|, %$")
+    for figure in (cycle_figure(batch), wheel_figure(batch), interval_figure(swept), policy_map_figure(mapped)):
+        for axes in figure.axes:
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                said = label.replace("\n", " ")
+                assert said in plain or unit.search(said), said
+
+
+def test_lines_are_told_apart_without_colour() -> None:
+    looks = list(itertools.islice(zip(DASHES, MARKS, strict=True), len(COLOURS)))
+    assert len(set(looks)) == len(set(MARKS)) == len(COLOURS)
+
+
+@pytest.mark.parametrize("suffix", [".pdf", ".svg", ".png"])
+def test_the_same_figure_has_the_same_bytes(suffix: str, batch: GrindingRecord, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_figure(wheel_figure(batch), tmp_path / f"{name}{suffix}")
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_the_wheel_is_shown_as_the_record_has_it(batch: GrindingRecord) -> None:
+    flats, *_, lost = wheel_figure(batch).axes
+    values = np.asarray(flats.lines[0].get_ydata())
+    np.testing.assert_allclose(values[np.isfinite(values)], 100.0 * batch.strokes["A"])
+    at = np.asarray(flats.lines[0].get_xdata())
+    assert np.all(np.round(at[np.isfinite(at)]) == batch.strokes["part"])
+    assert np.isnan(values).sum() == len(batch.dresses) == PARTS
+    assert np.nanmax(lost.lines[0].get_ydata()) == pytest.approx(1000 * np.ptp(batch.strokes["ds"]))
+
+
+def test_the_cost_over_the_interval_is_that_of_the_sweep(swept: Sweep) -> None:
+    axes = interval_figure(swept).axes[0]
+    line = axes.lines[0]
+    np.testing.assert_allclose(line.get_xdata(), [1, 2, 3, 4])
+    np.testing.assert_allclose(line.get_ydata(), [point.cost.value for point in swept.intervals])
+
+
+def test_without_intervals_there_is_nothing_to_draw(swept: Sweep) -> None:
+    with pytest.raises(GrindError, match="no dress interval was swept"):
+        interval_figure(replace(swept, speeds=(replace(swept.own, every=0),)))
+
+
+def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:
+    middle = len(mapped.growths) // 4
+    assert mapped.speeds[middle, 0] > mapped.speeds[middle, -1]
+    assert mapped.executions[middle, 0] == 0.0 and mapped.executions[middle, -1] >= 1.0
+    assert mapped.visited.shape == (4 * 60, 2)
+    assert np.all(np.diff(mapped.areas) > 0.0) and np.all(np.diff(mapped.growths) > 0.0)
+
+
+def test_where_the_belief_stands_in_what_an_agent_sees() -> None:
+    """The last feature is the logarithm of the believed wear-flat area, by which the others are found."""
+    from grind_env.policies.evaluation import episode_seeds, start_episodes
+    from grind_env.policies.learned.view import LearnerView
+    from grind_env.policies.problem import find_problem
+    from grind_env.policies.scripted.rules import REFERENCE_AREA
+
+    simulation = find_problem("power_limited").simulation()
+    view = LearnerView(simulation, "belief", "grid")
+    episodes = start_episodes(simulation, episode_seeds("training", 2))
+    view.begin(2)
+    seen = view.features(simulation.observe(episodes))
+    first = seen.shape[1] - len(NAMES) - 1
+    area = view.wear_flat_scale * seen[:, first]
+    np.testing.assert_allclose(np.log(area / REFERENCE_AREA), seen[:, -1], rtol=1e-5)
+
+
+@pytest.mark.parametrize("policy", ["adaptive_rule", "E8D1"])
+def test_what_sees_no_belief_has_no_map(policy: str) -> None:
+    with pytest.raises(GrindError, match="has no map over a belief"):
+        policy_map(policy, "power_limited")
+
+
+@pytest.mark.parametrize(
+    ("words", "size"),
+    [
+        (("cycle", PLATE), 170.0),
+        (("wheel", PLATE, "--parts", 2), 85.0),
+        (("interval", PLATE, "--dress-every", "1..2", "--parts", 2), 85.0),
+        (("policy-map", "--episodes", 2), 170.0),
+    ],
+)
+def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grind, tmp_path: Path) -> None:
+    status, out, err = grind("figure", *words, "-o", tmp_path / "figure.svg")
+    assert (status, out, err) == (0, "", "")
+    width = re.search(r'width="([\d.]+)pt"', (tmp_path / "figure.svg").read_text(encoding="utf-8"))
+    assert width is not None and float(width[1]) / 72.0 * MM == pytest.approx(size, abs=0.1)
+
+
+@pytest.mark.parametrize(("name", "said"), [("a.jpg", ".png, .svg, .pdf"), ("none/a.pdf", "there is no folder")])
+def test_a_file_that_cannot_be_written_is_told_before_the_work(
+    name: str, said: str, grind: Grind, tmp_path: Path
+) -> None:
+    status, _, err = grind("figure", "cycle", "missing.nc", "-o", tmp_path / name)
+    assert status == 2 and said in err and "missing.nc" not in err
+
+
+def test_another_suffix_is_refused(batch: GrindingRecord, tmp_path: Path) -> None:
+    with pytest.raises(PlotError, match="name such a file"):
+        write_figure(wheel_figure(batch), tmp_path / "a.txt")

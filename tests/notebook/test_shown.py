@@ -1,0 +1,264 @@
+"""What a notebook shows of an object: its numbers, escaped texts, nothing that is loaded or run."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import grind_env
+from grind_env.control import read
+from grind_env.envs.tasks import Kind, Task
+from grind_env.machine.record import UNITS, GrindingRecord, RecordError
+from grind_env.notebook.markup import MOST_ROWS, fragment, items, listing, paragraphs, table
+from grind_env.pages import page
+from grind_env.policies.judging import Judgement
+from grind_env.policies.statistics import Interval
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
+from grind_env.shop.sweep.study import Sweep
+from tests.machine.harness import CYCLE, HEAD, job, run
+
+PLATE = grind_env.examples.path("plate_g82.nc")
+PLAIN = {"div", "p", "b", "table", "thead", "tbody", "tr", "th", "td", "ul", "li", "pre"}
+HOSTILE = '<script>alert("1")</script>&lt;$x$'
+
+
+class Shown(HTMLParser):
+    """The tags of a text, the rows of its tables and all that it says; it must be well formed and load nothing."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.rows: list[list[str]] = []
+        self.said = ""
+        self.feed(html)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert tag in PLAIN
+        assert {name for name, _ in attrs} <= {"style", "class", "colspan"}
+        assert not any("url" in (value or "") for _, value in attrs)
+        self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.said += data
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+    def column(self, heading: str) -> list[str]:
+        """The cells below a heading."""
+        first = next(k for k, row in enumerate(self.rows) if heading in row)
+        rows = [row for row in self.rows[first + 1 :] if len(row) == len(self.rows[first])]
+        return [row[self.rows[first].index(heading)] for row in rows]
+
+
+def shown(thing: Any) -> Shown:
+    return Shown(thing._repr_html_())
+
+
+@pytest.fixture(scope="module")
+def record() -> GrindingRecord:
+    return run(HEAD + CYCLE.replace("P9100", "P9100 D1") + "M30\n", job(roughness_limit=0.05))
+
+
+@pytest.fixture(scope="module")
+def swept() -> Sweep:
+    return grind_env.sweep(PLATE, E=(12_000, 20_000), dress_every=(1, 3), parts=3)
+
+
+@given(st.text() | st.just(HOSTILE) | st.text("<>&\"'/$\x1b"))
+@settings(max_examples=100)
+def test_any_text_is_shown_as_it_is_and_never_read_as_markup(text: str) -> None:
+    html = fragment(text, table((text, "b"), [(text, text)]), paragraphs([text]), items([text]), listing([text]))
+    found = Shown(html)
+    printed = found.rows[0][0]
+    assert found.rows == [[printed, "b"], [printed, printed]]
+    if text.isprintable():
+        assert printed == text
+
+
+def test_of_a_long_table_the_first_and_the_last_rows_are_shown() -> None:
+    found = Shown(table(("n",), [(str(k),) for k in range(200)]))
+    assert found.rows[1] == ["0"] and found.rows[-1] == ["199"]
+    assert len(found.rows) == 2 + MOST_ROWS
+    assert [f"… {200 - MOST_ROWS} more"] in found.rows
+
+
+def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(record: GrindingRecord) -> None:
+    found, part = shown(record), record.parts[0]
+    assert float(found.column("Ra µm")[0]) == pytest.approx(part["Ra"], abs=0.005)
+    assert float(found.column("power kW")[0]) == pytest.approx(part["peak_power"] / 1000.0, abs=0.005)
+    assert float(found.column("cost $")[0]) == pytest.approx(part["total_cost"], abs=0.005)
+    assert "beyond the limit of Ra" in found.said
+
+
+def test_a_record_knows_its_program_and_its_job() -> None:
+    found = grind_env.grind(PLATE)
+    assert found.programs.name == PLATE.name
+    assert found.job == grind_env.load_job(PLATE.with_suffix(".toml"))
+
+
+@pytest.mark.parametrize("name", ["strokes", "dresses", "parts"])
+def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record: GrindingRecord) -> None:
+    pytest.importorskip("pandas")
+    frame, rows = record.to_dataframe(name), getattr(record, name)
+    assert len(frame) == len(rows) > 0
+    for field, column in zip(rows.dtype.names, frame, strict=True):
+        assert column == (f"{field} [{UNITS[field]}]" if field in UNITS else field)
+        np.testing.assert_array_equal(frame[column].to_numpy(), rows[field])
+
+
+def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
+    from grind_env.machine.record import DRESS_ROW, PART_ROW, STROKE_ROW
+
+    names = {name for dtype in (STROKE_ROW, DRESS_ROW, PART_ROW) for name in dtype.names or ()}
+    counted = {"part", "line", "number", "groove", "after", "program", "cause", "strokes", "infeeds", "dresses"}
+    shares = {"torque", "eps", "Br", "G", "A", "lam", "unground", "peak_torque", "burn_ratio", "earlier", "survival"}
+    assert names - set(UNITS) == counted | shares
+
+
+def test_a_record_has_no_other_table(record: GrindingRecord) -> None:
+    with pytest.raises(RecordError, match=r"'cost'.*strokes, dresses, parts"):
+        record.to_dataframe("cost")  # type: ignore[arg-type]
+
+
+def test_a_program_shows_its_text_escaped_with_the_numbers_of_its_lines() -> None:
+    said = f"%\n({HOSTILE})\r\nN10 G71\n" + "N20 G04 P1\n" * 100
+    found = shown(read(said, HOSTILE))
+    assert found.said.startswith(HOSTILE)
+    assert f" 2  ({HOSTILE})\n" in found.said
+    assert "… 43 more lines" in found.said
+
+
+def test_a_program_that_no_control_would_run_is_shown_as_well() -> None:
+    assert "1  G99 ?? \\x1b" in shown(read("G99 ?? \x1b")).said
+
+
+def test_a_script_shows_its_blocks() -> None:
+    script = grind_env.script_of(
+        grind_env.read_program(PLATE), grind_env.load_job(grind_env.examples.path("plate_g82.toml"))
+    )
+    found = shown(script)
+    assert found.column("block") == ["N50", "N70"]
+    assert found.column("E, mm/min") == ["15000", "9000"]
+    assert found.column("depth at end, mm") == ["0.17", "0.2"]
+
+
+@given(st.sampled_from(["<script>", "</td>", 'a"b', "a & b", "$x$"]))
+@settings(max_examples=5)
+def test_a_task_shows_its_kinds_of_block(name: str) -> None:
+    kind = Kind(name=name, material="aisi_52100", stock=0.2, pick=0.01, width=20.0, length=200.0, tolerance=9.0)
+    task = Task(name=name, title=HOSTILE, blocks=10, reference_cost=2.0, kinds=(kind,), sequence=(name,))
+    found = shown(task)
+    assert HOSTILE in found.said
+    assert found.column("block") == [name]
+    assert [float(found.column(heading)[0]) for heading in ("stock, mm", "width, mm", "tolerance, µm")] == [0.2, 20, 9]
+    assert found.column("Ra limit, µm") == [""]
+
+
+def test_the_page_of_a_task_is_that_of_its_id_and_of_a_file_all_that_it_says(tmp_path: Path) -> None:
+    task = grind_env.load_task("slot")
+    assert task.page() == page("grind/Slot-v0")
+    assert task.page()._repr_markdown_() == task.page()  # type: ignore[attr-defined]
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "slot"\nblocks = 6\n', encoding="utf-8")
+    assert "\nblocks = 6\n" in grind_env.load_task(str(file)).page()
+
+
+def test_an_evaluation_shows_cost_score_and_their_intervals() -> None:
+    found = grind_env.evaluate("E8D1", "grind/PowerLimited-v0", episodes=2)
+    rows = {row[0]: row[1:] for row in shown(found).rows}
+    cost = found.evaluation.cost_per_good_part
+    assert rows["cost, $ per good part"] == [f"{cost.value:.3f}", f"{cost.low:.3f} to {cost.high:.3f}"]
+    assert float(rows["E, m/min"][0]) == pytest.approx(8.0)
+    assert found.score is not None and rows["score"][0] == f"{found.score.value:.1f}"
+    assert {row[0] for row in shown(found.evaluation).rows} == set(rows) - {"score"}
+    assert HOSTILE in shown(replace(found, policy=HOSTILE)).said
+    assert isinstance(found, Judgement)
+
+
+def test_a_sweep_shows_the_costs_of_its_points(swept: Sweep) -> None:
+    found = shown(swept)
+    assert found.column("every parts")[:3] == ["1", "2", "3"]
+    assert found.column("cost $")[0] == f"{swept.own.cost.value:.3f}"
+    assert f"cheapest: {swept.best.cost.value:.3f} $ a part" in found.said
+
+
+def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path: Path) -> None:
+    same = Interval(2.0, 1.9, 2.1)
+    found = Optimised(
+        program=HOSTILE,
+        job="plate.toml",
+        verdict=Verdict.BETTER,
+        reason="less beyond chance",
+        words=(WordChange(name="E", place="N50", before="15000.", after="17000.", unit="mm/min", at_bound=""),),
+        quantities=(
+            Quantity(
+                name="cost", unit="$", before=same, after=same, difference=Interval(-0.1, -0.2, 0.0), expected=(2, 1.9)
+            ),
+        ),
+        limits=(LimitUse(name="Ra", limit=0.5, unit="um", margin=1.0, before=0.6, after=0.7, price=None, binds=False),),
+        remarks=(HOSTILE,),
+        before="",
+        after="",
+        data=b"G82\r\n",
+        parts=50,
+        lots=256,
+        seed=1,
+        evaluations=3,
+        ended_early=False,
+    )
+    assert ["N50", "E", "15000.", "17000.", "mm/min"] in shown(found).rows
+    assert ["cost, $", "2.000", "2.000", "-0.100 (-0.200 to +0.000)", "2.000", "1.900"] in shown(found).rows
+    found.write(tmp_path / "better.nc")
+    assert (tmp_path / "better.nc").read_bytes() == found.data
+    with pytest.raises(grind_env.errors.GrindError, match="not written"):
+        replace(found, verdict=Verdict.NOT_BETTER).write(tmp_path / "worse.nc")
+    assert [path.name for path in tmp_path.iterdir()] == ["better.nc"]
+
+
+def test_plots_are_figures_whose_axes_have_units_and_that_a_notebook_shows(
+    record: GrindingRecord, swept: Sweep
+) -> None:
+    pytest.importorskip("matplotlib")
+    for figure in (record.plot(), swept.plot()):
+        assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+        labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
+        assert all(", " in label or "$" in label or "%" in label or label == "burn ratio" for label in labels), labels
+
+
+@pytest.mark.parametrize(
+    ("library", "call", "said"),
+    [
+        ("pandas", "record.to_dataframe()", "data frames need pandas; install grind_env[data]"),
+        ("matplotlib", "record.plot()", "plots need matplotlib; install grind_env[plot]"),
+    ],
+)
+def test_without_a_library_one_sentence_says_what_to_install(library: str, call: str, said: str) -> None:
+    code = f"""
+import sys
+sys.modules[{library!r}] = None
+import grind_env
+record = grind_env.grind(grind_env.examples.path("plate_g82.nc"))
+assert "plate_g82.nc" in record._repr_html_()
+try:
+    {call}
+except grind_env.errors.GrindError as error:
+    print(error)
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.strip() == said

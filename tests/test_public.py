@@ -1,0 +1,92 @@
+"""The names at the top of the package: they do what the commands do, and cost nothing before they are used."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+from grind_env.machine.job import JobError
+from tests.command import Grind
+
+PLATE = grind_env.examples.path("plate_g82.nc")
+
+
+def test_importing_the_package_imports_nothing_heavy() -> None:
+    code = "import sys, grind_env; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    heavy = ("pandas", "matplotlib", "scipy", "jinja2", "plotly", "torch", "grind_env.shop", "grind_env.machine.grind")
+    assert not set(loaded) & set(heavy)
+
+
+def test_every_public_name_is_there_documented_and_completed() -> None:
+    for name in grind_env.__all__:
+        assert name in dir(grind_env)
+        assert getattr(grind_env, name).__doc__
+    with pytest.raises(AttributeError, match="no attribute 'grid'"):
+        grind_env.grid  # noqa: B018
+
+
+@pytest.mark.parametrize("name", grind_env.examples.names())
+def test_examples_have_a_job_beside_them(name: str) -> None:
+    assert grind_env.grind(grind_env.examples.path(name)).parts.size > 0
+
+
+def test_an_example_that_there_is_not_is_told() -> None:
+    with pytest.raises(GrindError, match=r"did you mean plate_g82.nc"):
+        grind_env.examples.path("plate_g83.nc")
+
+
+def test_grind_is_grind_run(grind: Grind) -> None:
+    status, out, _ = grind("run", PLATE, "--set", "#101=5", "--dress-at", 12, "--json")
+    record = grind_env.grind(PLATE, variables={101: 5.0}, dress_at=[12.0])
+    said = json.loads(out)
+    assert status == 0
+    assert said["seconds"] == record.seconds
+    assert [part["Ra"] for part in said["parts"]] == record.parts["Ra"].tolist()
+    assert len(said["dresses"]) == len(record.dresses) == 2
+
+
+def test_a_program_and_a_job_may_be_given_as_they_were_read() -> None:
+    program, job = grind_env.read_program(PLATE), grind_env.load_job(PLATE.with_suffix(".toml"))
+    assert grind_env.grind(program, job).seconds == grind_env.grind(PLATE).seconds
+    with pytest.raises(JobError, match=r"plate_g82.nc.*give one"):
+        grind_env.grind(program)
+
+
+def test_sweep_is_grind_sweep(grind: Grind) -> None:
+    words = ("--E", "12000..20000", "--dress-every", "1..2", "--parts", 2)
+    said = json.loads(grind("sweep", PLATE, *words, "--json")[1])
+    pairs = grind_env.sweep(PLATE, E=(12_000, 20_000), dress_every=(1, 2), parts=2)
+    texts = grind_env.sweep(PLATE, E="12000..20000", dress_every="1..2", parts=2)
+    assert pairs == texts
+    assert said["best"]["cost"]["value"] == pairs.best.cost.value
+
+
+def test_wishes_may_be_texts_or_values_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = pytest.importorskip("grind_env.shop.optimise.optimise")
+    asked = []
+    monkeypatch.setattr(module, "optimise", lambda program, job, wishes, **others: asked.append((wishes, others)))
+    grind_env.optimise(
+        PLATE, vary="E,J", bounds="E=5000..25000,J=.002...02", margin=["power=.85", "Ra=0.9"], keep="N80", budget="2min"
+    )
+    grind_env.optimise(
+        PLATE,
+        vary="E,J",
+        bounds={"E": (5000, 25000.0), "J": (0.002, 0.02)},
+        margin={"power": 0.85, "Ra": 0.9},
+        keep=["N80"],
+        budget=120,
+    )
+    assert asked[0][0] == asked[1][0]
+    assert asked[0][1]["seconds"] == asked[1][1]["seconds"] == 120.0
+
+
+def test_report_is_grind_report(grind: Grind, tmp_path: Path) -> None:
+    pytest.importorskip("plotly")
+    by_call = grind_env.report(PLATE, output=tmp_path / "a.html")
+    grind("report", PLATE, "-o", tmp_path / "b.html")
+    assert by_call.read_bytes() == (tmp_path / "b.html").read_bytes()
