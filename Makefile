@@ -42,8 +42,11 @@ speed: setup
 validate: setup
 	$(BIN)/python -m grind_env.validation
 
-notebooks: setup
-	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks notebooks/*.ipynb
+# Those that the package or themselves have outdated, executed into build/notebooks.
+notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
+
+build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
+	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks $<
 
 # One page for each registered environment, written from the code, their index, all fields of jobs, catalogues and
 # tasks, and the validation of the process.
