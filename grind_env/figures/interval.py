@@ -18,7 +18,7 @@ VALLEY = "#dddddd"
 
 
 def interval_figure(found: Sweep) -> "Figure":
-    """Cost of a part over the parts from dress to dress, each with its best E, with 95 % intervals.
+    """Cost of a part with its 95 % interval over the parts from dress to dress, each with the best E that was swept.
 
     Args:
         found: of `grind_env.sweep`, which has swept dress intervals.
@@ -47,7 +47,8 @@ def interval_figure(found: Sweep) -> "Figure":
             axes.plot(every[~keeps], cost[~keeps], "o", mfc="white", color=COLOURS[1], label="beyond a limit")
         axes.plot(best.every, best.cost.value, "*", ms=10, mfc="white", color=COLOURS[0], label="best")
         axes.axhline(found.own.cost.value, color=COLOURS[0], ls="--", lw=0.8, label="program as it is")
-        axes.set(xlabel="parts from dress to dress, each with its best E", ylabel="cost, $ a part")
+        each = ", each with its best E" if len({point.E for point in found.speeds}) > 1 else ""
+        axes.set(xlabel=f"parts from dress to dress{each}", ylabel="cost, $ a part")
         axes.set_ylim(0.0, min(axes.get_ylim()[1], 4.0 * best.cost.value))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(True)

@@ -7,7 +7,7 @@ edge on the minus side across the table.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
@@ -343,6 +343,25 @@ class Job:
             acceleration=machine.acceleration,
             rapid_feed=machine.rapid_feed,
             reversal_dwell=machine.reversal_dwell,
+        )
+
+
+def require_conditions(conditions: Sequence[PartConditions], parts: int, program: str) -> None:
+    """Refuse conditions that are not of every part, where there are some.
+
+    Args:
+        conditions: of each part.
+        parts: how many parts are ground.
+        program: its name, for the message.
+
+    Raises:
+        JobError: there are fewer conditions.
+    """
+    if conditions and parts > len(conditions):
+        raise JobError(
+            f"{program} grinds more parts than the {len(conditions)} that have conditions; give conditions for every "
+            "part or for none",
+            "parts",
         )
 
 

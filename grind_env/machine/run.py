@@ -40,7 +40,7 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
-from grind_env.machine.job import Job, JobError, PartConditions
+from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.mounting import Mount
 from grind_env.machine.part import PartRun
 from grind_env.machine.passes import Extremes
@@ -134,14 +134,8 @@ class GrindingRun:
     def _load(self, began: float) -> PartRun:
         """Put the next part on the machine and touch the wheel off on it."""
         number = len(self.parts) + 1
-        conditions = PartConditions()
-        if self.conditions:
-            if number > len(self.conditions):
-                raise JobError(
-                    f"{self.programs.name} grinds more parts than the {len(self.conditions)} that have "
-                    "conditions; give conditions for every part or for none"
-                )
-            conditions = self.conditions[number - 1]
+        require_conditions(self.conditions, number, self.programs.name)
+        conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
         part = PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
         self.watch.part = part

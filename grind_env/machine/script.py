@@ -53,6 +53,7 @@ from grind_env.machine.script_bounds import (
     refuse_led_elsewhere,
     refuse_slow_picks,
     refuse_turns_inside,
+    refuse_unlike_parts,
 )
 from grind_env.machine.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
@@ -98,6 +99,7 @@ def script_of(
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
+    refuse_unlike_parts(programs, job)
     writer = functools.partial(_Writer, programs, job, variables or {})
     as_it_is = writer()
     blocks = as_it_is.run()

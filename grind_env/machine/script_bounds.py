@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from grind_env.control import Programs
 from grind_env.control.profile import ramp_time
@@ -10,6 +11,9 @@ from grind_env.machine.axes import AXES
 from grind_env.machine.job import Job
 from grind_env.machine.script_block import ScriptBlock, edge_of, script_error
 from grind_env.machine.settings import Ranges
+
+ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
+"""Of a part: what may differ from one to the next in a script."""
 
 
 def refuse_led_elsewhere(
@@ -80,6 +84,15 @@ def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> Non
         if not (min(ends) <= part.start and part.start + part.length <= max(ends)):
             place = f"{AXES[plan.axis]} turns over the part or beside it"
             raise script_error(programs, plan.line, f"{place}, from {min(ends):g} to {max(ends):g} mm")
+
+
+def refuse_unlike_parts(programs: Programs, job: Job) -> None:
+    """Refuse parts that differ from that of the job in more than what they cost and what is asked of them."""
+    for number in range(1, len(job.parts) + 1):
+        part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in ASKED}
+        if replace(part, **asked) != job.part:
+            others = ", ".join(ASKED)
+            raise script_error(programs, 0, f"part {number} differs from part 1 in more than {others}")
 
 
 def refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:

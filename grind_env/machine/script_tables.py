@@ -111,11 +111,12 @@ def tables_of(script: Script) -> ScriptTables:
     """A script in numbers."""
     motions: list[Motion] = []
     rows: list[BlockRow] = []
-    starts, reached, first_of_stage, stage = True, 0.0, 0, 0
+    starts, part, reached, first_of_stage, stage = True, 0, 0.0, 0, 0
     job, stages = script.job, script.job.part.stages
     for number, block in enumerate(script.blocks):
         if starts:
-            reached, first_of_stage, stage = 0.0, number, 0
+            part, reached, first_of_stage, stage = part + 1, 0.0, number, 0
+            job = script.job.of_part(part)
         beside = _motions_of(block, job)
         reached = max(reached, _deepest(block, job))
         ends_stage = block.stops > 0 and stage < len(stages)

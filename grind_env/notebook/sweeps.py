@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from grind_env.notebook.markup import fragment, paragraphs, table
+from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.sweep.figure import draw_sweep
 from grind_env.shop.sweep.study import Sweep
 from grind_env.shop.sweep.table import sentences, tables_of
@@ -17,7 +18,7 @@ def html(found: Sweep) -> str:
         paragraphs([shown.title]) + table([text.replace("\n", " ") for text in shown.headings], shown.rows, left=0)
         for shown in tables_of(found)
     ]
-    title = f"{found.program}, batches of {found.parts} runs, {found.lots} lots"
+    title = f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
 
 

@@ -17,10 +17,7 @@ def example(about: Sheet) -> str:
     lines = [">>> import gymnasium as gym", ">>> import grind_env"]
     program = ""
     if about.note.program:
-        lines += [
-            ">>> from pathlib import Path",
-            f'>>> program = Path(grind_env.__file__).parent / "examples" / "{about.note.program}"',
-        ]
+        lines.append(f'>>> program = grind_env.examples.path("{about.note.program}")')
         program = ", program=str(program)"
     lines += [
         f'>>> env = gym.make("{about.id}"{program})',

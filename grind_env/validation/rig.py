@@ -6,11 +6,11 @@ This is the only module of the package that calls the process and the machine.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.kernel import entry
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Lots, Part, Setup
@@ -22,7 +22,6 @@ from grind_env.process.entries import Entry, quantities
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARP = 25
 """Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
 

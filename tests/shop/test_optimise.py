@@ -1,7 +1,6 @@
 """`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +8,9 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import read, read_file
-from grind_env.envs.blocks.program import coming_block, part_program
-from grind_env.envs.blocks.program import job as job_of
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
-from grind_env.machine.job import WheelStart
 from grind_env.machine.job_file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
@@ -161,30 +157,3 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
     search = Search(costs, [4, 2] * 6)
     best = search.costs[search.run((0, 0) * 6, seed=1)]
     assert optimum.cost - 1e-9 <= best <= 1.001 * optimum.cost
-
-
-def test_six_plates_of_oracle6_as_a_program_come_to_their_optimum() -> None:
-    """A program has one kind of part, so all six are its plates; the optimum is that of the task, by all 8^6 plans."""
-    task = load_task("oracle6")
-    plate = task.kinds[0]
-    task = replace(task, kinds=(plate,), sequence=("plate",) * 6, name="six_plates")
-    simulation = Simulation(task)
-    optimum = exact_optimum(simulation)
-    episodes, blocks = simulation.start([np.random.default_rng(0)]), []
-    for _ in range(6):
-        blocks.append(coming_block(task, episodes, 0, 9000.0, 0))
-        simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
-    job = job_of(task, plate)
-    material = replace(job.part.material, wear_flat_growth=task.factors["kA"] * job.part.material.wear_flat_growth)
-    wheel = WheelStart(wear_flat_area=task.start.wear_flat_area, volume_since_dress=task.start.volume)
-    job = replace(job, part=replace(job.part, material=material), wheel=wheel)
-    text = part_program(task, blocks)
-    problem = problem_of(read(text), text_of(text.encode()), job, wishes_of("E,D"), 1, 1)
-    grid = {"E": (6000, 9000, 14_000, 21_000), "D": (0, 1)}
-    variables = tuple(
-        replace(each, levels=tuple(map(type(each.own), grid[each.name]))) for each in problem.choices.variables
-    )
-    problem = problem._replace(choices=replace(problem.choices, variables=variables), spread=0.0)
-    search = problem.search(problem.trials(1, 1), float("inf"), lambda label, count: None, "")
-    best = 6.0 * search.costs[search.run(tuple(each.start for each in variables), seed=1)]
-    assert optimum.cost * (1.0 - 1e-6) <= best <= 1.001 * optimum.cost

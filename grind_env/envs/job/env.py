@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from grind_env import examples
 from grind_env.control import Programs, read_file
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import (
@@ -42,7 +43,7 @@ from grind_env.render.view import View
 MOST_SPREAD = 2.0
 """Highest factor on all that is random."""
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "plate_g82.nc"
+EXAMPLE = examples.path("plate_g82.nc")
 """The program that the environment steps if none is given."""
 
 

@@ -86,7 +86,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 
 
 def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a program that has to be run to know them, on nominal parts.
+    """The cycle blocks of a program that has to be run to know them, on parts as the job states them.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
@@ -96,13 +96,13 @@ def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> t
     Raises:
         GrindError: it cannot be run.
     """
-    episode = ProgramEpisode(programs, job)
+    episode = ProgramEpisode(programs, job, job.parts)
     runs: list[BlockRun] = []
     while episode.block is not None:
         runs.append(episode.step({}))
     blocks = tuple(_outlines(runs, episode))
     for choice in trials:
-        trial = ProgramEpisode(programs, job)
+        trial = ProgramEpisode(programs, job, job.parts)
         for block in blocks:
             trial.step(block.words(choice))
     return blocks

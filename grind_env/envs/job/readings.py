@@ -14,7 +14,7 @@ from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.tape import WHEEL_SPREAD
 from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Part
 
 ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
@@ -133,17 +133,18 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     )
 
 
-def kinds_of(task: Task, blocks: Sequence[BlockOutline]) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
-    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a part.
+def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
+    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part.
 
     Args:
         task: of the job.
         blocks: of the program.
+        job: the job.
     """
-    numbers, known, kinds, place = [], dict[tuple[int, str], int](), list[Kind](), 0
+    numbers, known, kinds, place = [], dict[tuple[int, str, Part], int](), list[Kind](), 0
     for block in blocks:
         place = 1 if block.starts_part else place + 1
-        key = place, block.block.source.text
+        key = place, block.block.source.text, job.of_part(block.part + 1).part
         if key not in known:
             known[key] = len(kinds)
             # its numbers are in `numbers.kind_of`: a program may say what no task may, such as no pick

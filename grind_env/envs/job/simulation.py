@@ -28,14 +28,14 @@ from grind_env.envs.job.outline import (
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
-from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
+from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, job_tape
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import DIAMETER, KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
 from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, require_conditions
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.script import Script, script_of
 from grind_env.machine.script_block import ScriptError
@@ -129,14 +129,15 @@ class JobSimulation(Simulation):
         self._whole = self.script is not None and is_whole(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
-        self._kind_of_block, kinds = kinds_of(task, self.blocks)
+        require_conditions(job.parts, self.parts, programs.name)
+        self._kind_of_block, kinds = kinds_of(task, self.blocks, job)
         sequence = tuple(kinds[number].name for number in self._kind_of_block.tolist())
         self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
         constant = constant_readings(self.blocks, job, spread, picks=bool(picks))
         self.entries = job_readings(task, constant, full=full)
         engaged = min(job.part.width, job.setup.wheel.width)
         self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
-        self.kinds = np.array([kind_of(block, job) for block in self.blocks])
+        self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
         self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
         self._said_of = coming(self.blocks, self.entries)
@@ -160,6 +161,9 @@ class JobSimulation(Simulation):
     def _generator_of(self, spread: float) -> JobGenerator:
         job, blocks = self.job, self.blocks
         self._wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        if job.parts:
+            stocks = [job.of_part(number).part.stock for number in range(1, self.parts + 1)]
+            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], stocks, spread, self._wheel)
         return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, self._wheel)
 
     def without_spread(self) -> "JobSimulation":
@@ -203,7 +207,8 @@ class JobSimulation(Simulation):
 
     def tape(self, episodes: Episodes, i: int) -> JobTape:
         """What was drawn for episode i."""
-        return job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
+        found = job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
+        return replace(found, conditions=self.job.parts[: self.parts]) if self.job.parts else found
 
     @property
     def compiled(self) -> bool:

@@ -16,7 +16,7 @@ from grind_env.envs.blocks.tape import TapeRow, log_normal, unless, write_row
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, from_ranges
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
-from grind_env.machine.job import Lots, PartConditions
+from grind_env.machine.job import JobError, Lots, PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
 """Logarithmic standard deviation of each factor that an episode draws once, by stroke parameter."""
@@ -32,6 +32,12 @@ NOISES = tuple(
 )
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
+OF_NEW_WHEEL = ("kA", "ra_scale")
+"""Factors that a new wheel has of its own."""
+STATED = [
+    TapeRow._fields.index(name) for name in ("stock", "gauged", *FACTORS, *(f"spare_{name}" for name in OF_NEW_WHEEL))
+]
+"""Columns in which stated parts differ."""
 
 read_fixed = column_reader(Fixed)
 
@@ -137,6 +143,67 @@ class JobGenerator:
             fixed,
         )
         wheels[index] = self.wheel
+
+
+class StatedParts(JobGenerator):
+    """Writes the episodes of a job that states how each part differs; only the noise of the gauges is drawn.
+
+    Args:
+        part_of_block: number of the part of each block, from 0.
+        conditions: of each part.
+        stocks: nominal stock of each part, mm.
+        spread: factor on the noise.
+        wheel: as the first block finds it, shape (fields of `WheelState`,).
+
+    Raises:
+        JobError: a factor that cannot differ from part to part here.
+    """
+
+    def __init__(
+        self,
+        part_of_block: Sequence[int],
+        conditions: Sequence[PartConditions],
+        stocks: Sequence[float],
+        spread: float,
+        wheel: NDArray[Any],
+    ) -> None:
+        alike = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
+        super().__init__(part_of_block, len(conditions), alike, stocks[0], spread, wheel)
+        self._wheel_sigmas = np.zeros(len(WHEEL_SPREAD))
+        rows = [_stated(number, each, stocks[number - 1]) for number, each in enumerate(conditions, 1)]
+        self._stated = np.array(rows)[self.part_of_block]
+
+    def begin(
+        self,
+        tape: NDArray[np.float64],
+        wheels: NDArray[np.float64],
+        index: NDArray[np.int64],
+        rngs: Sequence[np.random.Generator],
+        given: Sequence[Given],
+    ) -> None:
+        """As `JobGenerator.begin`."""
+        super().begin(tape, wheels, index, rngs, given)
+        tape[index[:, None], :, np.array(STATED)] = self._stated.T
+
+
+def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, ...]:
+    """What a tape holds of a part in the columns `STATED`."""
+    first, spare = part.factors, part.factors if part.new_wheel_factors is None else part.new_wheel_factors
+    for name in {*first, *spare}:
+        if name not in FACTORS:
+            raise JobError(f"part {number} has a factor on {name}; here parts differ in {', '.join(FACTORS)}", "parts")
+        if name not in OF_NEW_WHEEL and first.get(name, 1.0) != spare.get(name, 1.0):
+            kept = ", ".join(OF_NEW_WHEEL)
+            raise JobError(
+                f"part {number} has another {name} with a new wheel; here a wheel differs in {kept}", "parts"
+            )
+    stock = nominal if part.stock is None else part.stock
+    return (
+        stock,
+        stock,
+        *(first.get(name, 1.0) for name in FACTORS),
+        *(spare.get(name, 1.0) for name in OF_NEW_WHEEL),
+    )
 
 
 @entry

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grind_env.control import Programs, read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Part
 from grind_env.machine.job_file import load_job
 from grind_env.machine.settings import DRESS_SECONDS, D
 from grind_env.policies.statistics import Interval, bootstrap
@@ -20,7 +20,7 @@ from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, text_of, word_of
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.search import GENERATIONS, Point, Search
-from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, settings_like, trials_of
+from grind_env.shop.optimise.trials import LIMITS, Array, Measures, Trials, lots_of, lots_said, settings_like, trials_of
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, Variable, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
@@ -49,6 +49,9 @@ QUANTITIES = {
     "scrap": "%",
 }
 UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
+
+FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
+"""Field of a part that holds a limit, and what it is without."""
 
 LEAST = {"passes": 1}
 
@@ -245,7 +248,8 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
     sought = feasible and before.simulation.compiled
     prices = _prices(problem, before, point, time.monotonic() + 0.5 * seconds, progress) if sought else {}
     limits = _limits(problem, old, new, prices)
-    verdict, reason = _verdict(bool(feasible), difference, limits, beyond)
+    on = lots_said(len(before.seeds), "unseen lots")
+    verdict, reason = _verdict(bool(feasible), difference, limits, beyond, on)
     better = verdict is Verdict.BETTER
     quantities = _quantities(problem, programs, old, new)
     return Optimised(
@@ -261,7 +265,7 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
         after=text.text if better else problem.text.text,
         data=text.bytes() if better else problem.text.bytes(),
         parts=problem.runs,
-        lots=JUDGED,
+        lots=len(before.seeds),
         seed=problem.seed,
         evaluations=len(search.costs),
         ended_early=search.ended_early,
@@ -291,7 +295,9 @@ def _require_said(problem: Problem, before: Trials, after: Trials, point: Point)
         )
 
 
-def _verdict(feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array) -> tuple[Verdict, str]:
+def _verdict(
+    feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array, on: str
+) -> tuple[Verdict, str]:
     worst = limits[int(beyond.argmax())]
     if not feasible:
         return Verdict.INFEASIBLE, (
@@ -300,13 +306,13 @@ def _verdict(feasible: bool, difference: Interval, limits: tuple[LimitUse, ...],
         )
     if beyond.max() > 0.0:
         return Verdict.NOT_BETTER, (
-            f"the best one is beyond the limit of {worst.name} on unseen lots: 95 of 100 parts stay below "
+            f"the best one is beyond the limit of {worst.name} on {on}: 95 of 100 parts stay below "
             f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
     said = f"{difference.value:+.3f} $ a part ({difference.low:+.3f} to {difference.high:+.3f})"
     if difference.high >= 0.0:
         return Verdict.NOT_BETTER, f"the best one costs {said} more than the program as it is"
-    return Verdict.BETTER, f"{said} on {JUDGED} unseen lots, the same for both"
+    return Verdict.BETTER, f"{said} on {on}, the same for both"
 
 
 def _paired(difference: Array) -> Interval:
@@ -382,22 +388,21 @@ def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, prog
 
 def without(job: Job, limit: str) -> Job | None:
     """The job without a limit; None if it has none."""
-    part, machine = job.part, job.setup.machine
+    machine = job.setup.machine
     if limit == "power":
         stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))
         return replace(job, setup=replace(job.setup, machine=stronger))
-    if limit == "temp":
-        stages = tuple(replace(stage, rise_allowance=2000.0) for stage in part.stages)
-        return replace(job, part=replace(part, rise_allowance=2000.0, stages=stages))
-    if limit == "Ra":
-        if max([part.roughness_limit, *(stage.roughness_limit for stage in part.stages)]) <= NO_LIMIT:
-            return None
-        stages = tuple(replace(stage, roughness_limit=NO_LIMIT) for stage in part.stages)
-        return replace(job, part=replace(part, roughness_limit=NO_LIMIT, stages=stages))
-    if max([part.tolerance, *(stage.tolerance for stage in part.stages)]) <= NO_LIMIT:
+    name, free = FREE[limit]
+    kinds = [job.part, *(each.part for each in job.parts if each.part is not None)]
+    if free == NO_LIMIT and all(getattr(asked, name) == NO_LIMIT for kind in kinds for asked in (kind, *kind.stages)):
         return None
-    stages = tuple(replace(stage, tolerance=NO_LIMIT) for stage in part.stages)
-    return replace(job, part=replace(part, tolerance=NO_LIMIT, stages=stages))
+
+    def freed(part: Part) -> Part:
+        other: dict[str, Any] = {name: free}
+        return replace(part, stages=tuple(replace(stage, **other) for stage in part.stages), **other)
+
+    parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
+    return replace(job, part=freed(job.part), parts=parts)
 
 
 def _undressed(before: Trials, after: Trials, runs: int) -> list[str]:

@@ -112,7 +112,7 @@ class Optimised:
         after: text with other words; that of the program where none is better.
         data: the file of that text.
         parts: of a batch.
-        lots: unseen ones, on which it was judged.
+        lots: unseen ones, on which it was judged; 1 where the job states how each part differs.
         seed: of all that is random.
         evaluations: programs that were tried in the search.
         ended_early: whether the time was up before the search had ended.

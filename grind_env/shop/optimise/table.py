@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.optimise.trials import lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,7 +36,7 @@ def tables_of(found: Optimised) -> list[Rows]:
 
 def heading(found: Optimised) -> str:
     """What was judged, and on what."""
-    return f"{found.program}, batches of {found.parts} runs, {found.lots} unseen lots"
+    return f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}"
 
 
 def print_optimised(found: Optimised, console: "Console") -> None:

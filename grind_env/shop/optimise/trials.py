@@ -148,14 +148,13 @@ class _LimitRows(NamedTuple):
             return _LimitRows(
                 table["rise"], table["roughness"], table["size"], table["judged"] > 0.0, table["counts_all"] > 0.0
             )
-        limits, blocks = simulation.job.limits, simulation.blocks
-        each = np.ones(len(blocks))
+        jobs = [simulation.job.of_part(block.part + 1) for block in simulation.blocks]
         return _LimitRows(
-            limits.rise * each,
-            limits.roughness * each,
-            limits.size * each,
-            np.array([block.finished > 0 for block in blocks]),
-            np.full(len(blocks), simulation.job.part.rise_allowance > 0.0),
+            np.array([job.limits.rise for job in jobs]),
+            np.array([job.limits.roughness for job in jobs]),
+            np.array([job.limits.size for job in jobs]),
+            np.array([block.finished > 0 for block in simulation.blocks]),
+            np.array([job.part.rise_allowance > 0.0 for job in jobs]),
         )
 
 
@@ -175,7 +174,7 @@ def trials_of(
         programs: the program.
         job: the job.
         runs: how often it is run, one part after the other; the wheel carries over.
-        seeds: of the lots.
+        seeds: of the lots; one is enough where the job states how each part differs.
         picks: the lowest and the highest J that may be chosen, mm.
         spark_outs: the same of L.
         spread: factor on all that is random.
@@ -188,12 +187,17 @@ def trials_of(
         raise JobProgramError(
             f"{programs.name} does not run the same cycle blocks for every part; choose --parts 1 for it"
         )
-    return Trials(simulation, runs, tuple(seeds))
+    return Trials(simulation, runs, tuple(seeds[:1] if job.parts else seeds))
 
 
 def lots_of(seed: int, use: int, count: int) -> tuple[tuple[int, ...], ...]:
     """Seeds of some lots, which no other use of the same seed has."""
     return tuple((seed, use, k) for k in range(count))
+
+
+def lots_said(count: int, what: str = "lots") -> str:
+    """What programs were ground on: lots, or the parts alone that a job states."""
+    return f"{count} {what}" if count > 1 else "the parts that the job states"
 
 
 def settings_like(own: Array, count: int) -> Array:

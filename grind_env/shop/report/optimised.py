@@ -11,6 +11,7 @@ from grind_env.shop.extra import shop_extra
 from grind_env.shop.optimise.optimise import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
+from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.report.document import (
     Cell,
     Level,
@@ -91,9 +92,9 @@ def _quantities(found: Optimised, after: str) -> "Markup":
             ]
         )
     headings = ("of a part", "before", after, "change", "grind run, before", f"grind run, {after}")
+    ground = lots_said(found.lots, "unseen lots")
     caption = (
-        f"Means over batches of {found.parts} runs on {found.lots} unseen lots, with 95 % intervals; the change is "
-        "that on the same lots."
+        f"Means over batches of {found.parts} runs on {ground}, with 95 % intervals; the change is of the same ones."
     )
     return table(headings, rows, caption)
 
@@ -183,10 +184,11 @@ def _program(found: Optimised) -> "list[Markup]":
 
 
 def _rests_on(found: Optimised) -> list[str]:
+    tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_said(found.lots, "unseen lots")
     return [
-        f"The job is {found.job}. How its lots and parts differ is what its [lots] says.",
-        f"Both programs are ground on the same {found.lots} lots, which the search has not seen, in batches of "
-        f"{found.parts} runs, in which the wheel carries over.",
+        f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
+        f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
+        "wheel carries over.",
         "Intervals are of the mean over these lots, 95 % by bootstrap; they hold for the process model, and do not say "
         "how far the model is from the machine.",
         "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",

@@ -4,8 +4,9 @@ import functools
 from pathlib import Path
 
 from grind_env.errors import GrindError
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.files import FileError, read_text, shown, write_atomically
-from grind_env.shop.start.template import EXAMPLE, EXAMPLES, example_values, job_template
+from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
 CATALOGUE, NOTEBOOK = "shop.toml", "first_steps.ipynb"

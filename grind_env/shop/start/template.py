@@ -4,14 +4,13 @@ import json
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
-from pathlib import Path
 from typing import Any
 
 from grind_env.envs.tasks.schema import Row
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.pages.job_fields import STAGES, job_rows
 from grind_env.toml import read_toml
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = "plate_g82"
 """The program and the job that beginners get."""
 

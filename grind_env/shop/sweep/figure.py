@@ -8,7 +8,7 @@ import numpy as np
 
 from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
-from grind_env.shop.optimise.trials import LIMITS
+from grind_env.shop.optimise.trials import LIMITS, lots_said
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def draw_sweep(found: Sweep) -> "Figure":
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator
 
-    figure.suptitle(f"{found.program}: $ a part, batches of {found.parts} runs, {found.lots} lots")
+    figure.suptitle(f"{found.program}: $ a part, batches of {found.parts} runs, {lots_said(found.lots)}")
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for (draw_cost, draw_limits), upper, lower in zip(panels, grid[0], grid[1], strict=True):
         draw_cost(upper)

@@ -203,7 +203,9 @@ def sweep(
             for depth in _values(ranges.depth)
         ]
         dresses = study.points("leads and depths", grid)
-    return Sweep(program=program.name, parts=parts, lots=LOTS, own=own, speeds=tuple(speeds), dresses=tuple(dresses))
+    return Sweep(
+        program=program.name, parts=parts, lots=len(trials.seeds), own=own, speeds=tuple(speeds), dresses=tuple(dresses)
+    )
 
 
 class Setting(NamedTuple):

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def sentences(found: Sweep) -> list[str]:
     saved = found.own.cost.value - best.cost.value
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
-        f"{saved:.3f} $ less than the program as it is; {found.lots} lots, batches of {found.parts} runs"
+        f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs"
     )
     return said
 
