@@ -12,6 +12,15 @@ from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
 from grind_env.shop import commands as shop_commands
+from grind_env.shop.commands.arguments import (
+    BlockDelete,
+    Blocks,
+    DressAt,
+    Interrupts,
+    JobFile,
+    ProgramFile,
+    Variables,
+)
 from grind_env.terminal import BAD_INPUT, command
 
 if TYPE_CHECKING:
@@ -25,7 +34,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
 Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
 Acceleration = Annotated[
     float | None,
@@ -39,10 +47,6 @@ MachineJob = Annotated[
         "Without it there is no reversal dwell.",
     ),
 ]
-BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-Blocks = Annotated[
-    int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
-]
 Radius = Annotated[
     list[str] | None,
     typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
@@ -50,25 +54,6 @@ Radius = Annotated[
 GrooveRetract = Annotated[
     float | None,
     typer.Option(help="Retract amount e of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in while G70 is in force."),
-]
-Variables = Annotated[
-    list[str] | None,
-    typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
-]
-DressAt = Annotated[
-    list[float] | None,
-    typer.Option(
-        help="The operator asks for a dress at this time, s on the clock of the control, which counts no loading or "
-        "set-up; repeatable."
-    ),
-]
-Interrupts = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--interrupt",
-        help="The operator asks for a program in between, as in 9200@12.5: O9200 at 12.5 s on that clock, after which "
-        "the axes return to where they were. 9200@12.5:1 is type 1, which goes on from where O9200 ends; repeatable.",
-    ),
 ]
 
 
@@ -162,7 +147,7 @@ def trace(
 @app.command(epilog="Example: grind run plate.nc --job plate.toml --plot plate.png --record plate.csv")
 def run(
     program: ProgramFile,
-    job: Annotated[Path | None, typer.Option(help="Job file; PROGRAM with .toml if not given.")] = None,
+    job: JobFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,

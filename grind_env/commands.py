@@ -114,8 +114,8 @@ def play(
         beside = program.with_suffix(".toml")
         write_atomically(beside, lambda path: path.write_text(job_text(played.job), encoding="utf-8"))
         if played.requests:
-            times = ", ".join(f"{seconds:.3f}" for seconds in played.requests)
-            print(f"the operator asks for dresses at {times} s of this program; without them it is not the same")
+            asked = " ".join(f"--dress-at {seconds:.3f}" for seconds in played.requests)
+            print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
         f"{printable(plays.name)}, seed {seed}: "

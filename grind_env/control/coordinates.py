@@ -41,6 +41,11 @@ class WorkSystems:
         x, y, z = map(sum, zip(*parts, strict=True))
         return x, y, z
 
+    @property
+    def origins(self) -> dict[str, Position]:
+        """The same of all of them, by code."""
+        return {system: self.origin(system) for system in self.offsets}
+
     def follow_wheel(self, axis: int, way: float) -> None:
         """Shift the origin along an axis by what a dress has taken off the wheel, mm, towards the part."""
         wear = list(self.wear)

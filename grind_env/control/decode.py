@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from grind_env.control import numbers
 from grind_env.control.cycles import codes_said
 from grind_env.control.errors import ControlError
-from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import Block, Word
 

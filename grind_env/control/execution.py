@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from grind_env.control.control import WHEEL_RADIUS, Control
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
-from grind_env.control.modes import Modes
+from grind_env.control.modal_state import Modes
 from grind_env.control.motions import Event, Motion, Position
 from grind_env.control.reader import Programs
 from grind_env.control.reciprocation import Reciprocation
@@ -82,23 +82,28 @@ def execute(programs: Programs, control: Control | None = None) -> Execution:
 
 
 def dress_program_moves(
-    programs: Programs, number: int, control: Control | None = None, start: Position = (0.0, 0.0, 0.0)
+    programs: Programs,
+    number: int,
+    control: Control | None = None,
+    start: Position = (0.0, 0.0, 0.0),
+    modes: Modes | None = None,
 ) -> list[Motion]:
     """The motions of one execution of a dress program, its retrace included.
-
-    It is executed from power-up modes, so it must set its own F.
 
     Args:
         programs: the file that holds it, or that it lies beside.
         number: its O number.
         control: settings; the defaults if None.
         start: where the dress interrupts, mm.
+        modes: in force there; those of power-up if None, which have no F.
 
     Raises:
         ControlError: it does not exist or is faulty.
     """
     interpreter = Interpreter(programs, control or Control())
     interpreter.timeline.position = start
+    if modes is not None:
+        interpreter.mover.modes = modes
     if programs.find(number) is None:
         message = f"O{number} names no program; it must be in {programs.name} or beside it"
         raise ControlError("program-not-found", message)

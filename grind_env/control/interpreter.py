@@ -12,7 +12,8 @@ from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
 from grind_env.control.macros import MacroCall, macro_call
-from grind_env.control.modes import CYCLES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import CYCLES
 from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
@@ -98,6 +99,7 @@ class Interpreter:
         """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
         yield from self.mover.tell_clamped(command)
+        yield from self.mover.tell_cut(command)
         yield from self.mover.turn_spindle()
         yield from self.mover.switch(command, on=True)
         end = None

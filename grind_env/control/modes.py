@@ -1,8 +1,8 @@
-"""Modal state of the control, and the codes that change it (10-23)."""
+"""The codes that change the modal state of the control, and those that act in their block alone (10-23)."""
 
 import itertools
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import Any
 
 from grind_env.control.cycles import RULES
 
@@ -59,32 +59,3 @@ def listed(codes: Collection[str]) -> str:
         members = sorted(code for code in codes if int(code[1:3]) in successive)
         parts += [f"{members[0]} to {members[-1]}"] if len(successive) > 2 else members
     return ", ".join(parts)
-
-
-class Modes(NamedTuple):
-    """What a block leaves in force for the next one; the defaults are those at power-up."""
-
-    motion: str = "G00"
-    """G00, G01, G02 or G03."""
-    plane: str = "G18"
-    """G17, G18 or G19."""
-    incremental: bool = False
-    """G91 rather than G90."""
-    per_revolution: bool = False
-    """G95 rather than G94."""
-    inch: bool = False
-    """G70 rather than G71."""
-    diameter: bool = False
-    """G08 rather than G07: X words are diameters."""
-    compensation: str = "G40"
-    """G40, G41 or G42."""
-    corner: str = "G39"
-    """G39 or G39.1."""
-    work_system: str = "G54"
-    """G54 to G59.3."""
-    surface_speed: bool = False
-    """G96 rather than G97."""
-    feed: float | None = None
-    """F, mm per minute or mm per revolution; None before the first F."""
-    spindle: float | None = None
-    """S, revolutions per minute, under G96 metres (G70: feet) per minute; None before the first S."""

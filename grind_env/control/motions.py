@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+from grind_env.control.modal_state import Modes
 from grind_env.control.words import Block
 
 Position: TypeAlias = tuple[float, float, float]
@@ -198,11 +199,21 @@ class CycleAhead:
 
 @dataclass(frozen=True, slots=True)
 class CycleStart:
-    """A cycle takes over, before its pre-dress; `variables` are the values of `#` variables that its dresses find."""
+    """A cycle takes over, before its pre-dress.
+
+    Attributes:
+        time: s.
+        plan: of the cycle.
+        variables: values of `#` variables that its dresses find.
+        modes: that they find in force.
+        origins: of the work systems, as they find them, by code, mm; with every shift.
+    """
 
     time: float
     plan: CyclePlan
     variables: Mapping[int, float]
+    modes: Modes
+    origins: Mapping[str, Position]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,7 +14,8 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Path, Straight
 from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs, least_legs, plan_groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
-from grind_env.control.modes import PLANES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import PLANES
 from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
 from grind_env.control.paths import (
     AXES,
@@ -35,6 +36,9 @@ Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
 
 SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = (3, 4), (5,), (7, 8), (9,)
 """M codes of the wheel and of the coolant."""
+
+LENGTHS = frozenset("EFIJKQRXYZ")
+"""Letters of lengths and feeds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +88,7 @@ class Mover:
         self.turning = self.coolant = False
         self.detour: Position | None = None
         self.passed: Position | None = None
-        self._told: set[Place] = set()
+        self._told: set[tuple[str, Place]] = set()
 
     @property
     def position(self) -> Position:
@@ -134,15 +138,28 @@ class Mover:
             feeds["F"] = command.modes.feed
         for letter, feed in feeds.items():
             highest = self.control.maximum_feed
-            if feed is None or feed <= highest or self.place in self._told:
+            if feed is None or feed <= highest or ("clamped", self.place) in self._told:
                 continue
-            self._told.add(self.place)
+            self._told.add(("clamped", self.place))
             inch = float(numbers.MILLIMETRES_PER_INCH)
             text = f"line {self.place.line}: {command.words[letter]} is {feed:g} mm/min and clamped to {highest:g}"
             if command.modes.inch and feed / inch <= highest:
                 meant = f"{letter}{feed / inch / inch:.1f}"
                 text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
             yield Message(self.timeline.time, text)
+
+    def tell_cut(self, command: Command) -> Iterator[Event]:
+        """Tell the operator, once a block, of numbers that are written with more decimals than are read."""
+        block, inch, form = command.block, command.modes.inch, command.number_format
+        if ("cut", self.place) in self._told:
+            return
+        for word in command.words.values():
+            read = numbers.without_excess(block, word, inch, form) if word.letter in LENGTHS else None
+            written = block.source.text[word.column - block.source.column + 1 :].lstrip(" \t+-")
+            if read is not None and written[:1] not in ("[", "#"):
+                self._told.add(("cut", self.place))
+                text = f"line {self.place.line}: {word} has more decimals than are read, and is taken for {read}"
+                yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
         """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
@@ -170,6 +187,11 @@ class Mover:
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
             letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
+        strange = next((letter for letter in "IJK" if letter in command.words and letter not in letters), None)
+        if table is None and strange is not None:
+            message = f"{command.words[strange]} has no meaning in this {command.action} block"
+            reason = "for no table reciprocates; give it in the block of the cycle"
+            raise command.error("block-format", f"{message}, {reason}", strange)
         command.allow_only(letters, f"this {command.action} block")
         if not command.lengths:
             return []
@@ -317,7 +339,9 @@ class Mover:
         return feed_rate(self.modes, speed, self.control, missing)
 
     def _no_wheel_radius(self) -> ControlError:
-        return self.place.error("no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table")
+        return self.place.error(
+            "no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table, as in --radius 33=150"
+        )
 
     def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[Section]:
         """A programmed path, or what the compensation makes of it."""

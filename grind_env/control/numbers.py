@@ -175,6 +175,14 @@ def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
     return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 
+def without_excess(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> str | None:
+    """A length or feed as the control reads it, if it has more decimals than that; None if it has not."""
+    digits = form.inch if inch else form.metric
+    if not word.decimals[digits[1] :].strip("0"):
+        return None
+    return f"{word.letter}{_formatted(block, word, digits, form)}"
+
+
 def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFormat) -> str:
     """The number with its point, as many integer digits as the format has or fewer, and no decimals in excess."""
     whole_digits, decimal_digits = digits

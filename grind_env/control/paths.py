@@ -8,7 +8,8 @@ from grind_env.control.control import Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
-from grind_env.control.modes import PLANES, Modes
+from grind_env.control.modal_state import Modes
+from grind_env.control.modes import PLANES
 from grind_env.control.motions import Position
 
 Missing: TypeAlias = Callable[[], ControlError]

@@ -91,6 +91,13 @@ def readable(text: str) -> str:
     return text if text.isascii() else text.translate(_EIGHT_BIT)
 
 
+def lines_of(text: Text) -> list[str]:
+    """The lines of a text without their ends, numbered from 0, as they are to be shown."""
+    with text.open() as handle:
+        data = handle.read().removeprefix(codecs.BOM_UTF8)
+    return [readable(line.decode(errors="surrogateescape")) for line in _LINE_END.split(data)]
+
+
 def text_in(path: Path) -> Text:
     """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
 

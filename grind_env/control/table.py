@@ -71,7 +71,8 @@ class Reciprocator:
             table.take_over(plan, place)
         timeline.infeed_shift = 0.0
         timeline.led_by_cycles |= {plan.axis} if plan.cross_axis is None else {plan.axis, plan.cross_axis}
-        yield CycleStart(timeline.time, plan, self.interruptions.variables.values)
+        modes, origins = self.mover.modes, self.mover.work.origins
+        yield CycleStart(timeline.time, plan, self.interruptions.variables.values, modes, origins)
         if plan.pre_dress and plan.program is not None:
             yield from self.interruptions.dress(plan.program, "pre")
         if not plan.plunges:

@@ -4,7 +4,7 @@ import math
 
 from grind_env.control.control import WHEEL_RADIUS, Control
 from grind_env.control.decode import Command
-from grind_env.control.modes import Modes
+from grind_env.control.modal_state import Modes
 from grind_env.control.motions import Position
 from grind_env.control.paths import Missing
 

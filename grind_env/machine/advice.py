@@ -3,6 +3,7 @@
 import math
 
 from grind_env.control import Control, Motion, Pick, Position, Rapid, Source, Stroke
+from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import pick_window
 from grind_env.machine.axes import AXES
@@ -39,13 +40,14 @@ def slow_pick(pick: Pick, stroke: Stroke, control: Control) -> str:
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
     window = pick_window(ramp, dwell, stroke.seconds - dwell)
     feed = feed_for(math.dist(pick.start, pick.end), window, control.acceleration)
+    unit, name, steps = (float(MILLIMETRES_PER_INCH), "inch/min", 10) if pick.inch else (1.0, "mm/min", 1)
     found = (
-        f"its picks at F{pick.feed:g} mm/min take {pick.seconds:.2f} s and are not finished in the middle of "
+        f"its picks at F{pick.feed / unit:g} {name} take {pick.seconds:.2f} s and are not finished in the middle of "
         f"the next stroke, which is {window:.2f} s later, so that a part of each is ground one stroke later"
     )
     if feed is None:
         return f"{found}; no F would do, so give a lower E or a smaller pick"
-    return f"{found}; F{math.ceil(feed):d} would do"
+    return f"{found}; F{math.ceil(steps * feed / unit) / steps:g} would do"
 
 
 def feed_for(length: float, seconds: float, acceleration: float) -> float | None:
@@ -225,15 +227,33 @@ def worn_wheel(least: float) -> str:
     )
 
 
-def missed_diamond(program: int, tip: Position, begin: Position, end: Position) -> str:
-    """What to say of a dress program with a pass between two positions that leaves some of the wheel undressed."""
+def missed_diamond(program: int, tip: Position, begin: Position, end: Position, cross: int, width: float) -> str:
+    """What to say of a dress program with a pass between two positions that leaves some of the wheel undressed.
+
+    Args:
+        program: its O number.
+        tip: of the diamond, mm.
+        begin: of the pass, mm.
+        end: of the pass, mm.
+        cross: the axis along which it leads.
+        width: of the wheel, mm.
+    """
 
     def said(place: Position) -> str:
         return " ".join(f"{axis}{coordinate:g}" for axis, coordinate in zip(AXES, place, strict=True))
 
     return (
         f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
-        f"whole wheel over the diamond at {said(tip)}; lead it there, or mend [diamond] of the job"
+        f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); lead it "
+        "there, or mend [diamond] of the job"
+    )
+
+
+def advancing_dresser(number: int, depth: float) -> str:
+    """What to say of a dress program without an infeed, for which the job does not say how far the dresser advances."""
+    return (
+        f"dress program O{number} has no infeed; its dresser is taken to advance {depth:g} mm by itself before each "
+        "pass; say dresser_infeed in [setup] of the job, or move the wheel towards the diamond in a block of its own"
     )
 
 

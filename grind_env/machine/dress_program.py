@@ -2,7 +2,9 @@
 
 A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
 Its infeed is what the plunge axis has moved since the pass before it; before the first pass, where the wheel
-also comes down to the diamond, it is the last plunge move, which must be a feed move of its own.
+also comes down to the diamond, it is the last plunge move, which must be a feed move of its own. A pass without an
+infeed and with another feed is the way back. Where no pass has an infeed, the dresser advances by itself, by what the
+job says.
 """
 
 import itertools
@@ -22,6 +24,7 @@ from grind_env.control import (
     Source,
     dress_program_moves,
 )
+from grind_env.control.modal_state import Modes
 from grind_env.control.words import read_block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
@@ -33,6 +36,9 @@ DEEPEST_INFEED = 0.1
 
 ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})
 """Words that end a program."""
+
+USUAL_INFEED = 0.02
+"""mm; of a dresser that advances by itself, where the job does not say it."""
 
 STEP = 1e-6
 """mm; axes stand on multiples of a thousand times this, so that smaller differences are rounding."""
@@ -73,48 +79,87 @@ class DressRun(NamedTuple):
     """That the control makes of it, retrace included."""
     strokes: tuple[int, ...]
     """Which of them are the passes."""
+    control: Control
+    """With what it found in the tables of the control."""
+    modes: Modes | None
+    """That it found in force; None for those of power-up."""
+    advances: bool
+    """Whether the dresser has to advance by itself, for no pass has an infeed."""
 
 
-def run_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressRun:
+def run_dress(
+    programs: Programs,
+    number: int,
+    job: Job,
+    control: Control,
+    position: Position,
+    axis: int,
+    modes: Modes | None = None,
+) -> DressRun:
     """Measure a dress program by running it once by itself.
 
     Args:
         programs: the file that holds it, or that it lies beside.
         number: its O number.
         job: wheel and set-up time.
-        control: settings of the control.
+        control: settings of the control, with its tables as they are there.
         position: where the wheel stands when the first cycle starts, mm.
         axis: the reciprocating axis, which settles the roles of the others.
+        modes: in force there; those of power-up if None.
 
     Raises:
-        DressProgramError: it does not exist or is faulty, has no traverse or no infeed, dresses a form, or its
-            traverses differ in feed.
+        DressProgramError: it does not exist or is faulty, has no traverse, dresses a form, or its passes differ in
+            feed.
     """
     try:
-        motions = dress_program_moves(programs, number, control, position)
+        motions = dress_program_moves(programs, number, control, position, modes)
     except ControlError as error:
-        raise _error(number, f"by itself, without the modes of the main program, it fails: {error}") from None
-    return measure_dress(motions, number, job, axis)
+        raise _error(number, f"it fails: {error}") from None
+    return measure_dress(motions, number, job, axis, control, modes)
 
 
-def plan_dress(programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int) -> DressPlan:
+def plan_dress(
+    programs: Programs,
+    number: int,
+    job: Job,
+    control: Control,
+    position: Position,
+    axis: int,
+    modes: Modes | None = None,
+) -> DressPlan:
     """What one execution of a dress program amounts to; arguments and errors as for `run_dress`."""
-    return run_dress(programs, number, job, control, position, axis).plan
+    return run_dress(programs, number, job, control, position, axis, modes).plan
 
 
 def is_dress_program(
-    programs: Programs, number: int, job: Job, control: Control, position: Position, axis: int
+    programs: Programs,
+    number: int,
+    job: Job,
+    control: Control,
+    position: Position,
+    axis: int,
+    modes: Modes | None = None,
 ) -> bool:
     """Whether a program that no cycle names moves as a dress program does; arguments as for `run_dress`."""
     try:
-        plan_dress(programs, number, job, control, position, axis)
+        return not run_dress(programs, number, job, control, position, axis, modes).advances
     except DressProgramError:
         return False
-    return True
 
 
-def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[tuple[int, int]]:
-    """Where M98 calls a program: its line, 0 in another file than the main program's, and the number called.
+class PlainCall(NamedTuple):
+    """Where M98 calls a program."""
+
+    caller: int | None
+    """O number of the program that calls; None for a main program without one."""
+    line: int
+    """0 in another file than the main program's."""
+    called: int
+    """O number."""
+
+
+def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[PlainCall]:
+    """Where M98 calls a program.
 
     A program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
     """
@@ -128,13 +173,15 @@ def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[t
                 continue
             if ("M", 98) in words:
                 line = source.line if source.file == programs.name else 0
-                yield from ((line, number) for letter, number in words if letter == "P")
+                yield from (PlainCall(program.number, line, number) for letter, number in words if letter == "P")
             if not words.isdisjoint(ENDS):
                 break
 
 
-def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -> DressRun:
-    """The plan that the motions of one execution amount to; arguments and errors as for `run_dress`."""
+def measure_dress(
+    motions: Sequence[Motion], number: int, job: Job, axis: int, control: Control, modes: Modes | None
+) -> DressRun:
+    """What the motions of one execution amount to; arguments and errors as for `run_dress`."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     width = job.setup.wheel.width
     out = [motion for motion in motions if motion.source is not Source.RETRACE]
@@ -159,15 +206,25 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
             number,
             f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
         )
+    later = [
+        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
+        for before, after in itertools.pairwise(passes)
+    ]
+    infeeds = [_first_infeed(out[: passes[0]], plunge, number, alone=max(later, default=0.0) < STEP), *later]
+    at_work = [
+        k
+        for k, (infeed, traverse) in enumerate(zip(infeeds, traverses, strict=True))
+        if infeed >= STEP or traverse.feed == traverses[0].feed
+    ]
+    passes, traverses, infeeds = (
+        [passes[k] for k in at_work],
+        [traverses[k] for k in at_work],
+        [infeeds[k] for k in at_work],
+    )
     feeds = sorted({traverse.feed for traverse in traverses})
     if len(feeds) > 1:
         found = ", ".join(f"F{feed:g}" for feed in feeds)
         raise _error(number, f"its passes run at {found} mm/min; give all of them the same feed")
-    infeeds = [*_first_infeed(out[: passes[0]], plunge, number)]
-    infeeds += [
-        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
-        for before, after in itertools.pairwise(passes)
-    ]
     for k, infeed in enumerate(infeeds, 1):
         if infeed > DEEPEST_INFEED + STEP:
             raise _error(
@@ -176,11 +233,12 @@ def measure_dress(motions: Sequence[Motion], number: int, job: Job, axis: int) -
                 f"at most {DEEPEST_INFEED:g} mm; approach first, then infeed in a block of its own",
             )
     depth = sum(infeeds) / len(traverses)
-    if depth < STEP:
-        raise _error(number, f"it has no infeed; move {AXES[plunge]} by some 0.02 mm before each pass")
+    advances = depth < STEP
+    if advances:
+        depth = job.setup.dresser_infeed or USUAL_INFEED
     seconds = motions[-1].finish - motions[0].begin + job.times.dress_setup
     plan = DressPlan(len(traverses), feeds[0] / 60.0, depth, seconds)
-    return DressRun(plan, axis, tuple(motions), tuple(passes))
+    return DressRun(plan, axis, tuple(motions), tuple(passes), control, modes, advances)
 
 
 def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
@@ -199,6 +257,12 @@ def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Mo
     return None
 
 
+def is_same(plan: DressPlan, other: DressPlan) -> bool:
+    """Whether two dresses are the same but for the time of their way."""
+    same = math.isclose(plan.feed, other.feed) and math.isclose(plan.depth, other.depth)
+    return plan.passes == other.passes and same
+
+
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     """Refuse a dress program that depends on the modes in force where the cycle interrupts for it.
 
@@ -210,11 +274,10 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
     Raises:
         DressProgramError: the two differ.
     """
-    same = math.isclose(found.feed, plan.feed) and math.isclose(found.depth, plan.depth)
-    if found.passes != plan.passes or not same:
+    if not is_same(found, plan):
         raise _error(
             number,
-            f"it makes {found} when the cycle calls it, but {plan} by itself; "
+            f"it makes {found} when the cycle calls it, but {plan} where the cycle begins; "
             "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
         )
 
@@ -238,19 +301,21 @@ def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
     return isinstance(motion, Line) and both > STEP
 
 
-def _first_infeed(approach: Sequence[Motion], plunge: int, number: int) -> Iterator[float]:
-    for motion in reversed(approach):
-        way = abs(_way(motion, plunge))
-        if way < STEP:
-            continue
-        if isinstance(motion, Rapid) or math.dist(motion.start, motion.end) > way + STEP:
-            raise _error(
-                number,
-                f"the infeed before its first pass is part of the approach in line {motion.line}; "
-                f"infeed with a G01 that moves {AXES[plunge]} alone",
-            )
-        yield way
-        return
+def _first_infeed(approach: Sequence[Motion], plunge: int, number: int, *, alone: bool) -> float:
+    """Infeed before the first pass, mm; `alone` where no other pass has one, so that this one need not, either."""
+    moved = next((motion for motion in reversed(approach) if abs(_way(motion, plunge)) >= STEP), None)
+    if moved is None:
+        return 0.0
+    way = abs(_way(moved, plunge))
+    if not isinstance(moved, Rapid) and math.dist(moved.start, moved.end) <= way + STEP:
+        return way
+    if alone:
+        return 0.0
+    raise _error(
+        number,
+        f"its first pass has no infeed of its own: the last move of {AXES[plunge]} before it is part of the "
+        f"approach in line {moved.line}; infeed with a G01 that moves {AXES[plunge]} alone, by some 0.02 mm",
+    )
 
 
 def _way(motion: Motion, axis: int) -> float:

@@ -3,15 +3,18 @@
 What the first execution shows of a program holds for all, for a control that knows a dress need not go its way again.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
-from grind_env.control import Control, DressEnd, DressStart, Motion, Position, Programs
+from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
+from grind_env.control.control import ORIGIN, WHEEL_RADIUS
+from grind_env.control.modal_state import Modes
 from grind_env.machine.dress_program import (
     DressPlan,
     DressRun,
     is_dress_program,
+    is_same,
     measure_dress,
     missed_pass,
     plain_calls,
@@ -33,11 +36,50 @@ class Executed(NamedTuple):
     """Its motions, retrace included, if it is the first execution of the program."""
 
 
+def control_of_dress(event: CycleStart, job: Job, control: Control) -> Control:
+    """A control whose tables and variables are as the dress program of a cycle finds them."""
+    return replace(
+        control,
+        variables=event.variables,
+        work_offsets=event.origins,
+        external_offset=ORIGIN,
+        radii={WHEEL_RADIUS: 0.5 * first_diameter(job), **control.radii},
+    )
+
+
+class DressRuns:
+    """Dress programs run by themselves, once for all that they may find where a cycle calls them.
+
+    With other modes, tables or values of its `#` variables a program may do something else. Where it dresses the same
+    with other modes, it keeps the time of its first run, for only its way to the diamond begins elsewhere.
+    """
+
+    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
+        self.programs, self.job, self.control = programs, job, control
+        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
+        self._known: dict[tuple[object, ...], DressRun] = {}
+
+    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
+        """The dress program of a cycle, run; errors as for `run_dress`."""
+        tables = number, tuple(sorted(event.variables.items())), tuple(event.origins.items())
+        key = *tables, event.modes
+        if key not in self._known:
+            control = control_of_dress(event, self.job, self.control)
+            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+            runs = self._runs.setdefault(tables, [])
+            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
+            if same is None:
+                runs.append(found)
+            self._known[key] = same or found
+        return self._known[key]
+
+
 class DressPrograms:
     """What is known of the dress programs of a run.
 
     Attributes:
         plans: what those met so far do, by O number.
+        advancing: O numbers of those in which the dresser has to advance by itself.
         missed: of each the first pass that misses the diamond, by O number; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
@@ -45,23 +87,25 @@ class DressPrograms:
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.plans: dict[int, DressPlan] = {}
+        self.advancing: set[int] = set()
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
-        self._variables: dict[int, Mapping[int, float]] = {}
+        self._dresses = DressRuns(programs, job, control)
+        self._found: dict[int, DressRun] = {}
+        self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
         self._compared: set[int] = set()
 
-    def plan(self, number: int, position: Position, axis: int, variables: Mapping[int, float]) -> DressPlan:
-        """What a program does; errors as for `run_dress`, whose arguments count the first time.
-
-        With other values of its `#` variables it may do something else.
-        """
-        if number not in self.plans or self._variables[number] != variables:
-            run = run_dress(self.programs, number, self.job, replace(self.control, variables=variables), position, axis)
+    def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
+        """What the dress program of a cycle does; errors as for `run_dress`."""
+        run = self._dresses.run(number, position, event)
+        if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
                 self._compared.discard(number)
-            self.plans[number], self._variables[number] = run.plan, variables
+            self.plans[number], self._found[number] = run.plan, run
+            self.advancing |= {number} if run.advances else set()
             self.missed[number] = self._missed(run)
+        self._modes = event.modes
         return self.plans[number]
 
     def file(self, number: int) -> str:
@@ -88,19 +132,30 @@ class DressPrograms:
         assert begun is not None
         self.under_way = None
         way: tuple[Motion, ...] = ()
-        if number not in self._compared or self._variables[number]:
+        by_itself = self._found[number]
+        if number not in self._compared or by_itself.control.variables:
             way = tuple(self._motions)
             self._compared.add(number)
-            run = measure_dress(way, number, self.job, axis)
+            run = measure_dress(way, number, self.job, axis, by_itself.control, by_itself.modes)
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
         return Executed(plan, begun.time, way)
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
-        """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number."""
-        for line, number in plain_calls(self.programs, block_delete=self.control.block_delete):
+        """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.
+
+        What a dress program calls is part of it.
+        """
+        calls = tuple(plain_calls(self.programs, block_delete=self.control.block_delete))
+        parts = set(self.plans)
+        while more := {call.called for call in calls if call.caller in parts} - parts:
+            parts |= more
+        job, control = self.job, self.control
+        for caller, line, number in calls:
             known = number in self.plans
-            if known or is_dress_program(self.programs, number, self.job, self.control, position, axis):
+            if caller not in parts and (
+                known or is_dress_program(self.programs, number, job, control, position, axis, self._modes)
+            ):
                 yield line, number
 
     def _missed(self, run: DressRun) -> Motion | None:

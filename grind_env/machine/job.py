@@ -160,6 +160,8 @@ class Setup:
             "always on": the operator sets it to `wheel_speed`, and these words have no effect.
         coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry;
             "always on": it flows whatever they say.
+        dresser_infeed: by which the dresser advances before each pass of a dress program without an infeed of its own;
+            None if that is not known: it is then taken to be 0.02 mm, which is told.
         grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
             else a turning tool does, of which only the time counts.
     """
@@ -172,6 +174,7 @@ class Setup:
     constant_surface_speed: bool = False
     spindle: ByHand = "by program"
     coolant: ByHand = "by program"
+    dresser_infeed: Annotated[float | None, Quantity("ad", "mm", 0.0005, 0.1)] = None
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:

@@ -35,7 +35,7 @@ from grind_env.control import (
 )
 from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
-from grind_env.machine.advice import BEYOND_NUMBERS, called_dress, missed_diamond
+from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dressing import DressPrograms
@@ -190,7 +190,9 @@ class GrindingRun:
         plan = event.plan
         dress = None
         if plan.program is not None:
-            dress = self.dressing.plan(plan.program, self.position, plan.axis, event.variables)
+            dress = self.dressing.plan(plan.program, self.position, event)
+            if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
+                self.watch.warn(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.watch.start_cycle(plan, self.part.deepest)
@@ -233,7 +235,8 @@ class GrindingRun:
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
-        text = missed_diamond(program, diamond.tip, missed.start, missed.end)
+        width = self.job.setup.wheel.width
+        text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
         self.watch.missed(self.dressing.file(program), missed.line, text)
         return True
 

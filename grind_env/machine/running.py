@@ -45,6 +45,10 @@ class Speed:
         """The S that commands it for a wheel of the diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
+    def beside(self, other: "Speed", new: float) -> str:
+        """The same where another speed is in force, after which G97 has to end a G96."""
+        return self.word(new) + " under G97" * (other.constant and not self.constant)
+
 
 @cache
 def air() -> Fluid:
@@ -81,6 +85,15 @@ class Running:
     def commanded(self) -> Speed | None:
         """The speed that S commands; None before the first one."""
         return self._commanded
+
+    @property
+    def said_by_job(self) -> str:
+        """What the job has to say in [setup] for its wheel to turn as S commands it."""
+        speed = self.speed
+        said = f"wheel_speed = {speed.surface:.4g}"
+        if speed.constant != self.own.constant:
+            said += f" and constant_surface_speed = {str(speed.constant).lower()}"
+        return f"{said} in [setup] of the job"
 
     @property
     def by_hand(self) -> bool:
@@ -135,9 +148,10 @@ class Running:
                 'or say spindle = "always on" in [setup] of the job'
             )
         if not low <= speed.surface <= high:
+            unit = ", and S is m/min or, under G70, feet/min under G96" if speed.constant else ""
             return (
                 f"S turns the wheel at {speed.surface:.3g} m/s, but the process model holds from {low:g} to {high:g} "
-                f"m/s; the job says {self.own.word(setup.wheel.diameter)}"
+                f"m/s{unit}; the job says {self.own.beside(speed, setup.wheel.diameter)}"
             )
         return None
 
@@ -203,7 +217,7 @@ def _of_speed(running: Running, diameter: float) -> str | None:
         return f"no S says how fast the wheel is to turn, so that it turns as the job says; write {word}"
     if abs(surface - own.at(diameter, new)) > SAME * own.surface:
         return (
-            f"the wheel turns at {surface:.3g} m/s and not at the {own.at(diameter, new):.3g} m/s of the job; write "
-            f"{word}, or say wheel_speed = {speed.surface:.3g} in [setup] of the job"
+            f"the wheel turns at {surface:.4g} m/s and not at the {own.at(diameter, new):.4g} m/s of the job; write "
+            f"{own.beside(speed, new)}, or say {running.said_by_job}"
         )
     return None

@@ -43,7 +43,8 @@ from grind_env.control import (
 )
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
-from grind_env.machine.dress_program import DressRun, missed_pass, run_dress
+from grind_env.machine.dress_program import missed_pass
+from grind_env.machine.dressing import DressRuns
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.running import Running
@@ -150,7 +151,7 @@ class _Writer:
         self.running = Running(job)
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
-        self.plans: dict[tuple[int, tuple[tuple[int, float], ...]], DressRun] = {}
+        self.dresses = DressRuns(programs, job, self.control)
         self.way, self.unloaded = [0.0, 0.0], False
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -171,7 +172,7 @@ class _Writer:
                 if self.dressing is not None and self.dressing[len(self.blocks)]:
                     self.execution.choose(D="1")
             case CycleStart():
-                self._begin(event.plan, event.variables)
+                self._begin(event)
             case CycleEnd() if event.plan.plunges:
                 self._end(event.plan)
             case Stroke():
@@ -209,11 +210,14 @@ class _Writer:
         if self.running.fault is not None:
             raise self._error(self.running.fault, line)
         if self.running.setup is not self.job.setup:
-            words = "the coolant is off" if self.running.is_dry else "the wheel turns with another speed than the job's"
-            raise self._error(f"{words} in its strokes", line)
+            if self.running.is_dry:
+                raise self._error("the coolant is off in its strokes", line)
+            words = "the wheel turns with another speed than the job's in its strokes"
+            raise self._error(f"{words}; say {self.running.said_by_job}", line)
 
-    def _begin(self, plan: CyclePlan, variables: Mapping[int, float]) -> None:
+    def _begin(self, event: CycleStart) -> None:
         """A cycle begins."""
+        plan = event.plan
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
         taken_over = table.at is not Reversal.START
@@ -227,13 +231,7 @@ class _Writer:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
         if plan.program is not None:
-            key = plan.program, tuple(sorted(variables.items()))
-            if key not in self.plans:
-                control = replace(self.control, variables=variables)
-                self.plans[key] = run_dress(
-                    self.programs, plan.program, self.job, control, execution.position, plan.axis
-                )
-            dress = self.plans[key]
+            dress = self.dresses.run(plan.program, execution.position, event)
             wheel, diamond = self.job.setup.wheel, self.job.diamond
             missed = diamond and missed_pass(dress, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)
             if missed is not None:

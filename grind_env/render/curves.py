@@ -150,7 +150,8 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 def spans(record: GrindingRecord) -> list[Span]:
     """The executions of blocks in the order in which they were run."""
     strokes = record.strokes
-    again = (np.diff(strokes["number"]) <= 0) & (strokes["number"][1:] > 0)
+    numbers = strokes["number"]  # 0 of a stroke between two cycles
+    again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
     changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
     firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
     return [

@@ -8,6 +8,9 @@ import numpy as np
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 
+DEEP = 1e-6
+"""mm; a depth that is less short of the stock than this reaches it."""
+
 
 def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
     """Where the parts of these numbers have been most beyond a limit, and what to do; empty if nothing more is known.
@@ -33,7 +36,10 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
         return f"{rows['Ra'].max():.2f} of {limits.roughness:.2f} µm; dress finer, lower E, or raise L"
     if cause == "size":
         worst = rows[np.argmax(np.abs(rows["worst_error"]))]
-        return f"{worst['worst_error']:.1f} of {limits.size:g} µm, in the mean {shares(worst)}; {_for_size(worst)}"
+        return (
+            f"{worst['worst_error']:.1f} of {limits.size:g} µm, in the mean {shares(worst)}; "
+            f"{_for_size(worst, record, job)}"
+        )
     return ""
 
 
@@ -58,18 +64,22 @@ def _of_stroke(
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
     line = int(stroke["line"])
-    made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke beside the program"
+    made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke after the cycle"
     made = f"groove {stroke['groove']}" if stroke["groove"] else made
     block = record.blocks.get(line, line)
     place = f"line {line}" if block == line else f"N{block}"
     return f"{place} {made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
 
 
-def _for_size(part: Any) -> str:
-    """What to do about the largest share of the size error of a part."""
+def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
+    """What to do about the largest share of the size error of a part, or about its taper if that is larger."""
+    depths = [job.part.surface - cycle.depth_target for cycle in record.cycles.values() if cycle.plunges]
+    late = "let every pick end before the wheel is back on the part, by a higher F or more overtravel"
+    uneven = f"it differs by {part['taper']:.1f} µm across the width"
     remedies = {
+        "taper": f"{uneven}: take the last cycle over all of it, or {late}",
         "size_wear": "gauge it with M01 before the last cycle",
         "size_deflection": "raise L, or end with finer picks J",
-        "size_rest": "program the depth of its stock",
+        "size_rest": late if max(depths, default=0.0) >= job.part.stock - DEEP else "program the depth of its stock",
     }
     return remedies[max(remedies, key=lambda field: abs(part[field]))]

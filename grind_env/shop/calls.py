@@ -29,14 +29,28 @@ Range: TypeAlias = str | tuple[float, float]
 Named: TypeAlias = str | Sequence[str] | Mapping[str, Range | float]
 
 
-def report(program: File, job: File | None = None, output: File | None = None, *, block_delete: bool = False) -> Path:
+def report(
+    program: File,
+    job: File | None = None,
+    output: File | None = None,
+    *,
+    block_delete: bool = False,
+    blocks: int | None = None,
+    variables: Mapping[int, float] | None = None,
+    dress_at: Sequence[float] = (),
+    interrupts: Sequence[str] = (),
+) -> Path:
     """Grind with a program and write it up as one HTML file that works offline.
 
     Args:
         program: file of the part program.
         job: its job file; the program's name with `.toml` if None.
         output: the file to be written; the program's name with `.html` if None.
-        block_delete: whether blocks that begin with '/' are skipped.
+        block_delete: as of `grind_file`, like the ones after it.
+        blocks: most blocks and strokes.
+        variables: values of # variables at the start.
+        dress_at: when the operator asks for a dress, s.
+        interrupts: programs that the operator asks for in between.
 
     Returns:
         The file.
@@ -51,7 +65,15 @@ def report(program: File, job: File | None = None, output: File | None = None, *
     prepare_page(written)
     path = job_beside(program) if job is None else Path(job)
     programs, settings = read_file(program), load_job(path)
-    record = grind_file(programs, settings, block_delete=block_delete)
+    record = grind_file(
+        programs,
+        settings,
+        block_delete=block_delete,
+        blocks=blocks,
+        variables=variables,
+        dress_at=dress_at,
+        interrupts=interrupts,
+    )
     write_page(written, run_report(record, programs, settings, (program, path)))
     return written
 

@@ -30,7 +30,7 @@ from grind_env.control.flow import MOST_BLOCKS
 from grind_env.control.formulas import FormulaFault, VariableFault
 from grind_env.control.functions import FunctionFault
 from grind_env.control.geometry import ImpossibleArc
-from grind_env.control.modes import Modes
+from grind_env.control.modal_state import Modes
 from grind_env.control.options import interrupts_of
 from grind_env.control.source import HELD
 from grind_env.control.words import Block, read_block

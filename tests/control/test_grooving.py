@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from grind_env.control import ControlError, Infeed, Line, Position, Rapid, Source, read
 from grind_env.control.decode import decode
 from grind_env.control.grooving import GroovePlan, divided, groove_legs, groove_positions, plan_groove
-from grind_env.control.modes import Modes
+from grind_env.control.modal_state import Modes
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import read_block
 from tests.control.harness import ends, motions

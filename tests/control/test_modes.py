@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grind_env.control import Arc, Control, Line, Motion, Rapid, Spindle, Switch, execute, read
-from grind_env.control.modes import Modes
+from grind_env.control.modal_state import Modes
 from tests.control.harness import ends, motions, refusal, run
 
 POWER_UP = {

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import numbers
+from grind_env.control import Message, execute, numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.reader import Block, Word, read, read_block
@@ -220,3 +220,19 @@ def test_an_unevaluated_expression_is_no_zero() -> None:
             with pytest.raises(ControlError) as caught:
                 reading(block, word)
             assert caught.value.name == "not-supported"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("G71 G00 X1.2345", "line 1: X1.2345 has more decimals than are read, and is taken for X1.234"),
+        ("G70 G00 X-.12345", "line 1: X-.12345 has more decimals than are read, and is taken for X-0.1234"),
+        ("G71 G01 X1.5000000 F100.00", None),
+        ("G70 G00 X.1234", None),
+        ("G71 G00 X[1/3] Y-[2/3]", None),
+        ("G71 G00 X[1/3] Y 1.2345", "line 1: Y1.2345 has more decimals than are read, and is taken for Y1.234"),
+    ],
+)
+def test_what_is_not_read_of_a_number_is_told(words: str, told: str | None) -> None:
+    messages = [event.text for event in execute(read(f"{words}\nM30\n")) if isinstance(event, Message)]
+    assert messages == ([] if told is None else [told])

@@ -3,9 +3,12 @@ import dataclasses
 import pytest
 
 from grind_env.control import Control, read
+from grind_env.control.modal_state import Modes
 from grind_env.errors import GrindError
-from grind_env.machine.dress_program import DressPlan, DressProgramError, plan_dress
+from grind_env.machine.dress_program import DressPlan, DressProgramError, plan_dress, run_dress
+from grind_env.machine.grind import grind
 from tests.machine.harness import DRESS, job
+from tests.shop.programs import PLATE
 
 AT_PRIMARY = (230.0, -0.05, 0.0)
 CONTROL = Control(acceleration=1000.0, rapid_feed=15_000.0)
@@ -96,9 +99,8 @@ def test_a_wider_wheel_needs_a_longer_traverse() -> None:
         ("G00 Y20.", "no feed move takes the diamond over the wheel"),
         ("G91 G01 Y-.02 F60.\nG00 Z30.", "no feed move takes the diamond over the wheel"),
         ("G91 G01 Y-.02 F60.\nZ20. F300.", "add one of 25 mm along Z"),
-        ("G91 G01 Z30. F300.", "no infeed"),
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.02 F60.\nZ-30. F200.", "F200, F300"),
-        ("G00 Y10.\nG01 Z30. F300.", "part of the approach in line 4"),
+        ("G00 Y10.\nG01 Z30. F300.\nG91 Y-.02\nZ-30.", "part of the approach in line 4"),
         ("G01 Y10. F500.\nZ30. F300.", "before pass 1, but an infeed is at most 0.1 mm"),
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.2 F60.\nZ-30. F300.", "0.2 mm along Y before pass 2"),
         ("G91 G01 Y-.02 F60.\nZ30. Y-.01 F300.", "form dressing is not simulated, but line 5 leads"),
@@ -114,6 +116,38 @@ def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
     assert words in str(caught.value)
 
 
-def test_a_dress_that_needs_the_modes_of_the_main_program_is_refused() -> None:
-    with pytest.raises(DressProgramError, match=r"O9100: by itself, .* it fails: .*G01 is commanded without F"):
-        plan("G01 Y-.02\nZ30. F300.")
+@pytest.mark.parametrize(
+    "body", ["G91 G01 Z30. F300.\nZ-30.", "G00 Y10.\nG01 Z30. F300.\nZ0.", "G00 Y10.\nG01 Z30. F300.\nZ0. F900."]
+)
+@pytest.mark.parametrize("infeed", [None, 0.005])
+def test_a_dresser_advances_by_itself_where_no_pass_has_an_infeed(body: str, infeed: float | None) -> None:
+    advancing = job(setup={"dresser_infeed": infeed})
+    run = run_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, advancing, CONTROL, AT_PRIMARY, 0)
+    # what goes back with another feed is no pass
+    assert run.plan[:3] == (1 if "F900" in body else 2, 5.0, infeed or 0.02)
+    assert run.advances
+
+
+def test_a_way_back_with_another_feed_is_no_pass() -> None:
+    found = plan("G91 G01 Y-.02 F60.\nZ30. F300.\nZ-30. F900.\nY-.01 F60.\nZ30. F300.\nZ-30. F900.")
+    assert found[:3] == (2, 5.0, pytest.approx(0.015))
+
+
+def test_what_a_dresser_is_taken_to_advance_is_told_until_the_job_says_it() -> None:
+    text = PLATE.replace("N5 G91 G01 Y-.02 F60.\nN6 Z35. F191.", "N6 G91 G01 Z35. F191.").replace("N7 Y-.02 F60.\n", "")
+    told, removed = {}, {}
+    for infeed in (None, 0.02, 0.01):
+        found = grind(read(text), job(setup={"dresser_infeed": infeed}))
+        told[infeed] = [warning for warning in found.warnings if "O9100 has no infeed" in warning]
+        removed[infeed] = found.dresses["removed"].sum()
+    assert ["taken to advance 0.02 mm by itself" in warning for warning in told[None]] == [True]
+    assert told[0.02] == told[0.01] == []
+    assert removed[None] == removed[0.02] == pytest.approx(2.0 * removed[0.01], rel=1e-3)
+
+
+def test_a_dress_without_f_needs_one_of_its_caller() -> None:
+    body = "G01 G91 Y-.02\nZ30."
+    with pytest.raises(DressProgramError, match=r"O9100: it fails: .*G01 is commanded without F"):
+        plan(body)
+    programs, modes = read(f"M30\nO9100\n{body}\nM99\n"), Modes(feed=300.0)
+    assert plan_dress(programs, 9100, job(), CONTROL, AT_PRIMARY, 0, modes).feed == 5.0

@@ -9,10 +9,11 @@ import pytest
 
 import grind_env
 from grind_env.control import Control, ControlError, Event, Execution, Programs, Spindle, read, read_file
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine import grind as grind_module
 from grind_env.machine.dress_program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
-from grind_env.machine.job import PartConditions
+from grind_env.machine.job import Diamond, PartConditions
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
@@ -119,11 +120,46 @@ def test_dress_causes_and_counts() -> None:
     assert record.parts[0]["dress_cost"] == pytest.approx(4 * 0.10)
 
 
+INCH = "G70 G94 G90 G19\nG00 X-2. Y0 Z0\nG82 X9. I-2. Y-.002 J-.001 F6. E400. P9200 D1\nM30\n"
+
+
+def test_a_dress_program_has_the_modes_of_its_caller() -> None:
+    inherited = "\nO9200\nG91 G01 Y-.001 F6.\nZ1.2 F7.5\nM99\n"
+    own = inherited.replace("G91", "G70 G94 G91")
+    found, expected = run(INCH + inherited, job()), run(INCH + own, job())
+    assert found.parts[0]["dresses"] == 1
+    assert found.strokes.tobytes() == expected.strokes.tobytes()
+    assert found.dresses.tobytes() == expected.dresses.tobytes()
+
+
+@pytest.mark.parametrize("shift", ["G10 L2 P1 X100. Z7.", "G52 X100. Z7.", "G92 X-100. Z-7."])
+def test_the_diamond_is_met_where_the_shifted_origin_takes_the_dress(shift: str) -> None:
+    text = f"G71 G94 G90 G19\nG00 X0. Y0. Z0.\n{shift}\nG00 X-130. Z-7.\n"
+    text += CYCLE.replace("X230. I-30.", "X130. I-130.").replace("P9100", "P9100 D1") + "M30\n"
+    for tip, warnings in ((Diamond(x=-20.0, y=10.0, z=-3.0), 0), (Diamond(x=-120.0, y=10.0, z=-10.0), 1)):
+        ground = dataclasses.replace(job(), diamond=tip)
+        found = run(text, ground).warnings
+        assert sum("dresses nothing" in warning for warning in found) == warnings
+        why = JobSimulation(read(text + DRESS, "test.nc"), ground, 0.0).why
+        assert ("misses the diamond" in str(why)) == bool(warnings)
+
+
+def test_what_a_dress_program_calls_is_part_of_it() -> None:
+    passes = "O9101\nG91 G01 Y-.02 F60.\nZ35. F191.\nY-.02 F60.\nZ-35. F191.\nG90\nM99\n"
+    dress = f"O9100\nG71 G90 G94\nG00 Y20.\nG00 X-120. Z-40.\nG00 Y10.\nM98 P9101\nG00 Y20.\nM99\n{passes}"
+    text = HEAD + CYCLE.replace("P9100", "P9100 D1") + "M30\n"
+    record = grind(read(text + dress, "test.nc"), job())
+    assert record.parts[0]["dresses"] == 1 and record.warnings == ()
+    # called by the main program it is one that dresses nothing
+    text = text.replace("M30", "G80\nG00 Y20.\nM98 P9101\nM30")
+    (warning,) = grind(read(text + dress, "test.nc"), job()).warnings
+    assert "test.nc:6: M98 P9101" in warning and "dresses nothing" in warning
+
+
 def test_a_dress_program_that_depends_on_its_caller_is_refused() -> None:
     loose = "\nO9200\nG91 G01 Y-.02 F60.\nZ30. F191.\nM99\n"
-    text = "G70 G94 G90 G19\nG00 X-2. Y0 Z0\nG82 X9. I-2. Y-.002 J-.001 F6. E400. P9200 D1\nM30\n"
     with pytest.raises(DressProgramError, match=r"O9200: the wheel moves 0\.508 mm"):
-        run(text + loose, job())
+        run(INCH + loose, job())
     # an infeed to Y-.02 is 0.02 mm from Y0, where the cycle starts, but 0.01 mm from Y-.01, where it dresses
     absolute = "\nO9200\nG71 G90 G94 G01 Y-.02 F60.\nZ30. F191.\nM99\n"
     text = HEAD + "G82 X230. I-30. Y-.02 J-.01 F60. E12000. P9200 D1\nM30\n"

@@ -1,6 +1,7 @@
 """Wheel and coolant turn, flow and stop as the words of a program say."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -107,6 +108,24 @@ def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -
     assert list(Told().of(running, 300.0)) == []
 
 
+@pytest.mark.parametrize("words", ["S1450 M03 M08", "S1507 M03 M08", "G96 S1680 M03 M08"])
+def test_what_is_told_of_the_speed_mends_it(words: str) -> None:
+    own = programmed()
+    (warning,) = ground(program(words), own).warnings
+    found = re.search(
+        r"write S1910( under G97)?, or say wheel_speed = ([.\d]+)( and constant_surface_speed = true)? in", warning
+    )
+    assert found is not None
+    under, speed, constant = found.groups()
+    assert bool(under) == bool(constant) == ("G96" in words)
+    assert f"say wheel_speed = {speed}{constant or ''} in [setup]" in str(
+        JobSimulation(read(program(words)), own, 0.0).why
+    )
+    said = programmed(wheel_speed=float(speed), constant_surface_speed=constant is not None)
+    assert ground(program(words), said).warnings == ()
+    assert JobSimulation(read(program(words)), said, 0.0).why is None
+
+
 def test_a_turning_tool_needs_no_wheel() -> None:
     text = "G71 G94 G90 G18\nG00 X26. Z-10.\nG77 X24. Z-30. I.7 K20. D0 F60.\nM30\n"
     assert grind(read(text), job(surface=25.0, setup=BY_PROGRAM)).warnings == ()
@@ -115,7 +134,7 @@ def test_a_turning_tool_needs_no_wheel() -> None:
 def test_a_state_is_told_of_once_in_many_parts() -> None:
     part = f"S1500 M03\n{HEAD}{CYCLE}G80\nG00 Y20.\nM05\nM00\n"
     (speed, coolant) = ground(part * 3 + "M30\n" + DRESS, programmed()).warnings
-    assert "23.6 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
+    assert "23.56 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
 
 
 def test_a_dress_may_switch_the_coolant_off_and_on_again() -> None:

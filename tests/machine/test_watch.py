@@ -19,6 +19,14 @@ def test_a_slow_pick_warns_and_names_the_feed_that_would_do() -> None:
     assert run(slow.replace("F.5", f"F{found[1]}."), job()).warnings == ()
 
 
+def test_in_an_inch_program_the_feed_is_in_inches() -> None:
+    slow = "G70 G94 G90 G19\nG00 X-1.2 Y0 Z0\nG82 X9.1 I-1.2 Y-.002 J-.0004 F.02 E470.\nM30\n"
+    (warning,) = run(slow, job()).warnings
+    found = re.search(r"its picks at F0.02 inch/min take .*; F([.\d]+) would do", warning)
+    assert found is not None
+    assert run(slow.replace("F.02", f"F{found[1]}"), job()).warnings == ()
+
+
 def test_the_feed_that_is_named_is_the_least_one() -> None:
     text = HEAD + CYCLE.replace("J-.01", "J-.5").replace("Y-.05", "Y-2.") + "M30\n"
     out_of_reach = job(surface=-10.0)

@@ -64,7 +64,13 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(
 def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "played.nc"
     assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--output", path) == 0
-    assert "the operator asks for dresses at" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    command, _, _ = told.partition("grind run ")[2].partition("\n")
+    assert command.startswith(str(path))
+    options = command.removeprefix(str(path)).split()
+    ended("run", path, *options, "--json")
+    found = json.loads(capsys.readouterr().out)
+    assert sum(part["dresses"] for part in found["parts"]) == options.count("--dress-at") > 1
 
 
 def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

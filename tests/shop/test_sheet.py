@@ -130,3 +130,62 @@ def test_cells_of_the_gauge_file_may_be_empty(tmp_path):
     np.testing.assert_allclose(gauge.size, [np.nan, 2.0])
     np.testing.assert_allclose(gauge.burn, [0.0, 1.0])
     np.testing.assert_allclose(gauge.diameter, [299.81, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("stamps", "steps"),
+    [
+        (("2026-11-03T23:59:59.500+01:00", "2026-11-04T00:00:01.000+01:00"), [1.5]),
+        (("2026-11-03 14:00:00Z", "2026-11-03 14:00:02Z"), [2.0]),
+        (("03.11.2026 17:00:00,5", "04.11.2026 07:00:00,5"), [50_400.0]),  # a night between two parts
+        (("11/3/2026 5:00:00 PM", "11/4/2026 7:00:00 AM"), [50_400.0]),
+        (("17:00:00", "17:00:01", "07:00:00", "07:00:01"), [1.0, 50_399.0, 1.0]),
+        (("23:59:59", "00:00:01", "23:59:59.5", "00:00:02"), [2.0, -1.5, 2.5]),  # out of order at midnight
+        (("00:00:01", "23:59:59", "23:59:58"), [-2.0, -1.0]),  # the newest row first
+    ],
+)
+def test_a_clock_goes_on_over_nights(tmp_path, stamps, steps):
+    rows = [("time;power [W]"), *(f"{stamp};{1000 + k}" for k, stamp in enumerate(stamps))]
+    (tmp_path / "log.csv").write_text("\n".join(rows), encoding="utf-8")
+    sheet = read_sheet(tmp_path / "log.csv")
+    assert sheet.is_clock(0)
+    np.testing.assert_allclose(np.diff(sheet.clock(0)), steps)
+
+
+def test_a_historian_s_export_is_read(tmp_path):
+    """Stamps with a time zone, words for what is missing, a column of words, and what was made of it all is told."""
+    rows = [("Timestamp", "Spindle power [W]", "Quality")]
+    for k, each in enumerate(POWER):
+        bad = k in (3, 20)
+        second = k + (30 if k >= 40 else 0)
+        stamp = f"2026-11-03T14:{second // 60:02d}:{second % 60:02d}.120+01:00"
+        rows.append((stamp, ("n/a" if k == 3 else "---") if bad else f"{each:.1f}", "Bad" if bad else "Good"))
+    log = read_log(written(tmp_path, rows, before=("Historian export", ""), separator=","), MACHINE, Map())
+    np.testing.assert_allclose(log.power, np.delete(POWER, [3, 20]))
+    said = "; ".join(log.remarks)
+    assert "nothing was taken from column 'Quality'" in said
+    assert "2 rows without time or power were left out" in said
+    assert "1 gap in the log, the longest of 31.0 s" in said
+
+
+@pytest.mark.parametrize(
+    ("said", "reason"),
+    [('[log]\ntime_unit = "fortnight"', "log.time_unit is 'fortnight'"), ("[log]\nvolts = 400", "")],
+)
+def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
+    path = written(tmp_path, [("time [s]", "power [W]"), *((f"{k}.0", f"{p:.1f}") for k, p in enumerate(POWER))])
+    (tmp_path / "map.toml").write_text(said, encoding="utf-8")
+    if reason:
+        with pytest.raises(CalibrationError, match=reason):
+            read_log(path, MACHINE, read_map(tmp_path / "map.toml"))
+    else:
+        assert (
+            "volts of the map had no effect on a power in W"
+            in read_log(path, MACHINE, read_map(tmp_path / "map.toml")).remarks
+        )
+
+
+def test_an_empty_file_is_called_empty(tmp_path):
+    (tmp_path / "log.csv").write_text("\n \n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match="is empty"):
+        read_sheet(tmp_path / "log.csv")

@@ -102,6 +102,9 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         file: of the program; empty for one of the package.
     """
     task = load_task("power_limited")
+    # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
+    stock, length = max(round(job.part.stock, 3), 0.001), round(job.part.length, 3)
+    width = min(round(job.part.width, 3), task.wheel.width)
     return replace(
         task,
         name=name,
@@ -112,9 +115,9 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         kinds=(
             replace(
                 task.kinds[0],
-                stock=job.part.stock,
-                width=job.part.width,
-                length=job.part.length,
+                stock=stock,
+                width=width,
+                length=length,
                 tolerance=job.part.tolerance,
                 scrap=job.part.scrap_cost,
             ),

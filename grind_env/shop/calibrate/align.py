@@ -39,8 +39,11 @@ MATCHES, NEEDED = 0.5, 0.7
 """Correlation from which on a run or a part is taken to be in the log, and what is needed of their median."""
 WORTH = 0.03
 """Of the likelihood that each execution before has added: what one more must add, or it is noise."""
-ALIKE = 2.0
-"""Factor by which the power of one execution, as the model expects it, may differ from that of the most likely one."""
+ALIKE, ALIKE_RUNS = 2.0, 4.0
+"""Factors by which the power over that expected may differ: of one execution from the most likely one, and of a run
+from the others."""
+ODD, POOR = 3.0, 0.8
+"""Times what the others miss by, and correlation, from and up to which a run is not as it is programmed."""
 SURE = 0.9
 """Median correlation from which on no other unit of time is tried."""
 UNSURE = 0.8
@@ -57,6 +60,7 @@ class Alignment:
         override: of the feed in it.
         correlation: of the power expected in it with that of the log; NaN if the log has no samples there.
         gain: of the power in the log over that expected.
+        rest: standard deviation of the power in the log from what is expected, in its unit.
         time_unit: s of a unit of the log's time; 1 unless it was found out.
     """
 
@@ -64,6 +68,7 @@ class Alignment:
     override: Floats
     correlation: Floats
     gain: Floats
+    rest: Floats
     time_unit: float = 1.0
 
     @property
@@ -71,12 +76,21 @@ class Alignment:
         """How often the program was run."""
         return len(self.begin)
 
+    def _only(self, executions: Numbers | slice) -> "Alignment":
+        """That of some of the executions."""
+        begin, override, correlation, gain, rest = (
+            values[executions] for values in (self.begin, self.override, self.correlation, self.gain, self.rest)
+        )
+        return replace(self, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
+
     def first(self, executions: int) -> "Alignment":
         """That of the first executions alone."""
-        begin, override, correlation, gain = (
-            values[:executions] for values in (self.begin, self.override, self.correlation, self.gain)
-        )
-        return replace(self, begin=begin, override=override, correlation=correlation, gain=gain)
+        return self._only(slice(executions))
+
+    @property
+    def known(self) -> "Alignment":
+        """That of the executions of which a run is sure; other work may look like one from afar."""
+        return self._only(np.flatnonzero(self.sure.any(axis=1)))
 
     @property
     def quality(self) -> float:
@@ -84,13 +98,22 @@ class Alignment:
         return float(np.nanmedian(self.correlation)) if np.isfinite(self.correlation).any() else 0.0
 
     @property
-    def overrides(self) -> Floats:
-        """Of each execution; 1 where the feed is as programmed but for what the machine differs from its model."""
-        sure = self.correlation > MATCHES
-        found = np.array(
-            [np.median(row[kept]) if kept.any() else 1.0 for row, kept in zip(self.override, sure, strict=True)]
-        )
-        return np.where(np.abs(np.log(found)) < np.log(SAME_FEED), 1.0, found)
+    def sure(self) -> NDArray[np.bool_]:
+        """Which runs are in the log as they are programmed: as strong as the others, and no worse than they."""
+        sure: NDArray[np.bool_] = self.correlation >= MATCHES
+        if sure.any():
+            sure = sure & _between(self.gain, float(np.median(self.gain[sure])), ALIKE_RUNS)
+        if sure.any():
+            sure = sure & ((self.correlation >= POOR) | (self.rest <= ODD * np.median(self.rest[sure])))
+        return sure
+
+    def overrides(self, pattern: Pattern) -> list[float]:
+        """Of each part; 1 where the feed is as programmed but for what the machine differs from its model."""
+        part = pattern.part[pattern.firsts]
+        each = [(row, part == number) for row in range(self.executions) for number in range(pattern.parts)]
+        found = [self.override[row, chosen & self.sure[row]] for row, chosen in each]
+        medians = [float(np.median(values)) if values.size else 1.0 for values in found]
+        return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in medians]
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
@@ -110,7 +133,7 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
         else _in_either_unit(log, pattern, expected)
     )
     if best.executions == 0 or best.quality < NEEDED:
-        reached = f"{best.quality:.2f}" if best.executions else "none worth naming"
+        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
         raise CalibrationError(
             f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
             "needed; check that it is the log of this program and job, and that the right column is taken for the power"
@@ -134,11 +157,11 @@ def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run:
     period = pattern.times(run)[2] / chosen.sum()
     begin[:, run] += strokes * period / found.override[:, run]
     other = _judged(begin, found.override, log.time, log.power, pattern, expected, found.time_unit)
-    if len(other.begin) != len(begin) or np.nanmedian(other.correlation[:, run]) < UNSURE * np.nanmedian(
-        found.correlation[:, run]
-    ):
+    if len(other.begin) != len(begin):
         return None
-    return other
+    before, after = found.correlation[:, run], other.correlation[:, run]
+    both = np.isfinite(before) & np.isfinite(after)
+    return other if both.any() and np.median(after[both]) >= UNSURE * np.median(before[both]) else None
 
 
 class _Binned(NamedTuple):
@@ -160,24 +183,56 @@ def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, un
     total = float(spans.sum() + pattern.pause.sum())
     none = np.empty((0, pattern.runs))
     if bin_time.size < FEWEST or not 0.3 * spans.max() < bin_time[-1] - bin_time[0] < MOST_EXECUTIONS * 20.0 * total:
-        return Alignment(none, none, none, none, unit)
+        return Alignment(none, none, none, none, none, unit)
     binned = _transformed(bin_time, bin_power, step, total)
-    scores, overrides = zip(*(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True)
+    scores, overrides, gains = zip(
+        *(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True
+    )
+    scores = _alike(scores, overrides, gains, binned, pattern, expected)
     most = min(int((bin_time[-1] - bin_time[0]) / (0.6 * total)) + 2, MOST_EXECUTIONS)
-    best = Alignment(none, none, none, none, unit)
+    best = Alignment(none, none, none, none, none, unit)
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
-        worth_it = number == 0 or likely - so_far >= WORTH * so_far / number
+        # noise that is tried at so many places is somewhere as likely as their number
+        worth_it = number == 0 or likely - so_far >= max(WORTH * so_far / number, np.log(binned.size))
         matches, gain = (
             _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
         )
         first = gain if number == 0 else first
-        alike = np.all((gain > first.mean() / ALIKE) & (gain < first.mean() * ALIKE))
+        alike = first.size and np.all(_between(gain, float(first.mean()), ALIKE))
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
     return best
+
+
+def _between(values: Floats, usual: float, factor: float) -> NDArray[np.bool_]:
+    return (values > usual / factor) & (values < usual * factor)
+
+
+def _alike(
+    scores: Sequence[Floats],
+    overrides: Sequence[Floats],
+    gains: Sequence[Floats],
+    binned: _Binned,
+    pattern: Pattern,
+    expected: Floats,
+) -> tuple[Floats, ...]:
+    """Scores without places so much weaker or stronger than the most likely execution that they are chance.
+
+    Noise has some shape, too.
+    """
+    begin, _, _ = _placed(scores, overrides, binned, pattern, 1)[0]
+    at = np.clip(np.round((begin[0] - binned.origin) / binned.step).astype(np.int64), 0, binned.size - 1)
+    weight = np.array([scores[run][place] for run, place in enumerate(at.tolist())])
+    gain = np.array([gains[run][place] for run, place in enumerate(at.tolist())])
+    order = np.argsort(gain)
+    total = np.cumsum(weight[order])
+    usual = float(gain[order[np.searchsorted(total, 0.5 * total[-1])]])
+    return tuple(
+        np.where(_between(gained, usual, ALIKE_RUNS), score, 0.0) for score, gained in zip(scores, gains, strict=True)
+    )
 
 
 def _averaged(time: Floats, power: Floats, step: float) -> tuple[Floats, Floats]:
@@ -212,20 +267,24 @@ def _template(pattern: Pattern, expected: Floats, run: int, override: float, at:
     return np.asarray((upper - lower) / width, np.float64)
 
 
-def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats]:
-    """How likely a run begins at each place (logarithm, over a constant power there), and with which override."""
+def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
+    """How likely a run begins at each place, with which override, and how much larger its power is than expected.
+
+    The likelihood is a logarithm, over a constant power there.
+    """
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
     tried = np.exp(np.arange(np.log(low), np.log(high), apart))
     tried = np.append(tried[np.abs(np.log(tried)) > 0.4 * apart], 1.0)
-    best, override = np.full(binned.size, -np.inf), np.ones(binned.size)
+    best, override, gain = np.full(binned.size, -np.inf), np.ones(binned.size), np.zeros(binned.size)
     for each in tried.tolist():
         at = np.arange(-MARGIN, pattern.times(run, each)[2] + MARGIN, binned.step)
         if at.size > binned.length - binned.size:
             continue
         shape = _template(pattern, expected, run, each, at, binned.step)
-        shape = shape / max(shape.max(), 1e-9)
+        highest = max(float(shape.max()), 1e-9)
+        shape = shape / highest
         box, form, square = (
             np.conj(fft.rfft(values, binned.length)) for values in (np.ones(at.size), shape, shape * shape)
         )
@@ -248,12 +307,15 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
             0.0,
         )
         likely = -0.5 * n * np.log1p(-np.minimum(squared, 0.9999)) - 0.5 * (np.log(each) / USUAL_OVERRIDE) ** 2
+        factor = covariance / np.maximum(spread, 1e-3) / highest
         # a place of the array is that of the margin before the run
-        likely = np.roll(likely, round(MARGIN / binned.step))[: binned.size]
+        likely, factor = (np.roll(values, round(MARGIN / binned.step))[: binned.size] for values in (likely, factor))
         better = likely > best
-        best, override = np.where(better, likely, best), np.where(better, each, override)
+        best, override, gain = (
+            np.where(better, new, old) for new, old in ((likely, best), (each, override), (factor, gain))
+        )
     assert span > 0.0
-    return np.maximum(best, 0.0), override
+    return np.maximum(best, 0.0), override, gain
 
 
 def _placed(
@@ -310,18 +372,18 @@ def _compared(
     begin: float,
     override: float,
     width: float,
-) -> tuple[float, float]:
-    """Correlation of a run at a place with the log there, and the power there over that expected."""
+) -> tuple[float, float, float]:
+    """Correlation of a run at a place with the log there, the power over that expected, and the deviation from it."""
     end = begin + pattern.times(run, override)[2]
     first, last = np.searchsorted(time, (begin - MARGIN, end + MARGIN))
     if last - first < FEWEST:
-        return float("nan"), float("nan")
+        return float("nan"), float("nan"), float("nan")
     shape = _template(pattern, expected, run, override, time[first:last] - begin, width)
     y = power[first:last]
     if np.ptp(shape) == 0.0 or np.ptp(y) == 0.0:
-        return 0.0, 0.0
-    correlation = float(np.corrcoef(shape, y)[0, 1])
-    return correlation, correlation * float(np.std(y) / np.std(shape))
+        return 0.0, 0.0, float(np.std(y))
+    correlation, deviation = float(np.corrcoef(shape, y)[0, 1]), float(np.std(y))
+    return correlation, correlation * deviation / float(np.std(shape)), deviation * float(np.sqrt(1.0 - correlation**2))
 
 
 def _judged(
@@ -336,9 +398,9 @@ def _judged(
         ]
         for row in zip(begin.tolist(), override.tolist(), strict=True)
     ]
-    correlation, gain = np.moveaxis(np.array(each), -1, 0)
+    correlation, gain, rest = np.moveaxis(np.array(each), -1, 0)
     inside = np.isfinite(correlation).any(axis=1)
-    return Alignment(begin[inside], override[inside], correlation[inside], gain[inside], unit)
+    return Alignment(begin[inside], override[inside], correlation[inside], gain[inside], rest[inside], unit)
 
 
 def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expected: Floats) -> Floats:
@@ -352,7 +414,9 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     """The same with begins and overrides between the steps, of a log in s."""
     time, power = log.time, log.power
-    begin, override, correlation = found.begin.copy(), found.override.copy(), found.correlation.copy()
+    begin, override, correlation, gain, rest = (
+        values.copy() for values in (found.begin, found.override, found.correlation, found.gain, found.rest)
+    )
     width = max(float(np.median(np.diff(time))) * 0.1, FINE)
     for row, run in np.argwhere(np.isfinite(correlation)).tolist():
         span = pattern.times(run)[2]
@@ -360,7 +424,7 @@ def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> A
         def misses(x: Floats, row: int = row, run: int = run, span: float = span) -> float:
             changed = override[row, run] * np.exp(x[1] * 0.2 / span)
             at = begin[row, run] + 0.1 * x[0]
-            value, _ = _compared(time, power, pattern, expected, run, at, changed, width)
+            value, *_ = _compared(time, power, pattern, expected, run, at, changed, width)
             return 1.0 - (value if np.isfinite(value) else 0.0)
 
         best = optimize.minimize(
@@ -371,8 +435,10 @@ def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> A
         )
         begin[row, run] += 0.1 * best.x[0]
         override[row, run] *= np.exp(best.x[1] * 0.2 / span)
-        correlation[row, run] = 1.0 - best.fun
-    return replace(found, begin=begin, override=override, correlation=correlation)
+        correlation[row, run], gain[row, run], rest[row, run] = _compared(
+            time, power, pattern, expected, run, begin[row, run], override[row, run], width
+        )
+    return replace(found, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
 
 
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Programs, read_file
+from grind_env.envs.job.outline import JobProgramError
+from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
@@ -34,12 +36,18 @@ LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
 """Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
+LEAST_WHEEL = 0.5
+"""Of the diameter of a new wheel, below which it is none of that wheel."""
 BURN_WIDTH = 0.05
 """Of the step in temperature rise at which burn is seen, of the rise that tempers."""
 LINEAR_STEP = 0.5
 """Spreads of the prior over which the effect of a constant is taken to be linear."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+FAR = 2.5
+"""Factor between measured and modelled power that no job makes, but a unit does."""
+HOPELESS_ROUGHNESS = 1.0
+"""Error of the logarithm of Ra from which on it is of another unit or part."""
 CLEARLY = 0.8
 """Of the misfit of a place: what another one must have to be preferred."""
 HELD_OUT = 4
@@ -93,21 +101,27 @@ def calibrate(
     """
     said = read_map(map_file)
     settings, programs = load_job(job), read_file(program)
+    if settings.parts:
+        raise CalibrationError(
+            f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"
+        )
     parameters = chosen_parameters(settings, names)
     told("reading the log")
     rows = read_log(log, settings.setup.machine, said)
     gauged = None if gauge is None else read_gauge(gauge, said)
+    if gauged is not None:
+        _refuse_impossible(gauged, settings)
     pattern = pattern_of(programs, settings)
-    twice = powers(Forward(programs, settings, (1.0, 1.0)).run(settings)).reshape(2, -1)
+    usual = _usual(programs, settings)
     told("looking for the program in the log")
-    found = align(rows, pattern, twice[1])
+    found = align(rows, pattern, usual)
     told("fitting")
     rows = averaged(rows, found.time_unit)
-    rows, found, lag = without_lag(rows, pattern, found, twice[1])
-    found = _best_place(rows, pattern, twice[1], found, settings, programs, parameters)
+    rows, found, lag = without_lag(rows, pattern, found, usual)
+    found = _best_place(rows, pattern, usual, found, settings, programs, parameters).known
     model = _model(rows, pattern, found, gauged, settings, programs)
-    seen, extra, data, forward = model.seen, model.extra, model.data, model.forward
-    parts = found.executions * forward.parts_each
+    seen, extra, data = model.seen, model.extra, model.data
+    parts = found.executions * pattern.parts
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
     fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
     _refuse_hopeless(fitted, data)
@@ -115,7 +129,7 @@ def calibrate(
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
         others = fit(parameters, scales, data, model.predict, held_out=data.held_out, jumps=jumps)
-        held_out = HeldOut(_last(found.executions), errors_of(others, data, data.held_out))
+        held_out = HeldOut(_last(parts), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,
         program=program.name,
@@ -126,7 +140,7 @@ def calibrate(
         data=data,
         fit=fitted,
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
-        part=np.concatenate([seen.execution * forward.parts_each + 1, extra.part]),
+        part=np.concatenate([_parts(seen, pattern), extra.part]),
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         errors=errors_of(fitted, data, fitted.used),
         held_out=held_out,
@@ -138,17 +152,40 @@ def calibrate(
             *(() if gauged is None else gauge_remarks(gauged, parts)),
             *log_remarks(rows, found, seen, pattern, lag),
             *fit_remarks(fitted),
-            *overridden(job, fitted),
+            *overridden(job, fitted, idle=rows.known_scale),
         ),
     )
 
 
+def _usual(programs: Programs, job: Job) -> Floats:
+    """Power of each stroke above idle, W, as the catalogue has it, once the wheel has ground.
+
+    That is in a second execution, but for a program that can be run only once.
+    """
+    try:
+        forward = Forward(programs, job, 2)
+    except JobProgramError:
+        forward = Forward(programs, job)
+    return powers(forward.run(job))[-forward.part.size :]
+
+
 def _refuse_hopeless(fitted: Fit, data: Data) -> None:
-    error = errors_of(fitted, data, fitted.used)["power"][2]
+    errors = errors_of(fitted, data, fitted.used)
+    error = errors["power"][2]
     if error > HOPELESS:
+        power = (data.kind == "power") & fitted.used
+        measured, modelled = data.value[power], fitted.predicted[power]
+        times = float(measured @ modelled / (modelled @ modelled))
+        remedy = "part, wheel and machine of the job" if 1.0 / FAR < times < FAR else "the unit of the power"
         raise CalibrationError(
-            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} %, and "
-            f"{100.0 * HOPELESS:.0f} % is the most that is taken; check part, wheel and machine of the job"
+            f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} % (the "
+            f"log shows {times:.3g} times as much), and {100.0 * HOPELESS:.0f} % is the most that is taken; check "
+            f"{remedy}"
+        )
+    if "Ra" in errors and errors["Ra"][2] > HOPELESS_ROUGHNESS:
+        raise CalibrationError(
+            "even with the best constants Ra differs from what was gauged by a factor of "
+            f"{math.exp(errors['Ra'][2]):.3g}; check the unit of Ra in the gauge file, um if none is said"
         )
 
 
@@ -171,11 +208,11 @@ class _Model:
 
 def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
     seen = observe(log, pattern, found)
-    forward = Forward(programs, job, found.overrides.tolist())
-    extra = _gauged(gauge, found.executions * forward.parts_each, job)
+    forward = Forward(programs, job, found.executions, found.overrides(pattern))
+    extra = _gauged(gauge, found.executions * pattern.parts, job)
     nominal = seen.weights @ powers(forward.run(job))
     unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
-    return _Model(seen, extra, _data(seen, pattern, unit, extra, forward.parts_each, found.executions), forward, job)
+    return _Model(seen, extra, _data(seen, pattern, unit, extra, found.executions), forward, job)
 
 
 def _best_place(
@@ -192,7 +229,7 @@ def _best_place(
     With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants
     do is taken to be linear.
     """
-    forward = Forward(programs, job, found.overrides.tolist())
+    forward = Forward(programs, job, found.executions, found.overrides(pattern))
     nominal = powers(forward.run(job))
     moved = [
         powers(forward.run(with_entries(job, changes_of((each,), np.array([LINEAR_STEP]))))) for each in parameters
@@ -200,7 +237,7 @@ def _best_place(
     slopes = np.column_stack([nominal, *((each - nominal) / LINEAR_STEP for each in moved)])
 
     def misfit(place: Alignment) -> float:
-        seen = observe(log, pattern, place)
+        seen = observe(log, pattern, place, found.sure)  # a place is no better because it has fewer runs
         observed = seen.weights @ slopes
         scale = float(observed[:, 0] @ seen.power / (observed[:, 0] @ observed[:, 0])) if not log.known_scale else 1.0
         error = np.hypot(seen.error / scale, DISCREPANCY * np.abs(observed[:, 0]).max())[:, None]
@@ -219,7 +256,7 @@ def _best_place(
     return best
 
 
-def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, parts_each: int, executions: int) -> Data:
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, executions: int) -> Data:
     power = seen.power / unit
     discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
@@ -227,14 +264,19 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, par
         + np.square(discrepancy * power)
         + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
     )
-    kept = executions - (max(executions // HELD_OUT, 1) if executions >= ENOUGH_PARTS else 0)
-    execution = np.concatenate([seen.execution, (extra.part - 1) // parts_each])
+    parts = executions * pattern.parts
+    kept = parts - (max(parts // HELD_OUT, 1) if parts >= ENOUGH_PARTS else 0)
     return Data(
         value=np.concatenate([power, extra.value]),
         error=np.concatenate([error, extra.error]),
         kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
-        held_out=execution >= kept,
+        held_out=np.concatenate([_parts(seen, pattern), extra.part]) > kept,
     )
+
+
+def _parts(seen: Observations, pattern: Pattern) -> Numbers:
+    """Of each observation the part that it is of, from 1."""
+    return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
 def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
@@ -260,6 +302,21 @@ def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
     )
 
 
+def _refuse_impossible(gauge: Gauge, job: Job) -> None:
+    stock, wheel = 1e3 * job.part.stock, job.setup.wheel.diameter
+    for part, size, diameter in zip(gauge.part.tolist(), gauge.size.tolist(), gauge.diameter.tolist(), strict=True):
+        if abs(size) > stock:
+            raise CalibrationError(
+                f"the size of part {part} is {size:g} um off, more than the stock of {stock:g} um that the job has; "
+                "check the unit of the sizes and the nominal one"
+            )
+        if diameter < LEAST_WHEEL * wheel or diameter > wheel / LEAST_WHEEL:
+            raise CalibrationError(
+                f"the wheel is {diameter:g} mm after part {part}, and {wheel:g} mm new in the job; check the unit of "
+                "its diameter, mm if none is said"
+            )
+
+
 def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
     """What the gauges would show."""
     parts, at = record.parts, extra.part - 1
@@ -277,10 +334,10 @@ def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
     return np.select([extra.kind == kind for kind in values], list(values.values()))
 
 
-def _last(executions: int) -> str:
+def _last(parts: int) -> str:
     """Which parts are held out, as it is said."""
-    last = max(executions // HELD_OUT, 1)
-    return f"the last of {executions} parts" if last == 1 else f"the last {last} of {executions} parts"
+    last = max(parts // HELD_OUT, 1)
+    return f"the last of {parts} parts" if last == 1 else f"the last {last} of {parts} parts"
 
 
 def _idle(seen: Observations, scale: float) -> Idle:
@@ -289,11 +346,12 @@ def _idle(seen: Observations, scale: float) -> Idle:
 
 
 def _labels(seen: Observations, pattern: Pattern) -> list[str]:
-    firsts = np.array([np.flatnonzero(pattern.run == run)[0] for run in range(pattern.runs)])
     return [
-        f"part {execution + 1}, line {pattern.line[stroke]}, "
-        + _strokes(seen, pattern, stroke, run, stroke - firsts[run] + 1)
-        for execution, run, stroke in zip(seen.execution.tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True)
+        f"part {part}, line {pattern.line[stroke]}, "
+        + _strokes(seen, pattern, stroke, run, stroke - pattern.firsts[run] + 1)
+        for part, run, stroke in zip(
+            _parts(seen, pattern).tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True
+        )
     ]
 
 

@@ -17,7 +17,7 @@ A map is a TOML text::
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,8 @@ MAP_VALUES: Mapping[str, tuple[str, ...]] = {
 }
 """What a map says beside columns, by its table."""
 
+LISTED = 5
+"""Columns that are named, of those that are not used."""
 UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 
@@ -124,6 +126,16 @@ def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
         if best:
             found[name] = best[0]
     return found
+
+
+def not_used(sheet: Sheet, used: Iterable[int]) -> list[str]:
+    """A sentence about the columns of a sheet that nothing was taken from, if there are any."""
+    others = [heading.name for number, heading in enumerate(sheet.headings) if number not in set(used)]
+    if not others:
+        return []
+    more = f" and {len(others) - LISTED} more" if len(others) > LISTED else ""
+    names = ", ".join(quoted(name) for name in others[:LISTED])
+    return [f"nothing was taken from {'columns' if len(others) > 1 else 'column'} {names}{more} of {sheet.path.name}"]
 
 
 def names_of(sheet: Sheet) -> str:

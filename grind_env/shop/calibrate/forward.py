@@ -21,19 +21,27 @@ class Forward:
     Args:
         programs: the program.
         job: with which the control executes it.
-        overrides: of the feed, one for every execution.
+        executions: how often it is run.
+        overrides: of the feed, one for every part; none for the feed as programmed.
+
+    Attributes:
+        part: of each stroke of one execution, from 0.
+        parts_each: that one execution grinds.
 
     Raises:
         ControlError: it is faulty.
         JobProgramError: it cannot be run more than once.
     """
 
-    def __init__(self, programs: Programs, job: Job, overrides: Sequence[float]) -> None:
-        self.programs = repeated(programs, len(overrides))
+    def __init__(self, programs: Programs, job: Job, executions: int = 1, overrides: Sequence[float] = ()) -> None:
+        self.programs = repeated(programs, executions)
         self.control = replace(job.control, whole_cycles=True)
         self.events = list(execute(self.programs, self.control))
-        self.parts_each = len(self._ground(job, ()).parts) // len(overrides)
-        self.overrides = np.repeat(np.asarray(overrides, np.float64), self.parts_each).tolist()
+        record = self._ground(job, ())
+        self.parts_each = len(record.parts) // executions
+        parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
+        self.part = parts[: parts.size // executions] - 1
+        self.overrides = overrides
 
     def run(self, job: Job) -> GrindingRecord:
         """What comes of it on a job; errors as of `machine.grind`."""

@@ -6,14 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from grind_env.errors import quoted
 from grind_env.files import shown
-from grind_env.shop.calibrate.columns import Map, find_columns, names_of
+from grind_env.shop.calibrate.columns import Map, find_columns, names_of, not_used
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.pattern import Numbers
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 
 INCH = 25.4
-LENGTHS = {"mm": 1.0, "um": 1e-3, "in": INCH, "inch": INCH, "uin": 1e-6 * INCH}
+LENGTHS = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": INCH, "inch": INCH, "uin": 1e-6 * INCH}
 """mm of units of length."""
 MOST_DEVIATION = 1.0
 """mm; a size above that is one of the part and not its deviation."""
@@ -58,12 +59,15 @@ def read_gauge(path: Path, said: Map) -> Gauge:
         )
     rows = len(sheet.cells)
     remarks = [f"{name} is column '{sheet.headings[columns[name]].name}'" for name in measured]
+    remarks += not_used(sheet, columns.values())
     empty = np.full(rows, np.nan)
     size = _size(sheet, columns["size"], said, remarks) if "size" in columns else empty
-    Ra = 1e3 * _length(sheet, columns["Ra"], "um") if "Ra" in columns else empty
+    Ra = 1e3 * _length(sheet, columns["Ra"], "um", remarks) if "Ra" in columns else empty
     burn = _burnt(sheet, columns["burn"]) if "burn" in columns else empty
-    diameter = _length(sheet, columns["diameter"], "mm") if "diameter" in columns else empty
+    diameter = _length(sheet, columns["diameter"], "mm", remarks) if "diameter" in columns else empty
     Ra = np.where(Ra > 0.0, Ra, np.nan)
+    if np.isfinite(diameter).sum() == 1:
+        remarks.append("one diameter of the wheel alone tells nothing: of diameters their differences count")
     part = _parts(sheet, columns.get("part"), rows)
     return Gauge(part, size, Ra, burn, np.where(diameter > 0.0, diameter, np.nan), tuple(remarks))
 
@@ -80,15 +84,23 @@ def _parts(sheet: Sheet, column: int | None, rows: int) -> Numbers:
     return found if found[0] < 1000 and found[-1] <= 10 * rows else found - found[0] + 1
 
 
-def _length(sheet: Sheet, column: int, usual: str) -> Floats:
+def _length(sheet: Sheet, column: int, usual: str, remarks: list[str]) -> Floats:
     """A column of lengths, mm."""
-    unit = plain(sheet.headings[column].unit)
+    heading = sheet.headings[column]
+    unit = plain(heading.unit)
+    if unit and unit not in LENGTHS:
+        remarks.append(f"{quoted(heading.unit)} at {quoted(heading.name)} is no unit that is known; {usual} is taken")
     return sheet.numbers(column) * LENGTHS.get(unit, LENGTHS[usual])
 
 
 def _size(sheet: Sheet, column: int, said: Map, remarks: list[str]) -> Floats:
     """Stock left, um: a deviation as such, a size less the nominal one."""
-    values, unit = sheet.numbers(column), plain(str(said.value("gauge", "size_unit") or sheet.headings[column].unit))
+    values, said_unit = sheet.numbers(column), said.value("gauge", "size_unit")
+    unit = plain(str(said_unit or sheet.headings[column].unit))
+    if said_unit is not None and unit not in LENGTHS:
+        raise CalibrationError(
+            f"{said.file}: gauge.size_unit is {quoted(said_unit)}, but must be one of {', '.join(LENGTHS)}"
+        )
     if unit not in LENGTHS:
         largest = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 0.0
         unit = "um" if largest > 0.2 and np.all(np.nan_to_num(values * 10.0) % 1.0 == 0.0) and largest < 500.0 else "mm"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
-from grind_env.shop.calibrate.columns import Map, find_columns, names_of
+from grind_env.shop.calibrate.columns import Map, find_columns, names_of, not_used
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 
@@ -18,6 +18,8 @@ SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0
 """Of units of time."""
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
 """Of units of power."""
+GAP, LEAST_GAP = 8.0, 0.5
+"""Times the usual step, and s, from which on a step is a gap."""
 COARSE = 0.7
 """Times in which more rows share one with another are those of a clock that is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
@@ -79,7 +81,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
         f"{name} is column {quoted(sheet.headings[columns[name]].name)}"
         for name in ("time", "power", "dress")
         if name in columns
-    ]
+    ] + not_used(sheet, columns.values())
     time, sure = _times(sheet, columns["time"], said)
     raw = sheet.numbers(columns["power"])
     dressing = np.zeros(time.size, np.bool_) if "dress" not in columns else _bits(sheet, columns["dress"])
@@ -100,6 +102,8 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
             f"{shown(path)}: the power, column {quoted(sheet.headings[columns['power']].name)}, does not change "
             f"(it is {np.median(raw):g}); log the power of the spindle, or say which column it is with a map"
         )
+    if sure:
+        remarks += _gaps(time)
     power, unit, spread, known = _watts(sheet, columns["power"], raw, machine, said, remarks)
     return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks))
 
@@ -107,10 +111,23 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
 def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
     """Times in s, and whether their unit is stated."""
     unit = said.value("log", "time_unit")
+    if unit is not None and unit not in (*SECONDS, "clock"):
+        raise CalibrationError(
+            f"{said.file}: log.time_unit is {quoted(unit)}, but must be one of clock, {', '.join(SECONDS)}"
+        )
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
     unit = plain(str(unit or sheet.headings[column].unit))
     return sheet.numbers(column) * SECONDS.get(unit, 1.0), unit in SECONDS
+
+
+def _gaps(time: Floats) -> list[str]:
+    """A sentence about the gaps in times in s, if there are any."""
+    steps = np.diff(time)
+    gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
+    if not gaps.size:
+        return []
+    return [f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s"]
 
 
 def _bits(sheet: Sheet, column: int) -> NDArray[np.bool_]:
@@ -149,6 +166,11 @@ def _watts(
         unit = "a"
     if not unit and any(word in name for word in ("last", "load", "charge", "carga", "carico", "%")):
         unit = "%"
+    needed = {"%": ("rated_power",), "a": ("volts", "power_factor")}.get(unit[:1], ())
+    idle = [key for key in ("rated_power", "volts", "power_factor") if key not in needed and said.value("log", key)]
+    if idle:
+        stated = sheet.headings[column].unit or unit or "W"
+        remarks.append(f"{', '.join(idle)} of the map had no effect on a power in {stated}")
     if unit in WATTS:
         return WATTS[unit] * raw, unit, EXACT, True
     if unit == "%":
@@ -163,7 +185,10 @@ def _watts(
         volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
         if volts is not None and factor is not None:
             return np.sqrt(3.0) * volts * factor * raw, "A", AMPERES, True
-        remarks.append("volts and power_factor of the motor are not said, so that the scale of its amperes is fitted")
+        remarks.append(
+            "volts and power_factor of the motor are not said, so that the scale of its amperes is fitted; those of an "
+            "asynchronous motor hardly change near idle, and tell little there"
+        )
         return raw, "A", UNKNOWN, False
     if unit:
         raise CalibrationError(

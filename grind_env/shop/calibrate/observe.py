@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
@@ -19,6 +19,8 @@ wheel
 runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
+"""Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2
 """Samples of a stroke or run without which it is left out."""
 
@@ -41,7 +43,6 @@ class Observations:
         idle: power of the idling spindle under it.
         weights: of the strokes of all executions in it, shape (observations, executions x strokes).
         by_stroke: whether each is of one stroke, but for those of cycles that cross.
-        left_out: runs that are not in the log as expected.
     """
 
     execution: Numbers
@@ -54,11 +55,16 @@ class Observations:
     idle: Floats
     weights: Floats
     by_stroke: bool
-    left_out: int
 
 
-def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
+def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_] | None = None) -> Observations:
     """Read the means of strokes or runs from a log in s.
+
+    Args:
+        log: the log.
+        pattern: of the program.
+        found: where its runs lie.
+        sure: which of them are read; None for those that are sure.
 
     Raises:
         CalibrationError: no stroke has samples, or none lie between the strokes.
@@ -66,7 +72,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     time, power = log.time, log.power
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
-    for row, run in np.argwhere(found.correlation >= MATCHES).tolist():
+    for row, run in np.argwhere(found.sure if sure is None else sure).tolist():
         chosen = pattern.run == run
         begins, ends, _ = pattern.times(run, float(found.override[row, run]))
         on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends
@@ -76,6 +82,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     starts, stops = on.ravel()[numbers], off.ravel()[numbers]
     of, idling = _sorted_out(time, starts, stops, log.dressing)
     counts = np.bincount(of[of >= 0], minlength=numbers.size)
+    _refuse_without_idle(time, starts, stops, of, idling)
     by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
     middle = 0.5 * (starts + stops)
     idle, idle_error = idle_at(middle, time[idling], power[idling])
@@ -108,8 +115,24 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
         samples=np.array([counts[each].sum() for each in members]),
         weights=weights,
         by_stroke=by_stroke,
-        left_out=int((np.isfinite(found.correlation) & (found.correlation < MATCHES)).sum()),
     )
+
+
+def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Numbers, idling: NDArray[np.bool_]) -> None:
+    """Refuse a log that was kept only above some power: between strokes it has but the wheel running in and out."""
+    gap = starts[1:] - stops[:-1]
+    short = gap < 2.0 * np.median(np.diff(starts, prepend=starts[:1] - 1.0))
+    last = np.searchsorted(starts, time, side="right") - 1
+    rests = idling & (last >= 0) & (last < gap.size)
+    rests[rests] = short[last[rests]]
+    share = 1.0 - EDGE_IN - EDGE_OUT
+    in_strokes, in_rests = share * float(np.sum(stops - starts)), share * float(np.sum(gap[short]))
+    expected = float((of >= 0).sum()) * in_rests / max(in_strokes, 1e-9)
+    if expected > ENOUGH_RESTS and rests.sum() < FEW_RESTS * expected:
+        raise CalibrationError(
+            f"between its strokes the log has {rests.sum()} rows where about {expected:.0f} should be, so that the "
+            "power of the idling spindle is not known; log all the time, and not only above some power"
+        )
 
 
 class _Samples(NamedTuple):
@@ -152,7 +175,8 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
     execution, stroke = numbers // strokes, numbers % strokes
     own = stroke if by_stroke else strokes + pattern.run[stroke]
     keys = np.where(pattern.crosses[stroke], -1 - pattern.line[stroke], own)
-    _, group = np.unique(np.column_stack([execution, keys]), axis=0, return_inverse=True)
+    part = execution * pattern.parts + pattern.part[stroke]
+    _, group = np.unique(np.column_stack([part, keys]), axis=0, return_inverse=True)
     found: Numbers = group.ravel()
     return found
 

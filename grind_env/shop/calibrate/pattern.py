@@ -10,6 +10,7 @@ from grind_env.control import DressStart, Programs, ProgramStop, Stroke, execute
 from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job
 from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.forward import Forward
 from grind_env.shop.calibrate.sheet import Floats
 
 Numbers = NDArray[np.int64]
@@ -31,6 +32,7 @@ class Pattern:
     Attributes:
         run: to which it belongs, from 0.
         line: of its cycle block.
+        part: which of those that one execution grinds, from 0.
         crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more
             than a log tells; what a whole block of them takes does not.
         way: along the table, mm.
@@ -46,6 +48,7 @@ class Pattern:
 
     run: Numbers
     line: Numbers
+    part: Numbers
     crosses: NDArray[np.bool_]
     way: Floats
     near: Floats
@@ -60,6 +63,16 @@ class Pattern:
     def runs(self) -> int:
         """How many runs there are."""
         return self.pause.size
+
+    @property
+    def parts(self) -> int:
+        """How many parts one execution grinds."""
+        return int(self.part[-1]) + 1
+
+    @property
+    def firsts(self) -> Numbers:
+        """The first stroke of each run."""
+        return np.flatnonzero(np.diff(self.run, prepend=-1))
 
     def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:
         """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start.
@@ -131,6 +144,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     return Pattern(
         run=run.astype(np.int64),
         line=np.array([stroke.cycle.line for stroke in strokes]),
+        part=Forward(programs, job).part,
         crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
         way=np.array([abs(b - a) for a, b in ways]),
         near=near,

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MATCHES, Alignment
+from grind_env.shop.calibrate.align import MARGIN, Alignment
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.gauge import Gauge
 from grind_env.shop.calibrate.logs import Log
@@ -13,6 +15,11 @@ from grind_env.toml import read_toml
 
 SCATTERS = 3.0
 """Enlargement of errors that is told."""
+GROUND, WORTH_TELLING = 0.15, 0.1
+"""Share of the usual power of strokes above idle that is taken for grinding; how long it must be, over that of the
+program, to be told."""
+NAMED = 3
+"""Runs that are named, of those that were left out."""
 
 
 def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern, lag: float) -> list[str]:
@@ -23,26 +30,55 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
         remarks.append(f"the meter lags by about {lag:g} s, which was taken out")
     if not log.sure_of_time:
         remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
-    changed = [
-        f"execution {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides.tolist(), 1) if each != 1.0
-    ]
+    changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
     if changed:
         remarks.append(f"the feed was overridden, {', '.join(changed)}")
-    if seen.left_out:
+    left_out = np.argwhere(np.isfinite(found.correlation) & ~found.sure)
+    if left_out.size:
+        firsts = pattern.firsts[left_out[:, 1]]
+        parts = left_out[:, 0] * pattern.parts + pattern.part[firsts] + 1
+        names = [
+            f"part {part} from line {line} on"
+            for part, line in zip(parts.tolist(), pattern.line[firsts].tolist(), strict=True)
+        ]
+        more = f", and {len(names) - NAMED} more" if len(names) > NAMED else ""
         remarks.append(
-            f"{seen.left_out} runs of strokes are not in the log as expected (correlation below {MATCHES}) and were "
-            "left out"
+            f"runs of strokes that are not in the log as programmed were left out: {', '.join(names[:NAMED])}{more}; a "
+            "feed that was overridden in the middle is such a case"
         )
     if pattern.crosses.any():
         remarks.append(
             "of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not "
             "tell"
         )
+    seconds = _elsewhere(log, found, seen, pattern)
+    if seconds:
+        remarks.append(
+            f"for {seconds:.0f} s the log has the power of grinding where the program is not; other work, or parts of "
+            "this one that were not known again, took no part"
+        )
     if not seen.by_stroke:
         remarks.append(
             "the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted"
         )
     return remarks
+
+
+def _elsewhere(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> float:
+    """How long, s, it is ground beside the executions of the program; 0 if not worth telling."""
+    ends = np.array([[pattern.times(run, each)[2] for run, each in enumerate(row)] for row in found.override.tolist()])
+    inside = np.isfinite(found.correlation)
+    begins = np.where(inside, found.begin, np.inf)
+    ends = np.where(inside, found.begin + ends, -np.inf)
+    part = pattern.part[pattern.firsts]
+    within = np.zeros(log.time.size, np.bool_)
+    for number in range(pattern.parts):
+        mine = part == number
+        for begin, end in zip(begins[:, mine].min(axis=1), ends[:, mine].max(axis=1), strict=True):
+            within |= (log.time >= begin - MARGIN) & (log.time <= end + MARGIN)
+    ground = log.power > np.nanmedian(seen.idle) + GROUND * np.median(seen.power)
+    seconds = float((ground & ~within).sum()) * log.interval
+    return seconds if seconds > WORTH_TELLING * float((ground & within).sum()) * log.interval else 0.0
 
 
 def gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
@@ -62,12 +98,19 @@ def fit_remarks(fitted: Fit) -> list[str]:
     ]
 
 
-def overridden(job: Path, fitted: Fit) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
+def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
+    """Constants that the job itself sets, so that those of a catalogue file have no effect.
+
+    Args:
+        job: its file.
+        fitted: what was found.
+        idle: whether the power of the idling spindle was found, too.
+    """
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
     told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]
+    told += ["machine.idle_power", "machine.power_limit"] if idle else []
     names = [name for name in told if name in fixed]
     if not names:
         return []
-    return [f"the job sets {', '.join(names)} itself; take it out there, or the calibrated value has no effect"]
+    return [f"the job sets {', '.join(names)} itself; take it out there, or what is found has no effect"]

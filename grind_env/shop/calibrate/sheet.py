@@ -35,10 +35,14 @@ USUAL_SHARE = 0.6
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)*|[.,]\d+)([eE][-+]?\d+)?\s*%?")
 _COMMA = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
 _POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")
-_CLOCK = re.compile(r"(\S+[ T])?\d{1,2}:\d{2}(:\d{2}([.,:]\d+)?)?(\s*[AaPp][Mm])?")
+_CLOCK = re.compile(r"(\S+[ T])?\d{1,2}:\d{2}(:\d{2}([.,:]\d+)?)?(\s*[AaPp][Mm])?(\s*(Z|UTC|[-+]\d{2}:?\d{2}))?")
 _DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*$")
+_DATE_PARTS = r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4})"
 _CLOCK_PARTS = r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp])?"
+DATES = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d")
+DAY, BACK = 86_400.0, 3700.0
+"""s; rows are never that much out of order, and summer time ends by less."""
 UNITS = re.compile(
     r"(?i)[\[(]?\s*(ms|s|sec|sek|min|h|us|µs|w|kw|watt|hp|ps|%|a|amp|ampere|mm|µm|um|in|inch|m/min|mm/min|mm/s|m/s|-|°c|n"
     r"|hh:mm:ss(\.\w+)?|)\s*[\])]?"
@@ -84,17 +88,18 @@ class Sheet:
         return [str(text).strip() for text in self.cells[column].fillna("")]
 
     def clock(self, column: int) -> Floats:
-        """A column of clock times as seconds, which go on over midnight; NaN where a cell is none."""
+        """A column of clock times as seconds, which go on over midnight; NaN where a cell is none.
+
+        Where they have no date, a clock that goes back by more than `BACK` s has passed midnight.
+        """
         found = self.cells[column].str.extract(_CLOCK_PARTS)
         hours, minutes = (found[number].astype(np.float64).to_numpy() for number in (0, 1))
         seconds = found[2].fillna("0").str.replace("[,:]", ".", regex=True).astype(np.float64).to_numpy()
         half = found[3].str.lower()
         hours = np.where(half.notna(), hours % 12.0 + 12.0 * (half == "p"), hours)
-        day: Floats = 3600.0 * hours + 60.0 * minutes + seconds
-        known = np.flatnonzero(np.isfinite(day))
-        jumps = np.diff(day[known], prepend=day[known[:1]])
-        day[known] += 86_400.0 * np.cumsum(np.where(jumps < -43_200.0, 1.0, np.where(jumps > 43_200.0, -1.0, 0.0)))
-        return day
+        of_day: Floats = 3600.0 * hours + 60.0 * minutes + seconds
+        days = _days(self.cells[column])
+        return of_day + DAY * (_midnights(of_day) if days is None else days)
 
     def is_clock(self, column: int) -> bool:
         """Whether a column holds times such as 07:15:02."""
@@ -109,6 +114,8 @@ def read_sheet(path: Path) -> Sheet:
         CalibrationError: it cannot be read, is no text, or has no rows of numbers.
     """
     lines = [line for line in _text(path).splitlines() if line.strip()]
+    if not lines:
+        raise CalibrationError(f"{shown(path)} is empty; export the measurements again")
     separator, columns = _layout(path, lines)
     first = next((number for number, line in enumerate(lines) if _is_data(_split(line, separator), columns)), None)
     if first is None:
@@ -130,6 +137,33 @@ def read_sheet(path: Path) -> Sheet:
     )
     headings = _headings([_split(line, separator) for line in lines[:first]], columns)
     return Sheet(path, headings, cells, comma, len(lines) - first - len(cells))
+
+
+def _days(texts: Any) -> Floats | None:
+    """The dates in a column of texts, in days; None if they have none.
+
+    Where the order of day and month cannot be told, it is that in which the column is the shorter time.
+    """
+    dates = texts.str.extract(_DATE_PARTS)[0].str.replace(r"[/.]", "-", regex=True)
+    if dates.isna().all():
+        return None
+    read = [pandas.to_datetime(dates, format=form, errors="coerce") for form in DATES]
+    dated = [each for each in read if (each.notna() == dates.notna()).all()]
+    if not dated:
+        return None
+    shortest = min(dated, key=lambda each: each.max() - each.min())
+    days: Floats = ((shortest - shortest.min()) / pandas.Timedelta(days=1)).to_numpy(np.float64)
+    return days
+
+
+def _midnights(of_day: Floats) -> Floats:
+    """How often midnight has passed before each time of day; rows may run backwards, and a few may be out of order."""
+    passed = np.zeros(of_day.size)
+    known = np.flatnonzero(np.isfinite(of_day))
+    jumps = np.diff(of_day[known], prepend=of_day[known[:1]])
+    way = 1.0 if (jumps < 0.0).sum() <= (jumps > 0.0).sum() else -1.0
+    passed[known] = way * np.cumsum(np.where(way * jumps < -BACK, 1.0, np.where(way * jumps > DAY - BACK, -1.0, 0.0)))
+    return passed
 
 
 def plain(text: str) -> str:

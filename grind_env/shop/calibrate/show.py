@@ -1,5 +1,6 @@
 """A calibration on the screen, and as plain data."""
 
+import itertools
 import math
 from typing import Any
 
@@ -28,11 +29,21 @@ def said_sentences(found: Calibration) -> list[str]:
 
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
-    name, *numbers = HEADINGS
-    columns = [Column(name), *(Column(each, justify="right", no_wrap=True) for each in numbers)]
-    table = Table(*columns, box=SIMPLE, title=f"Calibrated from {found.source}")
-    for row in told_rows(found):
-        table.add_row(*row)
+    table = Table(
+        *(
+            Column(each.replace("spread ", "spread\n"), justify="right" if number else "left", no_wrap=True)
+            for number, each in enumerate(HEADINGS)
+        ),
+        box=SIMPLE,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+        title=f"Calibrated from {found.source}",
+    )
+    told = [each for each in found.estimates if each.told]
+    for entry, constants in itertools.groupby(told, lambda each: f"{each.parameter.kind} {each.parameter.entry}"):
+        table.add_row(entry, style="dim")
+        for each in constants:
+            table.add_row(f" {each.parameter.key}", *_row(each)[1:])
     if table.row_count:
         console.print(table)
     for sentence in said_sentences(found):
@@ -60,7 +71,8 @@ def kept_sentences(found: Calibration) -> list[str]:
 def error_sentences(found: Calibration) -> list[str]:
     """How well the measurements are predicted, then those that took no part."""
     said = [
-        f"Error of {count} measurements of {kind}: {_error(kind, after)}; with the catalogue {_error(kind, before)}."
+        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; "
+        f"with the catalogue {_error(kind, before)}."
         for kind, (count, before, after) in found.errors.items()
     ]
     if found.held_out is not None:

@@ -158,7 +158,7 @@ def calibrate_table(
             *(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in columns.items()),
             *(f"of {name} only ratios count" for name in free),
             *fit_remarks(fitted),
-            *overridden(job, fitted),
+            *overridden(job, fitted, idle=False),
         ),
     )
 

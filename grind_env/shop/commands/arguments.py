@@ -10,3 +10,26 @@ JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM w
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search; the same seed finds the same.")]
+BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
+Blocks = Annotated[
+    int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
+]
+Variables = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
+]
+DressAt = Annotated[
+    list[float] | None,
+    typer.Option(
+        help="The operator asks for a dress at this time, s on the clock of the control, which counts no loading or "
+        "set-up; repeatable."
+    ),
+]
+Interrupts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--interrupt",
+        help="The operator asks for a program in between, as in 9200@12.5: O9200 at 12.5 s on that clock, after which "
+        "the axes return to where they were. 9200@12.5:1 is type 1, which goes on from where O9200 ends; repeatable.",
+    ),
+]

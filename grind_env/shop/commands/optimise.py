@@ -89,7 +89,7 @@ def optimise(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_optimised(found, Console())
+        print_optimised(found, Console(markup=False))
         if found.verdict is Verdict.BETTER:
             print("name a file with -o to have it" if output is None else f"written to {output}")
     if report is not None:

@@ -5,7 +5,15 @@ from typing import Annotated
 
 import typer
 
-from grind_env.shop.commands.arguments import JobFile, ProgramFile
+from grind_env.shop.commands.arguments import (
+    BlockDelete,
+    Blocks,
+    DressAt,
+    Interrupts,
+    JobFile,
+    ProgramFile,
+    Variables,
+)
 
 
 def report(
@@ -14,15 +22,29 @@ def report(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="The .html file; PROGRAM with .html if not given.")
     ] = None,
-    block_delete: Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")] = False,
+    block_delete: BlockDelete = False,
+    blocks: Blocks = None,
+    variables: Variables = None,
+    dress_at: DressAt = None,
+    interrupts: Interrupts = None,
 ) -> None:
     """Grind with a program as `grind run` does, and write it up as one HTML file that works offline and prints on A4.
 
     Verdict, margin to each limit, a table of the blocks, plots, parts, dresses, cost, warnings, the program with
     remarks, and what the numbers rest on. Needs the extra [shop].
     """
+    from grind_env.control.options import variables_of
     from grind_env.errors import printable
     from grind_env.shop.calls import report as write_report
 
-    written = write_report(program, job, output, block_delete=block_delete)
+    written = write_report(
+        program,
+        job,
+        output,
+        block_delete=block_delete,
+        blocks=blocks,
+        variables=variables_of(variables or ()),
+        dress_at=dress_at or (),
+        interrupts=interrupts or (),
+    )
     print(printable(f"written: {written}"))

@@ -52,4 +52,4 @@ def sweep(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_sweep(found, Console())
+        print_sweep(found, Console(markup=False))

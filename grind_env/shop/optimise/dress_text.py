@@ -74,6 +74,8 @@ class DressText:
         if name == "lead":
             return _number(*self.feeds[0])
         depths = {round(abs(way), 6) for *_, way in self.infeeds}
+        if not depths:
+            raise DressTextError("it has no infeed, for its dresser advances by itself")
         if len(depths) != 1:
             raise DressTextError("its infeeds differ; give all passes the same")
         return (Decimal(str(depths.pop())) / self.unit).quantize(Decimal("0.00001")).normalize()
@@ -171,15 +173,15 @@ class DressText:
 
     def _comes_to(self, name: str, level: Decimal, text: ProgramText) -> bool:
         """Whether a text dresses with another lead, depth or passes, and else as this one."""
-        simulation, old = self.simulation, self.run.plan
+        simulation, old, run = self.simulation, self.run.plan, self.run
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
-        begin = self.run.motions[0].start
+        begin = run.motions[0].start
         try:
-            run = run_dress(programs, self.number, simulation.job, simulation.job.control, begin, self.run.axis)
+            changed = run_dress(programs, self.number, simulation.job, run.control, begin, run.axis, run.modes)
         except (ControlError, DressProgramError):
             return False
-        new = run.plan
-        if not _goes_on(run) and _goes_on(self.run):
+        new = changed.plan
+        if not _goes_on(changed) and _goes_on(run):
             return False
         value = self.setting(name, float(level * (self.unit if name != "passes" else 1)))
         passes = int(value) if name == "passes" else old.passes

@@ -407,7 +407,8 @@ def without(job: Job, limit: str) -> Job | None:
 
 def _undressed(before: Trials, after: Trials, runs: int) -> list[str]:
     """A warning if the wheel is no longer dressed."""
-    if before.own[:, D].any() and not after.own[:, D].any():
+    before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)
+    if before.own[:, D].any() and not after.own[:, D].any() and not before_cycles:
         return [
             f"no block dresses the wheel any more: that holds for batches of {runs} runs, after which it is dressed; "
             "let --parts be how many you grind with a wheel, or see with `grind sweep` how often to dress it"

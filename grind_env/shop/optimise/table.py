@@ -66,7 +66,8 @@ def sentences(found: Optimised) -> list[str]:
             )
     if found.ended_early:
         said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
-    said.append(f"{found.evaluations} programs tried, seed {found.seed}")
+    programs = "program" if found.evaluations == 1 else "programs"
+    said.append(f"{found.evaluations} {programs} tried, seed {found.seed}")
     verdict = found.verdict.value
     said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
     return said

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grind_env.control import Programs
+from grind_env.control.source import lines_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import Span, block_name, spans, sparks_out
 
@@ -61,8 +62,7 @@ def block_rows(record: GrindingRecord, programs: Programs) -> list[BlockRow]:
 
 def program_lines(programs: Programs) -> list[str]:
     """The lines of the file of the main program."""
-    with programs.main.blocks.text.open() as handle:
-        return handle.read().decode("utf-8-sig").splitlines()
+    return lines_of(programs.main.blocks.text)
 
 
 def _row(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.ndarray) -> BlockRow:

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 BEFORE, AFTER, LEFT_OUT = "#9aa5b1", "#1f5f8b", "#b3261e"
 OTHER_PART = "#d9822b"
 """Of every second part."""
+FEW, MOST_TICKS = 5, 12
+"""Measurements of a kind from which on they are drawn; parts up to which each has its number at the axis."""
 
 
 def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
@@ -96,13 +98,30 @@ def _figures(found: Calibration) -> "list[Markup]":
     ]
     if YES_OR_NO in found.data.kinds:
         said.append("Burn, which is yes or no, is not drawn.")
-    drawn = [paragraph(" ".join(said))]
+    drawn, few = [paragraph(" ".join(said))], np.zeros(found.data.value.size, np.bool_)
     for kind in found.data.kinds:
         chosen = (found.data.kind == kind) & np.isfinite(found.data.value) & np.isfinite(found.fit.predicted)
-        if kind != YES_OR_NO and chosen.any():
+        if kind != YES_OR_NO and chosen.sum() < FEW:
+            few |= chosen
+        elif kind != YES_OR_NO:
             drawn.append(figure(_comparison(found, kind, chosen), f"Measured over modelled {kind}", 400))
             drawn.append(figure(_residuals(found, kind, chosen, whole), f"Residuals of {kind} over {whole}s", 300))
-    return drawn
+    return [*drawn, _table(found, few)] if few.any() else drawn
+
+
+def _table(found: Calibration, chosen: NDArray[np.bool_]) -> "Markup":
+    """Measurements that are too few for a figure."""
+    rows = [
+        [
+            f"{_named(str(found.data.kind[k]))}, {found.label[k]}",
+            f"{found.data.value[k]:.3g}",
+            f"{found.fit.predicted[k]:.3g}",
+            f"{found.fit.nominal[k]:.3g}",
+            "" if found.fit.used[k] else Cell("left out", "poor"),
+        ]
+        for k in np.flatnonzero(chosen).tolist()
+    ]
+    return table(("measurement", "measured", "fit", "catalogue", ""), rows)
 
 
 def _comparison(found: Calibration, kind: str, chosen: NDArray[np.bool_]) -> Any:
@@ -135,6 +154,8 @@ def _residuals(found: Calibration, kind: str, chosen: NDArray[np.bool_], whole: 
     ):
         drawn.add_trace(_points(found, "residual", place, residual, which, marker))
     drawn.add_hline(0.0, line={"color": "#444", "width": 1})
+    if int(np.ptp(found.part)) < MOST_TICKS:
+        drawn.update_xaxes(dtick=1)
     return drawn
 
 

@@ -157,8 +157,9 @@ def _shares(limits: list[LimitUse], after: str) -> Any:
         barmode="group",
         plot_bgcolor="white",
         dragmode=False,
-        margin={"l": 55, "r": 10, "t": 30, "b": 40},
-        legend={"orientation": "h", "y": 1.12, "itemsizing": "constant"},
+        margin={"l": 55, "r": 10, "t": 30, "b": 60},
+        # below, for above the plot is the bar of its buttons
+        legend={"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},
         font={"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
     )
     drawn.update_yaxes(title_text="% of the limit", rangemode="tozero", gridcolor="#e3e3e3")

@@ -1,0 +1,128 @@
+"""Logs that are not one execution after the other of a program for one part, as it is programmed."""
+
+import re
+
+import numpy as np
+import pytest
+
+from grind_env.control import read_file
+from grind_env.machine.job_file import load_job
+from grind_env.shop.calibrate.align import Alignment
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.parameters import with_entries
+from tests.shop.blemished import Style, write_log
+from tests.shop.coverage import EXAMPLES
+
+PLATE, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
+TRUTH = {"material": {"ploughing_pressure": 0.95}, "machine": {"stiffness": 14_000.0}}
+FITTED = "ploughing_pressure,stiffness"
+LOOP = "%\nO1\n#1=0\nN1 M98 P2001\n#1=#1+1\nIF [#1 EQ {}] GOTO 9\nM00\nGOTO 1\nN9 M30\n\n"
+SECONDS = Style(separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "power [W]"), gaps=0, scale=0.0)
+
+
+def looped(path, parts):
+    """The plate as a subprogram that a loop of jumps calls for so many parts."""
+    text = PLATE.read_text(encoding="utf-8").lstrip("%\n").replace("M30", "M99")
+    path.write_text(LOOP.format(parts) + text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def plates(tmp_path_factory):
+    """A log of three plates, in W over s."""
+    path = tmp_path_factory.mktemp("plates") / "log.csv"
+    truth, style = with_entries(load_job(JOB), TRUTH), Style(**{**vars(SECONDS), "overrides": (0.8, 1.0)})
+    write_log(path, read_file(PLATE), truth, 3, style, np.random.default_rng(2))
+    return path
+
+
+def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plates, tmp_path):
+    """Feed overrides, parts that are held out and what the measurements are called are those of the parts."""
+    whole = calibrate(plates, looped(tmp_path / "three.nc", 3), JOB, names=FITTED)
+    each = calibrate(plates, PLATE, JOB, names=FITTED)
+    for one, other in zip(whole.estimates, each.estimates, strict=True):
+        assert one.value == pytest.approx(other.value, rel=0.02)
+        assert one.value == pytest.approx(TRUTH[one.parameter.kind][one.parameter.key], rel=0.1)
+    names = [[re.sub(r", line \d+| of run \d+", "", name) for name in found.label] for found in (whole, each)]
+    assert names[0] == names[1]
+    np.testing.assert_array_equal(whole.part, each.part)
+    np.testing.assert_array_equal(whole.data.held_out, each.data.held_out)
+    told = [[remark for remark in found.remarks if "overridden" in remark] for found in (whole, each)]
+    assert told[0] == told[1] != []
+
+
+def test_noise_between_parts_is_no_further_execution(tmp_path):
+    """A coarse log of rails, whose loads have some shape of their own, of a program that grinds all three."""
+    text = (EXAMPLES / "rail_g83.nc").read_text(encoding="utf-8")
+    head, body = text.split("N20 ", 1)
+    body, dress = body.replace(" M05", "").split("N110 M30")
+    program, job = tmp_path / "rails.nc", EXAMPLES / "rail_g83.toml"
+    program.write_text(head + "M00\n".join(["N20 " + body] * 3) + "M30" + dress, encoding="utf-8")
+    truth = with_entries(load_job(job), {"material": {"ploughing_pressure": 0.45, "chip_energy": 11.8}})
+    style = Style(**{**vars(SECONDS), "rate": 1.0, "idle": 480.0, "warm_up": 0.0})
+    write_log(tmp_path / "log.csv", read_file(program), truth, 1, style, np.random.default_rng(1))
+    found = calibrate(tmp_path / "log.csv", program, job, names="ploughing_pressure")
+    assert any("in the log once" in remark for remark in found.remarks)
+    assert found.errors["power"][2] < 0.1
+
+
+def test_runs_unlike_the_others_are_left_out():
+    """One run as weak as noise, one whose feed changes in its middle, one that a coarse log shows badly, but well
+    enough."""
+    row = {
+        "begin": [0.0, 50.0, 100.0, 150.0],
+        "override": [1.0, 0.7, 0.85, 1.0],
+        "correlation": [0.99, 0.8, 0.66, 0.7],
+        "gain": [1.2, 0.02, 0.8, 1.1],
+        "rest": [80.0, 5.0, 600.0, 90.0],
+    }
+    found = Alignment(**{name: np.array([values]) for name, values in row.items()})
+    np.testing.assert_array_equal(found.sure, [[True, False, False, True]])
+
+
+def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
+    heading, *rows = plates.read_text(encoding="utf-8").splitlines()
+    power = np.array([float(row.split(",")[1]) for row in rows])
+    kept = [row for row, value in zip(rows, power, strict=True) if value > 1950.0]
+    (tmp_path / "log.csv").write_text("\n".join([heading, *kept]), encoding="utf-8")
+    with pytest.raises(CalibrationError, match="idling spindle is not known"):
+        calibrate(tmp_path / "log.csv", PLATE, JOB, names=FITTED)
+
+
+def test_other_work_in_the_log_is_told(plates, tmp_path):
+    rows = plates.read_text(encoding="utf-8").splitlines()
+    end = float(rows[-1].split(",")[0])
+    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 7 % 2)}" for k in range(1, 1200)]
+    (tmp_path / "log.csv").write_text("\n".join([*rows, *other]), encoding="utf-8")
+    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names="stiffness")
+    told = [re.search(r"for (\d+) s the log has the power of grinding where", each) for each in found.remarks]
+    assert [float(each[1]) for each in told if each] == pytest.approx([60.0], abs=5.0)
+
+
+def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path):
+    text = plates.read_text(encoding="utf-8").replace("[W]", "[kW]")
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(CalibrationError, match=r"check the unit of the power"):
+        calibrate(tmp_path / "log.csv", PLATE, JOB, names="stiffness")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("part,size [um]\n1,900\n", "more than the stock of 200 um"),
+        ("part,diameter\n1,29.9\n2,29.8\n", "check the unit of its diameter"),
+        ("part,Ra\n1,250\n2,240\n", "check the unit of Ra"),
+    ],
+)
+def test_gauges_in_another_unit_are_refused(plates, tmp_path, text, reason):
+    (tmp_path / "gauge.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(CalibrationError, match=reason):
+        calibrate(plates, PLATE, JOB, gauge=tmp_path / "gauge.csv", names="roughness")
+
+
+def test_a_job_with_parts_that_differ_is_refused(tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(JOB.read_text(encoding="utf-8") + "\n[[parts]]\n[parts.factors]\nkA = 2.0\n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match=r"like parts; leave \[\[parts\]\] out"):
+        calibrate(tmp_path / "log.csv", PLATE, job)
