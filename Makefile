@@ -48,10 +48,15 @@ notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --output-dir build/notebooks $<
 
-# One page for each registered environment, written from the code, their index, all fields of jobs, catalogues and
-# tasks, and the validation of the process.
-docs: setup
-	$(BIN)/python -m grind_env.pages build/docs
+# The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
+SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
+
+docs: notebooks
+	rm -rf build/docs build/doctrees
+	$(BIN)/python docs/tools/sources.py build/pages
+	$(SPHINX) -b html build/pages build/docs
+	$(SPHINX) -b doctest build/pages build/doctests
+	$(BIN)/python docs/tools/links.py build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

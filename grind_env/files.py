@@ -77,7 +77,11 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
-    """What an opened file holds; errors as of `open_file`."""
+    """What an opened file holds.
+
+    Raises:
+        ReadError: it cannot be read, or holds more than `most` bytes.
+    """
     try:
         data = file.read(most + 1) or b""  # None of a file that the system has yet to write
     except OSError as error:
@@ -94,7 +98,11 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """The text in UTF-8 that a file holds, with or without a byte order mark; errors as of `open_file`."""
+    """The text in UTF-8 that a file holds, with or without a byte order mark.
+
+    Raises:
+        ReadError: it cannot be read, is too long, or is not in UTF-8.
+    """
     try:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:

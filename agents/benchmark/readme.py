@@ -29,18 +29,37 @@ PICTURES = {
     "improvement": f"Probability that a run scores above {OVER}",
 }
 
+WITHOUT_SENSORS = ("handbook", "interval", "constant")
+PLANNERS = ("mpc", "hindsight")
+
 Cell = Callable[[str, Summary], str]
 """What a table says of a policy on a task."""
 
 
-def section(results: Sequence[Result]) -> str:
-    """The text between the markers of the README: the flagship task, and the score on every task."""
-    tasks = tasks_of(results)
-    lines = [*on_task(results, FLAGSHIP), ""] if FLAGSHIP in tasks else []
-    lines += [*by_task(results, tasks, SCORE, score), ""]
-    if all_runs(results):
-        lines += [*pictures(["iqm"], "agents/results/figures")]
-    return "\n".join([*lines, f"Costs, aggregates, and the commands that made them: [{PAGE}]({PAGE})."])
+def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
+    """The text between the markers of the README: what a task costs with the policies that say most of it."""
+    headings = ("policy", "sees", "$ per good part", "dresses a part", "score (95 %)")
+    rows = (
+        (
+            line.policy,
+            line.sees,
+            f"{line.cost.value:.2f} ± {line.cost.half_width:.2f}",
+            f"{line.dresses:.2f}",
+            shown(line.ratio if is_ratio(task) else line.score, is_ratio(task)),
+        )
+        for line in telling(summaries(results, task))
+    )
+    return "\n".join(table(headings, rows, left=2))
+
+
+def telling(lines: Sequence[Summary]) -> list[Summary]:
+    """Of the policies of a task those without sensors, the best rule on measurements, all agents, and the planners."""
+    learned = [line for line in lines if line.train_seconds is not None]
+    plans = [line for line in lines if line.policy in WITHOUT_SENSORS]
+    rules = [line for line in lines if line.sees == KNOWLEDGE[0] and line not in [*plans, *learned]]
+    best = min(rules, key=lambda line: line.cost.value, default=None)
+    kept = [*plans, best, *learned]
+    return [line for line in lines if line in kept or line.policy in PLANNERS]
 
 
 def page(results: Sequence[Result]) -> str:

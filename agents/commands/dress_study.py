@@ -57,11 +57,6 @@ def study(
             write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
             write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
     print(printable(f"tables and pictures: {results}"))
-    if results.resolve() == FOLDER:
-        from agents.dressing.table import write_readme
-
-        write_readme(results)
-        print("written to README.md")
 
 
 def write_picture(path: Path, picture: bytes) -> None:

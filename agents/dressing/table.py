@@ -1,6 +1,6 @@
-"""The table of the dress studies in the README, written from the checked-in ones."""
+"""A line of a table for each dress study, from the checked-in ones."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from csv import DictReader
 from csv import Error as CsvError
 from dataclasses import fields
@@ -8,15 +8,13 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agents.benchmark.readme import README, between, table
 from agents.benchmark.summary import NONE
 from agents.dressing.study import Finding, about
 from grind_env.errors import reason
 from grind_env.files import read_text
-from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
 
-BEGIN, END = "<!-- dress study: written by `python -m agents dress-study` -->", "<!-- end of dress study -->"
 THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")
 """Policies that dress when one measured number passes a limit."""
 LEARNED, KNOWS_ALL = "learned", "hindsight"
@@ -70,6 +68,16 @@ def _value(kind: Any, text: str) -> Any:
     return kind(text)
 
 
+def read_studies(folder: Path) -> list[Study]:
+    """The studies in a folder that are of the present task version.
+
+    Raises:
+        ConfigError: if a file is damaged.
+    """
+    studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
+    return [each for each in studies if each.task_version == TASK_VERSION]
+
+
 def line(study: Study) -> list[str]:
     """The cells of a task: costs are $ per good part, with how much more they are than those of the planner."""
     deciders = {each.policy: each for each in about(study.found, "decision")}
@@ -95,15 +103,3 @@ def line(study: Study) -> list[str]:
         str(dresser.every),
         cost(dresser),
     ]
-
-
-def replaced(text: str, studies: Iterable[Study]) -> str:
-    """The text of a page with the table between its markers."""
-    return between(text, BEGIN, END, "\n".join(table(HEADINGS, [line(each) for each in studies])))
-
-
-def write_readme(folder: Path, path: Path = README) -> None:
-    """Put the table of all studies in a folder that are of the present task version into a page."""
-    studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
-    present = [each for each in studies if each.task_version == TASK_VERSION]
-    write_whole(path, replaced(read_text(path), present))

@@ -68,7 +68,7 @@ class Execution(Iterator[Event]):
 
 
 def execute(programs: Programs, control: Control | None = None) -> Execution:
-    """Execute the main program of a file.
+    r"""Execute the main program of a file.
 
     Args:
         programs: what `read` or `read_file` returned.
@@ -77,6 +77,12 @@ def execute(programs: Programs, control: Control | None = None) -> Execution:
     Returns:
         the events in the order in which they end, each pick behind its stroke; taking one raises a `ControlError` when
         execution reaches a faulty block, what came before having been returned.
+
+    Example:
+        >>> from grind_env.control import Line, execute, read
+        >>> events = execute(read("G01 X10. F60.\nX20. Y5.\nM30"))
+        >>> [event.end for event in events if isinstance(event, Line)]
+        [(10.0, 0.0, 0.0), (20.0, 5.0, 0.0)]
     """
     return Execution(programs, control or Control())
 

@@ -35,6 +35,12 @@ class Fact:
 
 
 def load_facts() -> tuple[Fact, ...]:
-    """All facts in the order of the file."""
+    """All facts in the order of the file.
+
+    Example:
+        >>> from grind_env.control.facts import load_facts
+        >>> [fact.text for fact in load_facts() if fact.id == "16-13.5"]
+        ['D is not program modal: a cycle block without D makes no auto-dress.']
+    """
     entries: list[Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))["fact"]
     return tuple(Fact(**{**entry, "tests": tuple(entry.get("tests", ()))}) for entry in entries)

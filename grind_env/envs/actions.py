@@ -183,7 +183,7 @@ class ActionCodec:
         return tuple(choice)
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
-        """As `choose`, of a batch of actions.
+        """As `choose`, of a batch of actions: arrays of shape (N,).
 
         Raises:
             ActionError: if they are not in the action space.
@@ -250,7 +250,7 @@ def real_numbers(values: Any, names: str) -> Table:
     """Actions as an array of numbers; None counts as NaN.
 
     Args:
-        values: of one or of many actions.
+        values: of one or of many actions, whose shape it keeps.
         names: of the numbers of an action, for the message.
 
     Raises:

@@ -204,7 +204,7 @@ def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
 
 
 def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
-    """Standard normal numbers moved into the ranges of a split, in their order, by probability."""
+    """Standard normal numbers of any shape moved into the ranges of a split, in their order, by probability."""
     u = np.interp(normals, NORMAL, PROBABILITY) * len(ranges)
     # the table is rounded: the last number of all stays within the last range
     which = np.minimum(u.astype(np.int64), len(ranges) - 1)

@@ -58,7 +58,7 @@ class Episodes:
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
-        """Copies of the episodes at `index` (which may repeat): what-if branches for a planner."""
+        """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
         return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
 
 
@@ -73,7 +73,15 @@ class Generator(Protocol):
         rngs: Sequence[np.random.Generator],
         given: Sequence[Given],
     ) -> None:
-        """Write tape and first wheel of the episodes at `index`, one from each generator."""
+        """Write tape and first wheel of the episodes at `index`, shape (M,), one from each generator.
+
+        Args:
+            tape: shape (N, blocks, fields of `TapeRow`).
+            wheels: shape (N, fields of `WheelState`).
+            index: of those that begin.
+            rngs: M generators.
+            given: what is given of each.
+        """
 
 
 class Simulation:
@@ -147,14 +155,17 @@ class Simulation:
         self.clear(episodes, rows)
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
-        """Forget what the episodes at `index` have done but for their wheels: they stand before their first block."""
+        """Forget what the episodes at `index`, shape (M,), have done but for their wheels: none has begun."""
         episodes.block[index] = 0
         episodes.parts[index] = self._first_part
         episodes.memory[index] = self._first_memory
         episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one."""
+        """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one.
+
+        All three are of shape (M,).
+        """
         nominal = self.kinds[rows, STOCK]
         episodes.block[index] = 0
         episodes.tape[index, 0, KIND] = rows // self._materials
@@ -181,7 +192,7 @@ class Simulation:
         return self.task.dress_feed, self.task.dress.depth
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """What the coming blocks make of a choice."""
+        """What the coming blocks make of a choice, each of shape (N,)."""
         return choice
 
     def step(
@@ -281,7 +292,7 @@ class Simulation:
         return np.asarray(episodes.tape[np.arange(len(at)), at])
 
     def kind_of_row(self, row: Numbers) -> Numbers:
-        """Number of the kind that a row in `kinds` is of."""
+        """Number of the kind that a row in `kinds` is of, of any shape."""
         return row // self._materials
 
     def without_noise(self, episodes: EpisodesT) -> EpisodesT:
@@ -315,7 +326,7 @@ class Simulation:
         return replace(episodes, tape=tape)
 
     def advance(self, episodes: Episodes, speeds: Table, executions: Table) -> tuple[Table, Table]:
-        """As `step`, of the episodes that are not over."""
+        """As `step`, of the episodes that are not over; the shapes are those of all N."""
         running = ~self.over(episodes)
         return self.step(episodes, speeds, executions, active=None if running.all() else np.flatnonzero(running))
 

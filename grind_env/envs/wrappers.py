@@ -88,7 +88,7 @@ class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
 
 
 def replaced(values: Array, rows: Array, mask: Flags) -> Array:
-    """Object array with the rows in `mask` in place of its values there."""
+    """Object array of shape (N,) with the rows in `mask`, shape (N, entries), in place of its values there."""
     changed = values.copy()
     for i in np.flatnonzero(mask):
         changed[i] = rows[i]

@@ -244,8 +244,8 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
 
     return (
         f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
-        f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); lead it "
-        "there, or mend [diamond] of the job"
+        f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); "
+        "lead it there, or mend [diamond] of the job"
     )
 
 

@@ -116,7 +116,10 @@ def heading(name: str) -> str:
 
 
 def numbers_of(rows: Table) -> Table:
-    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view."""
+    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view.
+
+    Its shape is (strokes, fields).
+    """
     fields = len(TableStroke._fields) + len(StrokeResult._fields) + len(WHEEL_FIELDS)
     return rows.view(np.float64).reshape(rows.size, -1)[:, -fields:]
 
@@ -138,12 +141,12 @@ class Log:
         self._single.append(row)
 
     def extend(self, rows: Table) -> None:
-        """Add rows of the same dtype."""
+        """Add rows of the same dtype, shape (rows,)."""
         self._close()
         self._bytes += rows.tobytes()
 
     def table(self, first: int = 0) -> Table:
-        """A copy of the rows from `first` on."""
+        """A copy of the rows from `first` on, shape (rows,)."""
         self._close()
         return np.frombuffer(self._bytes[first * self.dtype.itemsize :], self.dtype)
 

@@ -73,7 +73,7 @@ def _rows(rows: list[Row]) -> str:
                 expected(row),
                 row.check.unit,
                 row.check.source,
-                ": ".join(filter(None, (verdict(row), reason(row)))),
+                ": ".join(filter(None, (verdict(row) if row.passed else f"**{verdict(row)}**", reason(row)))),
             )
             for row in rows
         ],

@@ -18,7 +18,7 @@ class Decision(NamedTuple):
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
-    """The E that the task allows nearest to `speeds`, mm/min: whole numbers in its range, or one of its levels."""
+    """The E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = 1000.0 * np.array(task.action.speed_levels)
@@ -34,7 +34,7 @@ def speed_bounds(task: Task) -> tuple[float, float]:
 
 
 def speed_grid(task: Task, count: int) -> Array:
-    """E to try, mm/min: the levels of the task, or `count` values that divide its range geometrically."""
+    """E to try, mm/min, shape (count,): the levels of the task, or values that divide its range geometrically."""
     if task.action.speed_levels is not None:
         return 1000.0 * np.array(task.action.speed_levels)
     return nearest_speed(task, np.geomspace(*speed_bounds(task), count))

@@ -33,6 +33,11 @@ def episode_seeds(split: str, count: int) -> range:
 
     Raises:
         GrindError: if there is no such split, or if it has fewer seeds.
+
+    Example:
+        >>> from grind_env.policies.evaluation import episode_seeds
+        >>> episode_seeds("evaluation", 64)
+        range(2000000, 2000064)
     """
     if split not in tuple(SPLITS):
         raise GrindError(f"there is no split {quoted(split)}: the splits are {', '.join(SPLITS)}")

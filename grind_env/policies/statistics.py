@@ -35,17 +35,17 @@ class Interval(NamedTuple):
 
 
 def cost_per_good_part(cost: Array, good: Array) -> Array:
-    """Sum of costs over the sum of survival probabilities, along the last axis."""
+    """Sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes)."""
     return np.asarray(cost.sum(axis=-1) / good.sum(axis=-1))
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
-    """The score of the mean costs of an episode, along the last axis; see `score_of_means`."""
+    """The score of the mean costs of an episode, along the last axis of shape (..., episodes); see `score_of_means`."""
     return score_of_means(cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1))
 
 
 def score_of_means(J: Array, J_fix: Array, J_plan: Array) -> Array:
-    """100 (J_fix - J) / (J_fix - J_plan) with J the mean cost of an episode.
+    """100 (J_fix - J) / (J_fix - J_plan) with J the mean cost of an episode; arrays of one shape.
 
     0 is the best fixed plan, 100 the hindsight planner (scenarios, section 2); nan where these two cost the same.
     """
@@ -113,24 +113,24 @@ def resampled_runs(scores: Array, seed: int = 0) -> Array:
 
 
 def interquartile_mean(scores: Array) -> Array:
-    """Mean of the middle half of all runs, along the last two axes, (runs, tasks); a quarter is rounded down."""
+    """Mean of the middle half of all runs, shape (..., runs, tasks); a quarter is rounded down."""
     runs = np.sort(scores.reshape(*scores.shape[:-2], -1), axis=-1)
     cut = runs.shape[-1] // 4
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
 def median_score(scores: Array) -> Array:
-    """Median over tasks of the mean over runs, along the last two axes, (runs, tasks)."""
+    """Median over tasks of the mean over runs, shape (..., runs, tasks)."""
     return np.asarray(np.median(scores.mean(axis=-2), axis=-1))
 
 
 def mean_score(scores: Array) -> Array:
-    """Mean over runs and tasks, the last two axes."""
+    """Mean over runs and tasks, shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))
 
 
 def optimality_gap(scores: Array) -> Array:
-    """How far scores fall short of `PERFECT`, on average, along the last two axes; what exceeds it does not count."""
+    """How far scores, shape (..., runs, tasks), fall short of `PERFECT` on average; what exceeds it does not count."""
     return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
 
 

@@ -113,6 +113,12 @@ def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = Ma
     Raises:
         CatalogueError: A file cannot be read or is not TOML, or one of its entries is not usable; the message
             names file, entry, key, value and legal range.
+
+    Example:
+        >>> from grind_env.process.catalogue import load_catalogue
+        >>> wheel = load_catalogue().wheel("a60j")
+        >>> wheel.diameter, wheel.width  # mm
+        (300.0, 25.0)
     """
     entries = dict(_built_in())
     for path in paths:

@@ -132,7 +132,7 @@ class StrokeParameters(NamedTuple):
     qr: float
     """Effect of a rotary dresser's speed ratio on the roughness that it leaves; 1 for a diamond that stands."""
     qs: float
-    """The same on the severity of its dress."""
+    """The same factor on the severity of its dress."""
     kd: float
     """Diamond wear per wheel volume dressed off, mm/mm3."""
     bs: float

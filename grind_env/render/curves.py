@@ -169,6 +169,8 @@ def block_name(record: GrindingRecord, line: int) -> str:
 def sparks_out(record: GrindingRecord) -> Array:
     """Whether each stroke of a record sparks out: grinds at a depth that has been ground at all over before.
 
+    The shape is (strokes,).
+
     In a cycle that plunges these are the L last traverses of all at its depth; in one that the program feeds, the
     strokes between which it does not.
     """
@@ -186,7 +188,7 @@ def sparks_out(record: GrindingRecord) -> Array:
 
 
 def behind(record: GrindingRecord, job: Job) -> Array:
-    """How far the mean depth ground off is behind the programmed one after each stroke, um.
+    """How far the mean depth ground off is behind the programmed one after each stroke, um, shape (strokes,).
 
     At the end of a part that the program grinds to its size it is the mean size error.
     """
@@ -309,7 +311,7 @@ def labelled_every(count: int, most: int) -> int:
 
 
 def joined_runs(values: Sequence[bool] | Array) -> list[tuple[int, int]]:
-    """Where successive values are true: first index, and the index after the last."""
+    """Where successive values, shape (N,), are true: first index, and the index after the last."""
     padded = np.concatenate([[False], np.asarray(values, dtype=bool), [False]])
     changes = np.flatnonzero(np.diff(padded.astype(int)))
     return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))

@@ -111,7 +111,11 @@ class SB3VecEnv(VecEnv):
         return [getattr(self._owner(attr_name), attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refused: the environments share their attributes."""
+        """Refused: the environments share their attributes.
+
+        Raises:
+            GrindError: always.
+        """
         raise GrindError(f"{attr_name} cannot be set for single environments: make the env with it instead")
 
     def env_method(

@@ -13,7 +13,11 @@ from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 
 
 def load_zip(path: Path, simulation: Simulation) -> LearnedPolicy:
-    """The agent in a trusted .zip of Stable-Baselines3; memory and actions are those that fit its network."""
+    """The agent in a trusted .zip of Stable-Baselines3; memory and actions are those that fit its network.
+
+    Raises:
+        PolicyFileError: it holds no such agent, or one of other observations or actions.
+    """
     try:
         loaded: Any = load_from_zip_file(path, device="cpu")
         data, parameters, _ = loaded

@@ -56,7 +56,7 @@ def report(
         The file.
 
     Raises:
-        ReportError: the extra [shop] is not installed.
+        MissingExtra: the extra [shop] is not installed.
         FileError: the folder does not exist or cannot be written to.
         GrindError: as of `machine.grind`.
     """

@@ -146,7 +146,7 @@ def test_the_section_of_a_page():
     assert written.endswith(f"\n\n{END}\nbelow\n")
     assert "old" not in written
     assert replaced(written, rows) == written
-    (line,) = re.findall(r"^\| ppo \| measurements \| 2 \|.*$", written, re.MULTILINE)
+    (line,) = re.findall(r"^\| ppo \| measurements \|.*$", written, re.MULTILINE)
     score = by_policy(rows, "power_limited")["ppo"].score
     assert f"{score.value:.1f} ({score.low:.1f} to {score.high:.1f})" in line
     with pytest.raises(ConfigError, match="no lines"):

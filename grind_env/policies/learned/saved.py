@@ -146,7 +146,7 @@ def _stored(stored: Any) -> tuple[str, tuple[int, ...]]:
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
-    """Check the weights.
+    """Check the weights, whatever their shapes.
 
     Raises:
         PolicyFileError: if one is NaN or infinite.
@@ -158,6 +158,8 @@ def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
 
 def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> None:
     """Check that no features make a unit overflow: of outputs that are NaN the first would be chosen without a word.
+
+    The shapes of the weights are those of the network.
 
     Raises:
         PolicyFileError: if a unit may add up to more than `MOST_SUM`, or a weight is NaN or infinite.

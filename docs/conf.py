@@ -1,0 +1,75 @@
+"""Settings of the documentation site; `docs/tools/sources.py` writes the folder that Sphinx reads."""
+
+import os
+import re
+import sys
+from functools import partial
+from pathlib import Path
+
+from jupyter_cache.executors import utils as execution
+
+import grind_env
+
+sys.path.insert(0, str(Path(__file__).parent / "tools"))
+
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # pages run `grind`
+os.environ |= {"COLUMNS": "92", "TTY_COMPATIBLE": "0"}  # of what they print; kernels pretend to be terminals
+
+project = "grind_env"
+copyright = "2026, the grind_env authors"
+author = "the authors of grind_env"
+release = version = grind_env.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.doctest",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "docstrings",
+    "formulas",
+]
+nitpicky = True
+DOCUMENTED = re.findall(
+    r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md"))
+)
+nitpick_ignore_regex = [
+    # other libraries, whose inventories are on the net
+    ("py:.*", r"(collections|enum|os|pathlib|types|typing|numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
+    ("py:.*", r"(Console|Figure|Markup|Window|.*\.(EpisodesT|What))"),
+    # names of modules without a page are internal
+    ("py:.*", rf"grind_env\.(?!({'|'.join(re.escape(name[10:]) for name in DOCUMENTED)})\.\w+$).*"),
+]
+
+html_theme = "furo"
+html_title = f"grind_env {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+
+add_module_names = False
+default_role = "code"  # single backticks are code in this package
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_preserve_defaults = True
+viewcode_follow_imported_members = False
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+python_use_unqualified_type_names = True
+
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ beside a blank or a number is money
+myst_heading_anchors = 4
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+# Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
+nb_ipywidgets_js = {}
+nb_execution_mode = "force"
+nb_execution_excludepatterns = ["tutorials/*"]
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+# one block for what a command prints; `nb_merge_streams` breaks the lines at which its pieces meet
+execution.executenb = partial(execution.executenb, coalesce_streams=True)

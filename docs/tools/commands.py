@@ -1,0 +1,15 @@
+"""The page of a command-line application, from its own help."""
+
+import re
+
+import typer
+from typer.cli import get_docs_for_click
+from typer.main import get_command
+
+
+def commands_page(app: typer.Typer, name: str) -> str:
+    """Markdown: a section for every command with its arguments and options."""
+    command = get_command(app)
+    context = typer.Context(command, info_name=name)
+    text = get_docs_for_click(obj=command, ctx=context, name=name)
+    return re.sub(r"^Example: (.+)$", r"```console\n$ \1\n```", text, flags=re.MULTILINE)

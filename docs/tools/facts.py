@@ -1,0 +1,49 @@
+"""The page of the facts of the control, from `grind_env/control/facts.toml`."""
+
+import re
+from collections.abc import Iterator
+
+from grind_env.control.facts import FILE, MARKS, Fact, load_facts
+from grind_env.pages.markdown import table
+
+INTRODUCTION = """\
+# Facts of the control
+
+What the simulated control does, statement by statement: `grind facts` prints the same list. A page is one of the
+grinder manual 8520-GUM; L stands before a page of the lathe manual, M of the mill manual, AMP of the AMP reference,
+OCI of the operator interface.
+
+A statement that is **seen** stands on the page, one that is **inferred** follows from it. **DECIDED** marks what the
+manuals leave open or contradict, and what this project has chosen; look there first if your own machine does
+otherwise. Every statement names the tests that hold it, or says why the simulator leaves it out."""
+HEADING = re.compile(r"^# --- (.+)$|^id = \"(.+)\"$", re.MULTILINE)
+
+
+def facts_page() -> str:
+    """The page, Markdown: a table for each section of the file."""
+    known = {fact.id: fact for fact in load_facts()}
+    count = ", ".join(f"{sum(fact.mark == mark for fact in known.values())} {mark}" for mark in MARKS)
+    parts = [INTRODUCTION, f"{len(known)} statements: {count}."]
+    for heading, ids in _sections():
+        parts += [f"## {heading}", table(("", "mark", "statement"), [_cells(known[each]) for each in ids])]
+    return "\n\n".join(parts) + "\n"
+
+
+def _sections() -> Iterator[tuple[str, list[str]]]:
+    """Headings of the file, which are comments in it, with the facts below them."""
+    heading, ids = "", list[str]()
+    for match in HEADING.finditer(FILE.read_text(encoding="utf-8")):
+        if match[1] is None:
+            ids.append(match[2])
+            continue
+        if ids:
+            yield heading, ids
+        heading, ids = match[1].partition(", one of the four")[0], []
+    yield heading, ids
+
+
+def _cells(fact: Fact) -> tuple[str, str, str]:
+    held = f"outside: {fact.outside}" if fact.outside else ", ".join(f"`{test}`" for test in fact.tests)
+    mark = "**DECIDED**" if fact.mark == "decided" else fact.mark
+    page = f"page {fact.page}" if fact.page and not fact.id.startswith(fact.page) else ""
+    return f"`{fact.id}` {page}".strip(), mark, f"{fact.text} <br><small>{held}</small>"

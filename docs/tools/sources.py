@@ -1,0 +1,95 @@
+"""Write the folder from which Sphinx makes the site: `python docs/tools/sources.py FOLDER`.
+
+Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, facts, commands and results are
+written from code and results; notebooks come with their outputs from `build/notebooks`.
+"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
+
+from commands import commands_page
+from errors import errors_page
+from executed import as_page
+from facts import facts_page
+
+from agents.application import app as agents_app
+from agents.dressing.table import HEADINGS, line, read_studies
+from grind_env.cli import app as grind_app
+from grind_env.pages.__main__ import write as write_pages
+from grind_env.pages.markdown import table
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+RESULTS = ROOT / "agents" / "results"
+NOT_TASKS = {"fields.md": "reference/fields.md", "validation.md": "validation.md", "validation.png": "validation.png"}
+"""Where the pages that are not of a task go."""
+PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
+Page = tuple[str, bytes]
+"""Place in the folder, and content."""
+
+
+def by_hand() -> Iterator[Page]:
+    """The pages of `docs/`, and what stands at the root of the repository."""
+    for path in sorted(DOCS.rglob("*")):
+        place = path.relative_to(DOCS)
+        if path.suffix in PAGES and place.parts[0] not in ("tools", "static"):
+            yield place.as_posix(), path.read_bytes()
+    for name in ("CHANGELOG.md", "LICENSE"):
+        yield f"project/{name}", (ROOT / name).read_bytes()
+    for path in sorted((ROOT / "notebooks" / "images").iterdir()):
+        yield f"images/{path.name}", path.read_bytes()
+
+
+def tutorials() -> Iterator[Page]:
+    """The executed notebooks."""
+    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
+        yield f"tutorials/{path.name}", as_page((ROOT / "build" / "notebooks" / path.name).read_bytes())
+
+
+def from_code() -> Iterator[Page]:
+    """Tasks, fields, validation, facts of the control, commands."""
+    with TemporaryDirectory() as folder:
+        for path in write_pages(Path(folder)):
+            text = path.read_bytes()
+            if path.name == "index.md":
+                text = _index(text.decode()).encode()
+            yield NOT_TASKS.get(path.name, f"tasks/{path.name}"), text
+    yield "control/facts.md", facts_page().encode()
+    yield "api/errors.md", errors_page(DOCS).encode()
+    yield "reference/grind.md", commands_page(grind_app, "grind").encode()
+    yield "reference/agents.md", commands_page(agents_app, "python -m agents").encode()
+
+
+def _index(text: str) -> str:
+    """The index of the tasks with its links as they are on the site, and the pages in the contents."""
+    linked = text.replace("(validation.md)", "(../validation.md)").replace("(fields.md)", "(../reference/fields.md)")
+    return f"{linked}\n```{{toctree}}\n:hidden:\n:glob:\n\n*\n```\n"
+
+
+def results() -> Iterator[Page]:
+    """Tables and figures of `agents/results`, as they are checked in."""
+    for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
+        yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", path.read_bytes()
+    tasks = sorted(path.stem for path in (RESULTS / "dress_study").glob("*.png"))
+    pictures = [f"### {task}\n\n![dress study of {task}](results/dress_study/{task}.png)\n" for task in tasks]
+    yield "benchmark/dress_pictures.txt", "\n".join(pictures).encode()
+    studies = map(line, read_studies(RESULTS / "dress_study"))
+    yield "benchmark/dress_study.txt", table(HEADINGS, studies).encode()
+
+
+def write(folder: Path) -> int:
+    """Write all pages into a folder, in the place of what lies there; returns their number."""
+    pages = dict([*by_hand(), *tutorials(), *from_code(), *results()])
+    rmtree(folder, ignore_errors=True)
+    for place, content in pages.items():
+        path = folder / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return len(pages)
+
+
+if __name__ == "__main__":
+    print(f"{write(Path(sys.argv[1]))} files in {sys.argv[1]}")

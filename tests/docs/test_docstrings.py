@@ -1,0 +1,167 @@
+"""What the API pages of the site promise: every public name says shapes, units, errors and sources."""
+
+import ast
+import inspect
+import itertools
+import re
+import textwrap
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+from grind_env.process import cost, equations, state
+
+DOCS = Path(__file__).parents[2] / "docs"
+MODULES = sorted(set(re.findall(r"automodule:: (\S+)", "".join(page.read_text() for page in DOCS.glob("*/*.md")))))
+ARRAY = re.compile(r"ndarray|ArrayLike|_SupportsArray")
+SHAPE = re.compile(r"shape|Shape")
+UNIT = re.compile(
+    r"\b(mm\d?|um|s|W|K|J|N)\b|\$|1/|share|fraction|factor|ratio|exponent|over |area|clean|strength|friction|"
+    r"partition|slope",
+    re.IGNORECASE,
+)
+PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
+DERIVED = {
+    "cut_root",
+    "depth_of_cut",
+    "force_per_grain",
+    "grain_sliding",
+    "grinding_stiffness",
+    "pressed_share",
+    "specific_energy",
+    "turning",
+    "wheel_speed",
+    "worn_diameter",
+    "worn_flat_area",
+}
+"""Equations that follow from definitions and balances of the others."""
+SOURCE = re.compile(r"\[[^\]]*\b[MRWDC]\b[^\]]*\]|Malkin|Rowe|Hahn|Chen|Verkerk|Jaeger")
+
+
+class Public(NamedTuple):
+    """A public function or method."""
+
+    name: str
+    function: Callable[..., Any]
+    owner: type | None
+
+    @property
+    def overrides(self) -> bool:
+        """Whether it has the contract of a method of another library."""
+        name, bases = self.name.rpartition(".")[2], self.owner.__mro__[1:] if self.owner else ()
+        return any(name in vars(base) for base in bases if not base.__module__.startswith("grind_env"))
+
+    @property
+    def text(self) -> str:
+        return inspect.getdoc(self.function) or ""
+
+
+def exported(module: ModuleType) -> Iterator[tuple[str, Any]]:
+    """Names and objects of a module that its page shows."""
+    names = getattr(module, "__all__", None)
+    for name, value in [(each, getattr(module, each)) for each in names] if names else vars(module).items():
+        if names or (not name.startswith("_") and getattr(value, "__module__", None) == module.__name__):
+            yield name, value
+
+
+def functions() -> list[Public]:
+    """All public functions and methods, compiled ones as they were written."""
+    found: dict[int, Public] = {}
+    for module in map(import_module, MODULES):
+        for name, value in exported(module):
+            members = vars(value).items() if inspect.isclass(value) else [("", inspect.unwrap(value))]
+            for member, function in members:
+                function = function.fget if isinstance(function, property) else function
+                if inspect.isfunction(function) and not member.startswith("_"):
+                    place = f"{module.__name__}.{name}{'.' * bool(member)}{member}"
+                    found[id(function)] = Public(place, function, value if member else None)
+    return list(found.values())
+
+
+FUNCTIONS = functions()
+
+
+def test_there_is_something_to_look_at() -> None:
+    assert len(MODULES) > 50 and len(FUNCTIONS) > 350
+
+
+def test_every_public_name_is_documented() -> None:
+    undocumented = [each.name for each in FUNCTIONS if not each.text and not each.overrides]
+    for module in map(import_module, MODULES):
+        silent = [name for name, value in exported(module) if callable(value) and not value.__doc__]
+        undocumented += [f"{module.__name__}.{name}" for name in silent]
+        undocumented += [] if module.__doc__ else [module.__name__]
+    assert undocumented == []
+
+
+def test_every_error_that_a_public_function_raises_is_named() -> None:
+    unnamed = []
+    for each in FUNCTIONS:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(each.function)))
+        for node in ast.walk(tree):
+            called = node.exc.func if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) else None
+            kind = each.function.__globals__.get(called.id) if isinstance(called, ast.Name) else None
+            if (
+                isinstance(kind, type)
+                and issubclass(kind, GrindError)
+                and not {kind.__name__, "GrindError"} & set(re.findall(r"\w+", each.text))
+            ):
+                unnamed.append(f"{each.name}: {kind.__name__}")
+    assert unnamed == []
+
+
+def test_errors_that_are_named_exist() -> None:
+    """A section on errors names classes of the package or of the libraries."""
+    for module in walk_packages(grind_env.__path__, "grind_env."):
+        if not module.name.endswith("__main__"):
+            import_module(module.name)
+    known = {kind.__name__ for kind in _below(Exception)}
+    unknown = []
+    for each in FUNCTIONS:
+        section = re.split(r"^Raises:\n", each.text, flags=re.MULTILINE)[1:]
+        named = re.findall(r"^    ([\w.]+): ", section[0], flags=re.MULTILINE) if section else []
+        unknown += [f"{each.name}: {name}" for name in named if name.rpartition(".")[2] not in known]
+    assert unknown == []
+
+
+def test_functions_of_arrays_state_shapes() -> None:
+    silent = [
+        each.name
+        for each in FUNCTIONS
+        if any(ARRAY.search(str(hint)) for hint in inspect.get_annotations(each.function).values())
+        and not SHAPE.search(each.text)
+        and not each.overrides
+    ]
+    assert silent == []
+
+
+@pytest.mark.parametrize("table", PHYSICS, ids=lambda table: table.__name__)
+def test_every_quantity_of_the_process_has_a_unit(table: type) -> None:
+    body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
+    texts = {
+        field.target.id: text.value.value
+        for field, text in itertools.pairwise(body)
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
+    assert texts.keys() == set(table._fields)
+    assert [name for name, text in texts.items() if not UNIT.search(text)] == []
+
+
+@pytest.mark.parametrize("name", [name for name in equations.__all__ if callable(getattr(equations, name))])
+def test_every_equation_has_a_source(name: str) -> None:
+    function = inspect.unwrap(getattr(equations, name))
+    text = f"{function.__doc__} {inspect.getmodule(function).__doc__}"
+    assert name in DERIVED or SOURCE.search(text)
+
+
+def _below(kind: type) -> Iterator[type]:
+    for each in kind.__subclasses__():
+        yield each
+        yield from _below(each)
