@@ -66,7 +66,15 @@ class ModelPolicy:
         self.state: tuple[NDArray[Any], ...] | None = None
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming step."""
+        """Decide the coming step.
+
+        Args:
+            observation: measured, shape (N, entries).
+            episodes: nothing of it is read.
+
+        Returns:
+            E in mm/min and D, each shape (N,).
+        """
         first = self.actions is None
         seen: Any = observation
         if self.memory is not None:
