@@ -1,0 +1,126 @@
+"""A policy followed block by block: what it chose, what was true, what could be believed, and what others would do."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from grind_env.belief.hidden import Belief
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.model import MemberModel
+from grind_env.errors import GrindError
+from grind_env.policies.choices import Array, Decision
+from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
+from grind_env.policies.evaluation import episode_seeds, start_episodes
+from grind_env.policies.naming import named_policy
+from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem, find_problem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Followed:
+    """Episodes of a policy, block by block; all arrays have shape (N, blocks), NaN after the end of a shorter one.
+
+    Attributes:
+        chosen: E in mm/min and D.
+        beside: the same of policies that were asked in the same states, by name.
+        wear_flat: true wear-flat area A before the block.
+        growth: true log of the factor on its growth, of wheel and lot.
+        belief: what an ensemble filter makes of the measurements before the block.
+        cost: of the block, $.
+    """
+
+    chosen: Decision
+    beside: Mapping[str, Decision]
+    wear_flat: Array
+    growth: Array
+    belief: Belief
+    cost: Array
+
+    def to_dataframe(self) -> Any:
+        """A pandas data frame with a row for each block of each episode; columns have their units.
+
+        Raises:
+            GrindError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise GrindError("data frames need pandas; install grind_env[data]") from None
+        episode, block = np.indices(self.cost.shape)
+        columns = {"episode": episode, "block": block + 1} | _decision("", self.chosen)
+        columns |= {
+            "wear-flat area": self.wear_flat,
+            "growth [ln]": self.growth,
+            "believed wear-flat area": self.belief.wear_flat,
+            "its spread": self.belief.wear_flat_spread,
+            "believed growth [ln]": self.belief.growth,
+            "cost [$]": self.cost,
+        }
+        for name, decision in self.beside.items():
+            columns |= _decision(f" of {name}", decision)
+        frame = pandas.DataFrame({name: values.ravel() for name, values in columns.items()})
+        return frame.dropna(subset="cost [$]", ignore_index=True)
+
+
+def follow(
+    policy: Policy | str,
+    problem: Problem | str,
+    *,
+    beside: Sequence[Policy | str] = (),
+    split: str = "evaluation",
+    episodes: int = 64,
+) -> Followed:
+    """Run a policy through episodes and write every block down.
+
+    The policies beside it are asked in each state what they would do there; what they say is not done. They see what
+    they declare: a planner the true state that the policy has come to.
+
+    Args:
+        policy: decides; or what `named_policy` finds: a name, a file, a constant.
+        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
+        beside: other policies, likewise.
+        split: of the seeds, one of `evaluation.SPLITS`.
+        episodes: how many.
+
+    Raises:
+        GrindError: there is no such problem, policy or split.
+        BeliefError: its steps are no compiled blocks, which a belief could follow.
+    """
+    problem = problem if isinstance(problem, Problem) else find_problem(problem)
+    simulation = problem.simulation()
+    all_of_them = [named_policy(each, simulation) if isinstance(each, str) else each for each in (policy, *beside)]
+    state = start_episodes(simulation, episode_seeds(split, episodes))
+    filtered = WheelBelief(MemberModel(simulation))
+    filtered.begin(episodes)
+    for each in all_of_them:
+        each.begin(simulation, episodes)
+    rows: list[list[Array]] = []
+    while (running := np.flatnonzero(~simulation.over(state))).size > 0:
+        seen = simulation.observe(state)
+        said = [each.act(seen, reveal(each.sees, simulation, state)) for each in all_of_them]
+        coming = simulation.coming_blocks(state)
+        first, later = OF_WHEEL[0]
+        growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
+        before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]
+        outcomes, _ = simulation.step(state, *said[0], active=running)
+        row = [*(values for decision in said for values in decision), *before, outcomes[:, COST]]
+        over = np.ones(episodes, bool)
+        over[running] = False
+        rows.append([np.where(over, np.nan, values) for values in row])
+    table = list(np.array(rows).transpose(1, 2, 0))
+    decisions = [Decision(*table[2 * k : 2 * k + 2]) for k in range(len(all_of_them))]
+    wear_flat, growth, *believed, cost = table[2 * len(all_of_them) :]
+    return Followed(
+        chosen=decisions[0],
+        beside={each.name: said for each, said in zip(all_of_them[1:], decisions[1:], strict=True)},
+        wear_flat=wear_flat,
+        growth=growth,
+        belief=Belief(*believed),
+        cost=cost,
+    )
+
+
+def _decision(whose: str, decision: Decision) -> dict[str, Array]:
+    return {f"E{whose} [m/min]": decision.speeds / 1000.0, f"D{whose}": decision.executions}

@@ -1,0 +1,119 @@
+"""Tool paths of the control, drawn into axes of matplotlib: in a plane, or one coordinate over time."""
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import Arc, Dwell, Event, Motion, Rapid, Source
+from grind_env.control.geometry import Circular
+from grind_env.errors import GrindError, quoted
+from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+AXES = "XYZ"
+ARC_POINTS = 33
+"""Drawn of an arc."""
+
+Points = NDArray[np.float64]
+
+STYLES: dict[str, dict[str, Any]] = {
+    "rapid": {"color": GREY, "ls": (0, (1, 2)), "lw": 1.2},
+    Source.PROGRAM.value: {"color": BLUE, "ls": "-", "lw": 1.8},
+    Source.COMPENSATION.value: {"color": ORANGE, "ls": "-", "lw": 3.6},
+    Source.CYCLE.value: {"color": "#444444", "ls": "-", "lw": 1.2},
+    Source.DRESS.value: {"color": GREEN, "ls": "--", "lw": 1.6},
+    Source.RETRACE.value: {"color": RED, "ls": "-.", "lw": 1.6},
+    Source.INTERRUPT.value: {"color": "#6a51a3", "ls": (0, (5, 1, 1, 1, 1, 1)), "lw": 1.6},
+}
+"""Of a motion: that of its source, or of a rapid of the program. Told apart without colours, too."""
+
+
+class PathError(GrindError):
+    """A path that cannot be drawn as asked."""
+
+
+def draw_path(axes: "Axes", events: Iterable[Event], plane: str = "ZX") -> None:
+    """Draw the motions in a plane, each in the line style of what has commanded it, with an arrow in its middle.
+
+    Args:
+        axes: of matplotlib; they get labels with units, a legend, and equal scales.
+        events: of `control.execute`; what moves nothing in the plane is not drawn.
+        plane: the axes to the right and upwards, such as `ZX`.
+
+    Raises:
+        PathError: the plane is not two different ones of X, Y and Z.
+    """
+    if len(set(plane)) != 2 or len(plane) != 2 or not set(plane) <= set(AXES):
+        raise PathError(f"the plane is {quoted(plane)}, but must be two of the axes X, Y and Z, such as ZX")
+    right, up = (AXES.index(name) for name in plane)
+    for motion in _motions(events):
+        points = _points(motion)[:, [right, up]]
+        if np.ptp(points, axis=0).max() > 0.0:
+            _draw(axes, motion, points[:, 0], points[:, 1])
+            _arrow(axes, motion, points)
+    axes.set(xlabel=f"{plane[0]}, mm", ylabel=f"{plane[1]}, mm")
+    axes.set_aspect("equal")
+    _legend(axes)
+
+
+def draw_over_time(axes: "Axes", events: Iterable[Event], axis: str = "X") -> None:
+    """Draw one coordinate over the time of the control, in the line styles of `draw_path`.
+
+    Args:
+        axes: of matplotlib; they get labels with units and a legend.
+        events: of `control.execute`.
+        axis: X, Y or Z.
+
+    Raises:
+        PathError: it is none of these.
+    """
+    if axis not in tuple(AXES):
+        raise PathError(f"the axis is {quoted(axis)}, but must be X, Y or Z")
+    for motion in _motions(events):
+        values = _points(motion)[:, AXES.index(axis)]
+        _draw(axes, motion, np.linspace(motion.begin, motion.finish, len(values)), values)
+    axes.set(xlabel="time, s", ylabel=f"{axis}, mm")
+    _legend(axes)
+
+
+def _motions(events: Iterable[Event]) -> Iterator[Motion]:
+    return (event for event in events if isinstance(event, Motion))
+
+
+def _name(motion: Motion) -> str:
+    """What its line style stands for."""
+    return "rapid" if isinstance(motion, Rapid) and motion.source is Source.PROGRAM else motion.source.value
+
+
+def _points(motion: Motion) -> Points:
+    """Places on the way of a motion, shape (points, 3), mm."""
+    if not isinstance(motion, Arc):
+        return np.array([motion.start, motion.end])
+    arc = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
+    return np.array([arc.point(fraction) for fraction in np.linspace(0.0, 1.0, ARC_POINTS)])
+
+
+def _draw(axes: "Axes", motion: Motion, right: Points, up: Points) -> None:
+    name = "dwell" if isinstance(motion, Dwell) else _name(motion)
+    style = {"color": GREY, "ls": "-", "lw": 1.0} if isinstance(motion, Dwell) else STYLES[name]
+    drawn = axes.get_legend_handles_labels()[1]
+    axes.plot(right, up, label="_" if name in drawn else name, **style)
+
+
+def _arrow(axes: "Axes", motion: Motion, points: Points) -> None:
+    """A small head in the middle of the way."""
+    middle = len(points) // 2
+    before, after = points[middle - 1], points[middle]
+    tail, head = before + 0.49 * (after - before), before + 0.51 * (after - before)
+    style = {"arrowstyle": "-|>", "color": STYLES[_name(motion)]["color"], "shrinkA": 0.0, "shrinkB": 0.0}
+    axes.annotate("", head, tail, arrowprops=style)
+
+
+def _legend(axes: "Axes") -> None:
+    """Above the axes, where it hides nothing."""
+    _, labels = axes.get_legend_handles_labels()
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=max(len(labels), 1), fontsize=8, handlelength=2.6)

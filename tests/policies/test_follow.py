@@ -1,0 +1,55 @@
+"""Following a policy tells what evaluation, environment and belief tell, each by itself."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from grind_env.envs.wrappers import BeliefFilter
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import SPLITS, episode_seeds, evaluate
+from grind_env.policies.follow import follow
+from grind_env.policies.naming import named_policy
+from grind_env.policies.problem import find_problem
+
+FLAGSHIP = "grind/PowerLimited-v0"
+
+
+def test_costs_and_decisions_are_those_of_the_evaluation():
+    simulation = find_problem(FLAGSHIP).simulation()
+    judged = evaluate(named_policy("belief_rule", simulation), simulation, episode_seeds("evaluation", 3))
+    found = follow("belief_rule", FLAGSHIP, beside=["full_state_rule", "belief_rule"], episodes=3)
+    np.testing.assert_allclose(found.cost.sum(axis=1), judged.cost)
+    np.testing.assert_array_equal(found.chosen.speeds, judged.speeds)
+    np.testing.assert_array_equal(found.chosen.executions, judged.executions)
+    # beside itself it says the same, and who sees the truth says something else
+    np.testing.assert_array_equal(found.beside["belief_rule"].speeds, found.chosen.speeds)
+    assert not np.array_equal(found.beside["full_state_rule"].speeds, found.chosen.speeds)
+
+
+def test_truth_and_belief_are_what_the_environment_shows():
+    found = follow("E6D1", FLAGSHIP, episodes=2)
+    for k in range(2):
+        full = gym.make(FLAGSHIP, observation="full", action="dict")
+        believing = BeliefFilter(gym.make(FLAGSHIP, action="dict"))
+        action = {"E": np.array([6000.0], np.float32), "D": 1}
+        shown, believed = (env.reset(seed=SPLITS["evaluation"] + k)[0] for env in (full, believing))
+        names = [entry.name for entry in believing.unwrapped.observation_info()] + ["belief_wear_flat"]
+        for block in range(60):
+            truth = full.unwrapped.simulation.read(shown[None])
+            assert found.wear_flat[k, block] == pytest.approx(truth["wear_flat"][0], rel=1e-5)
+            assert found.growth[k, block] == pytest.approx(np.log(truth["growth"][0]), abs=1e-5)
+            assert found.belief.wear_flat[k, block] == pytest.approx(0.05 * believed[len(names) - 1], rel=1e-5)
+            shown, believed = full.step(action)[0], believing.step(action)[0]
+
+
+def test_a_frame_has_a_row_for_every_block_and_says_units():
+    found = follow("E6D1", "grind/Rush-v0", beside=["handbook"], episodes=2)
+    frame = found.to_dataframe()
+    assert len(frame) == np.isfinite(found.cost).sum()
+    assert frame["cost [$]"].sum() == pytest.approx(np.nansum(found.cost))
+    assert {"E [m/min]", "D", "E of handbook [m/min]", "D of handbook", "wear-flat area"} <= set(frame)
+
+
+def test_what_no_belief_follows_is_refused():
+    with pytest.raises(GrindError):
+        follow("handbook", "grind/Stroke-v0", episodes=2)

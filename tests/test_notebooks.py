@@ -1,0 +1,68 @@
+"""What every notebook keeps to, without being run: `make notebooks` runs them."""
+
+import ast
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+
+
+def cells(path: Path, kind: str) -> list[str]:
+    found: list[dict[str, Any]] = json.loads(path.read_text("utf-8"))["cells"]
+    return ["".join(cell["source"]) for cell in found if cell["cell_type"] == kind]
+
+
+def test_there_are_seven_in_order():
+    assert [path.name[:3] for path in NOTEBOOKS] == [f"{number:02d}_" for number in range(1, 8)]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_it_has_a_title_a_question_a_conclusion_and_two_exercises(path):
+    first = json.loads(path.read_text("utf-8"))["cells"][0]
+    assert first["cell_type"] == "markdown" and "".join(first["source"]).startswith("# ")
+    text = "\n\n".join(cells(path, "markdown"))
+    assert len(re.findall(r"^# ", text, re.MULTILINE)) == 1
+    assert "**Question.**" in "".join(first["source"])
+    assert re.findall(r"^## (Conclusion|Exercises)$", text, re.MULTILINE) == ["Conclusion", "Exercises"]
+    exercises = text.partition("## Exercises")[2]
+    assert re.findall(r"^(\d)\. ", exercises, re.MULTILINE) == ["1", "2"]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_it_needs_the_installed_package_alone(path):
+    """No checkout: nothing of `agents`, `tests` or the paths of modules; Python only, so that any kernel runs it."""
+    for code in cells(path, "code"):
+        for node in ast.walk(ast.parse(code)):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [each.name for each in node.names] if isinstance(node, ast.Import) else []
+            assert not {name.partition(".")[0] for name in names} & {"agents", "tests", "sys", "os"}, code
+            assert not (isinstance(node, ast.Name) and node.id == "__file__"), code
+            assert not (isinstance(node, ast.Attribute) and node.attr == "__file__"), code
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_knob_turns_what_a_cell_before_it_draws_for_a_static_page(path):
+    """A slider is a cell of its own that is not run without a reader: nbclient may wait for its output for ever."""
+    before: dict[str, list[str]] = {}
+    called: set[str] = set()
+    knobs = 0
+    for cell in json.loads(path.read_text("utf-8"))["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        assert cell["outputs"] == [] and cell["execution_count"] is None
+        code = ast.parse("".join(cell["source"]))
+        calls = [node for node in ast.walk(code) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
+        turned = [call for call in calls if call.func.id == "interact"]
+        assert bool(turned) == ("skip-execution" in cell["metadata"].get("tags", []))
+        for call in turned:
+            drawn = call.args[0].id
+            assert {word.arg for word in call.keywords} <= set(before[drawn]) and drawn in called
+            knobs += 1
+        called |= {call.func.id for call in calls}
+        functions = [node for node in code.body if isinstance(node, ast.FunctionDef)]
+        before |= {function.name: [each.arg for each in function.args.args] for function in functions}
+    assert knobs
