@@ -20,6 +20,7 @@
     grooving_wheel = true   # the wheel makes the infeeds of G76 and G77; false if left out
     spindle = "always on"   # set by hand: S and M03 to M05 have no effect; "by program" if left out
     coolant = "always on"   # likewise, M07 to M09
+    dresser_infeed = 0.03   # mm a pass, of a dresser that advances by itself
 
     [diamond]               # optional: where its tip stands; without it every dress program is taken to meet it
     x = -120                # mm, like y and z; as the axes are read when the wheel is at it
@@ -70,7 +71,8 @@ from grind_env.process.tables import Content, Table, checked, contents, keys, re
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
-VALUES = ("wheel_speed", "constant_surface_speed", "spindle", "coolant", "grooving_wheel")
+VALUES = tuple(contents(Setup))
+"""Keys of `[setup]` that are no entries of the catalogue."""
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 

@@ -1,6 +1,6 @@
 """A job as text, read again."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -67,6 +67,21 @@ def test_a_job_read_again_is_the_same(tmp_path_factory: pytest.TempPathFactory, 
     # a part that says what the job says anyway differs by nothing
     plain = tuple(replace(each, part=None) if each.part == job.part else each for each in job.parts)
     assert read_again(job, tmp_path_factory.mktemp("job")) == replace(job, parts=plain)
+
+
+def test_every_value_of_the_setup_may_stand_in_a_job_file(tmp_path: Path) -> None:
+    values = {
+        "wheel_speed": 25.0,
+        "constant_surface_speed": True,
+        "spindle": "always on",
+        "coolant": "always on",
+        "dresser_infeed": 0.03,
+        "grooving_wheel": True,
+    }
+    others = {field.name for field in fields(JOB.setup)} - {"wheel", "dresser", "fluid", "machine"}
+    assert set(values) == others
+    job = replace(JOB, setup=replace(JOB.setup, **values))
+    assert read_again(job, tmp_path) == job
 
 
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
