@@ -5,7 +5,7 @@ import os
 import select
 import stat
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import BinaryIO
@@ -114,16 +114,22 @@ def csv_cell(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
-def check_target(path: Path) -> None:
+def check_target(path: Path, read: Iterable[Path] = ()) -> None:
     """Find out whether there may be a file of this name, such as before long work that ends in it.
 
+    Args:
+        path: the file.
+        read: files that the work reads, which it must not write over.
+
     Raises:
-        FileError: its folder does not exist, or it is a folder itself.
+        FileError: its folder does not exist, or it is a folder itself or one of the files that are read.
     """
     if not path.parent.is_dir():
         raise FileError(f"{path}: there is no folder {path.parent}; make it first")
     if path.is_dir():
         raise FileError(f"{path} is a folder; name a file")
+    if any(is_file(each) and is_file(path) and path.samefile(each) for each in read):
+        raise FileError(f"{path} is read here and would be lost; name another file to write")
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:

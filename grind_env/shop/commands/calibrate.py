@@ -54,7 +54,7 @@ def calibrate(
     from grind_env.shop.report.document import prepare_page, write_page
 
     if output is not None:
-        check_target(output)
+        check_target(output, [each for each in (log, job, program, gauge, map_file) if each is not None])
     if report is not None:
         prepare_page(report)
     with Console(stderr=True).status("reading") as status:

@@ -68,7 +68,7 @@ def optimise(
     from grind_env.shop.report.optimised import optimised_report
 
     if output is not None:
-        check_target(output)
+        check_target(output, [program.with_suffix(".toml") if job is None else job])
     if report is not None:
         prepare_page(report)
     found = search(

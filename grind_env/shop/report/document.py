@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from grind_env import __version__
 from grind_env.errors import printable
-from grind_env.files import check_target, write_atomically
+from grind_env.files import FileError, check_target, write_atomically
 from grind_env.shop.extra import shop_extra
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 TEMPLATES = Path(__file__).with_name("templates")
+SUFFIXES = (".html", ".htm")
 GENERATOR = f"grind_env {__version__}"
 
 Level = Literal["good", "poor", "bad", ""]
@@ -137,9 +138,10 @@ def prepare_page(path: Path) -> None:
     """Find out, before long work for a page, whether it can be written.
 
     Raises:
-        FileError: the folder does not exist.
+        FileError: the folder does not exist, or the file has another suffix than `SUFFIXES`.
         MissingExtra: Jinja2 or plotly is not installed.
     """
+    _check_suffix(path)
     check_target(path)
     _environment()
     _plotly()
@@ -149,9 +151,16 @@ def write_page(path: Path, html: str) -> None:
     """Write a page, whole or not at all.
 
     Raises:
-        FileError: the folder does not exist or cannot be written to.
+        FileError: the folder does not exist or cannot be written to, or as of `prepare_page`.
     """
+    _check_suffix(path)
     write_atomically(path, lambda temporary: temporary.write_text(html, encoding="utf-8"))
+
+
+def _check_suffix(path: Path) -> None:
+    """Keep a page from being written over a program or a job."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise FileError(f"{path}: a page is written as {' or '.join(SUFFIXES)}; name such a file")
 
 
 def _cell(cell: str | Cell) -> Cell:
