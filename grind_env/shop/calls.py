@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
 
 File: TypeAlias = str | Path
-Range: TypeAlias = str | tuple[float, float]
+Range: TypeAlias = str | Sequence[float]
 Named: TypeAlias = str | Sequence[str] | Mapping[str, Range | float]
 
 
@@ -124,7 +124,7 @@ def sweep(
     job: File | None = None,
     *,
     E: Range | None = None,
-    dress_every: str | tuple[int, int] | None = None,
+    dress_every: Range | None = None,
     lead: Range | None = None,
     depth: Range | None = None,
     parts: int = 50,
@@ -205,6 +205,6 @@ def _named(asked: Named) -> Sequence[str]:
 
 
 def _text(asked: Range | float) -> str:
-    if isinstance(asked, tuple):
-        return "..".join(map(_text, asked))
-    return asked if isinstance(asked, str) else f"{Decimal(str(asked)):f}"
+    if isinstance(asked, str):
+        return asked
+    return "..".join(map(_text, asked)) if isinstance(asked, Sequence) else f"{Decimal(str(asked)):f}"

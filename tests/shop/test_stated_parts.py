@@ -99,6 +99,11 @@ def test_parts_that_cannot_be_replayed_are_refused(job: Job, told: str) -> None:
         trials_of(read(PLATE), job, 3, [(0,)])
 
 
+def test_more_runs_than_stated_parts_are_refused_with_the_remedy() -> None:
+    with pytest.raises(JobError, match="run 50 times, grinds more parts than the 3 .* choose --parts 3 or fewer"):
+        trials_of(read(PLATE), job_with(*PARTS[:3]), 50, [(0,)])
+
+
 def test_a_sweep_grinds_the_stated_parts(oracle6: Path, grind: Grind) -> None:
     status, out, _ = grind("sweep", oracle6, "--parts", 1, "--E", "9000..21000", "--json")
     found = json.loads(out)

@@ -12,7 +12,8 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import repeated
-from grind_env.machine.job import Job
+from grind_env.errors import GrindError
+from grind_env.machine.job import Job, JobError
 from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.settings import SETTINGS, D, E, own_settings
 from grind_env.machine.tally import Tally
@@ -31,6 +32,10 @@ _COST, _GOOD, _SECONDS, _LOAD, _RISE, _RA, _ERROR, _HANDOVER = (
     for name in ("cost", "good", "seconds", "power_ratio", "rise", "roughness", "size_error", "handover_cost")
 )
 _PLUNGE_RISE, _FINISH_RISE = Tally._fields.index("plunge_rise"), Tally._fields.index("finish_rise")
+
+
+class TrialsError(GrindError):
+    """Trials that cannot be made."""
 
 
 class Measures(NamedTuple):
@@ -180,8 +185,17 @@ def trials_of(
         spread: factor on all that is random.
 
     Raises:
-        GrindError: the program cannot be run, or runs other blocks for the next part.
+        GrindError: the program cannot be run, or runs other blocks for the next part; or there is no run, or there are
+            more of them than parts that the job states.
     """
+    if runs < 1:
+        raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
+    if job.parts and runs > len(job.parts):
+        raise JobError(
+            f"{programs.name}, run {runs} times, grinds more parts than the {len(job.parts)} that have conditions; "
+            f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
+            "parts",
+        )
     simulation = JobSimulation(repeated(programs, runs), job, spread, picks=picks, spark_outs=spark_outs)
     if len(simulation.blocks) % runs:
         raise JobProgramError(
@@ -191,7 +205,13 @@ def trials_of(
 
 
 def lots_of(seed: int, use: int, count: int) -> tuple[tuple[int, ...], ...]:
-    """Seeds of some lots, which no other use of the same seed has."""
+    """Seeds of some lots, which no other use of the same seed has.
+
+    Raises:
+        TrialsError: the seed is below 0.
+    """
+    if seed < 0:
+        raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
     return tuple((seed, use, k) for k in range(count))
 
 

@@ -60,6 +60,8 @@ def wishes_of(
         WishError: one of them cannot be read.
     """
     words = USUAL if vary is None else tuple(_known("--vary", word, WORDS) for word in _parts([vary]))
+    if not words:
+        raise WishError(f"--vary names no word; there are {', '.join(WORDS)}")
     return Wishes(
         words=words,
         add=vary is not None,

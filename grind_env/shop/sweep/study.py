@@ -234,6 +234,9 @@ class _Study:
     def refuse(self, ranges: Ranges) -> None:
         """Refuse ranges of what the program does not have."""
         name = self.trials.simulation.programs.name
+        for option, ends in {"E": ranges.E, "lead": ranges.lead, "depth": ranges.depth}.items():
+            if ends is not None and not ends[0] > 0.0:
+                raise SweepError(f"--{option} begins at {ends[0]:g}; begin above 0, for its values are swept by ratio")
         if ranges.every is not None:
             if not self.dresses:
                 raise SweepError(f"{name} has no block that takes a D word: --dress-every has nothing to place")

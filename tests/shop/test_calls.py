@@ -1,0 +1,37 @@
+"""`grind_env.optimise` and `sweep` as calls: what Python may hand over, and what is refused in a sentence."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+
+PLATE = Path(grind_env.__file__).parent / "examples" / "plate_g82.nc"
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"parts": 0}, "cannot be run for 0 parts; choose --parts 1 or more"),
+        ({"parts": -5}, "cannot be run for -5 parts; choose --parts 1 or more"),
+        ({"seed": -1}, "the seed is -1; choose --seed 0 or more"),
+    ],
+)
+def test_no_parts_and_no_seed_are_refused(asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(GrindError, match=said):
+        grind_env.sweep(PLATE, **asked)
+    with pytest.raises(GrindError, match=said):
+        grind_env.optimise(PLATE, budget=1, **asked)
+
+
+def test_a_range_may_be_a_list_as_well_as_a_tuple_or_a_text() -> None:
+    found = [grind_env.sweep(PLATE, E=ends, parts=1) for ends in ([8000, 9000], (8000, 9000), "8000..9000")]
+    assert found[0] == found[1] == found[2]
+    assert [point.E for point in found[0].speeds][::8] == pytest.approx([8000.0, 9000.0])
+
+
+def test_nothing_to_vary_is_refused() -> None:
+    with pytest.raises(GrindError, match="--vary names no word; there are E, D"):
+        grind_env.optimise(PLATE, vary="", budget=1)
