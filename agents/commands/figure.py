@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.files import check_target
-from grind_env.render.figures import check_format, write_figure
+from grind_env.render.figures import prepare_figure, write_figure
 
 figures = typer.Typer(
     no_args_is_help=True,
@@ -33,6 +32,5 @@ def learning_curves(
     """Validation score over environment steps, a line for each training: 0 is the best fixed plan, 100 the planner."""
     from agents.learning.figure import curves_figure, read_curves
 
-    check_format(output)
-    check_target(output)
+    prepare_figure(output)
     write_figure(curves_figure(read_curves(curves)), output)

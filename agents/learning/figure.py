@@ -28,7 +28,7 @@ def read_curves(files: Sequence[Path]) -> dict[str, list[Point]]:
         files: agents (.safetensors), or the curves (.csv) beside them.
 
     Raises:
-        GrindError: a file is no curve, or two have the same name.
+        GrindError: a file is no curve or one without points, or two have the same name.
     """
     found: dict[str, list[Point]] = {}
     for file in files:
@@ -38,6 +38,8 @@ def read_curves(files: Sequence[Path]) -> dict[str, list[Point]]:
         if name in found:
             raise GrindError(f"{file}: there is another curve of {name}; name each once")
         found[name] = read_curve(curve_path(file) if file.suffix == SUFFIX else file)
+        if not found[name]:
+            raise GrindError(f"{file}: the learning curve has no point; wait for the first validation of the training")
     return found
 
 

@@ -21,12 +21,11 @@ Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or 
 @app.command(epilog="Example: grind figure cycle plate.nc -o cycle.pdf")
 def cycle(program: ProgramFile, output: Output, job: JobFile = None) -> None:
     """The strokes of a program: depth, power, heat, wheel, roughness and size, 170 mm wide."""
-    _check(output)
-
     from grind_env.figures.cycle import cycle_figure
     from grind_env.machine.grind_file import grind_file
-    from grind_env.render.figures import write_figure
+    from grind_env.render.figures import prepare_figure, write_figure
 
+    prepare_figure(output)
     write_figure(cycle_figure(grind_file(program, job)), output)
 
 
@@ -41,15 +40,14 @@ def wheel(
 
     Wear flats, loading, waviness, volume ground since the dress, and diameter lost.
     """
-    _check(output)
-
     from grind_env.control import read_file
     from grind_env.envs.job.text import repeated
     from grind_env.figures.wheel import wheel_figure
     from grind_env.machine.grind_file import grind_file
     from grind_env.machine.job_file import job_beside
-    from grind_env.render.figures import write_figure
+    from grind_env.render.figures import prepare_figure, write_figure
 
+    prepare_figure(output)
     batch = repeated(read_file(program), parts)
     write_figure(wheel_figure(grind_file(batch, job_beside(program) if job is None else job)), output)
 
@@ -67,12 +65,11 @@ def interval(
     seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 1,
 ) -> None:
     """What a part costs over the dress interval, as `grind sweep` finds it, 85 mm wide."""
-    _check(output)
-
     from grind_env.figures.interval import interval_figure
-    from grind_env.render.figures import write_figure
+    from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop.calls import sweep
 
+    prepare_figure(output)
     found = sweep(program, job, E=speed, dress_every=every, parts=parts, seed=seed)
     write_figure(interval_figure(found), output)
 
@@ -91,19 +88,9 @@ def policy_map(
     The axes are the believed wear-flat area and the believed factor on its growth; whatever else the agent sees is what
     goes with these two on average (linear regression over the states of the episodes).
     """
-    _check(output)
-
     from grind_env.figures.policy_map import policy_map as ask
     from grind_env.figures.policy_map import policy_map_figure
-    from grind_env.render.figures import write_figure
+    from grind_env.render.figures import prepare_figure, write_figure
 
+    prepare_figure(output)
     write_figure(policy_map_figure(ask(policy, env, episodes=episodes)), output)
-
-
-def _check(output: Path) -> None:
-    """Look at where a figure is to be written before the work that it takes."""
-    from grind_env.files import check_target
-    from grind_env.render.figures import check_format
-
-    check_format(output)
-    check_target(output)

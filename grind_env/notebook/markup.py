@@ -12,6 +12,8 @@ from grind_env.errors import printable
 
 MOST_ROWS = 30
 """Of a table; of more the first and the last are shown."""
+MOST_ITEMS = 10
+"""Of a list, likewise."""
 MOST_LINES = 60
 """Of a listing; what follows is counted."""
 LONGEST_LINE = 160
@@ -64,7 +66,11 @@ def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
 
 def items(lines: Iterable[str]) -> str:
     """A list; empty for no lines."""
-    listed = "".join(f"<li>{_escaped(line)}</li>" for line in lines)
+    shown = [f"<li>{_escaped(line)}</li>" for line in lines]
+    if len(shown) > MOST_ITEMS:
+        half = MOST_ITEMS // 2
+        shown = [*shown[:half], f"<li>… {len(shown) - MOST_ITEMS} more</li>", *shown[half - MOST_ITEMS :]]
+    listed = "".join(shown)
     return f"<ul>{listed}</ul>" if listed else ""
 
 

@@ -1,5 +1,6 @@
 """A policy followed block by block: what it chose, what was true, what could be believed, and what others would do."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.model import MemberModel
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array, Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import episode_seeds, start_episodes
@@ -85,12 +86,15 @@ def follow(
         episodes: how many.
 
     Raises:
-        GrindError: there is no such problem, policy or split.
+        GrindError: there is no such problem, policy or split, or two policies beside it have the same name.
         BeliefError: its steps are no compiled blocks, which a belief could follow.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     simulation = problem.simulation()
     all_of_them = [named_policy(each, simulation) if isinstance(each, str) else each for each in (policy, *beside)]
+    twice = [name for name, count in Counter(each.name for each in all_of_them[1:]).items() if count > 1]
+    if twice:
+        raise GrindError(f"several policies beside it are called {quoted(twice[0])}; give each a name of its own")
     state = start_episodes(simulation, episode_seeds(split, episodes))
     filtered = WheelBelief(MemberModel(simulation))
     filtered.begin(episodes)

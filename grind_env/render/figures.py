@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grind_env.errors import GrindError
-from grind_env.files import write_atomically
+from grind_env.files import check_target, write_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +30,18 @@ def check_format(path: str | Path) -> None:
     """
     if Path(path).suffix not in FORMATS:
         raise PlotError(f"{path}: a plot is written as {', '.join(FORMATS)}; name such a file")
+
+
+def prepare_figure(path: Path) -> None:
+    """Find out, before long work for a figure, whether it can be drawn and written.
+
+    Raises:
+        PlotError: another suffix than `FORMATS`, or matplotlib is not installed.
+        FileError: the folder does not exist.
+    """
+    check_format(path)
+    check_target(path)
+    new_figure(1.0, 1.0)
 
 
 def new_figure(width: float, height: float) -> "Figure":

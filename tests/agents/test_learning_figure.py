@@ -45,3 +45,11 @@ def test_it_is_one_command(tmp_path: Path) -> None:
     file = curve(tmp_path / "bc-1-abcd.csv", [-300.0, 50.0])
     done = CliRunner().invoke(app, ["figure", "learning-curves", str(file), "-o", str(tmp_path / "curves.pdf")])
     assert done.exit_code == 0 and (tmp_path / "curves.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_curve_without_points_is_named(tmp_path: Path) -> None:
+    with pytest.raises(GrindError, match=r"ppo-1-aa\.csv: the learning curve has no point"):
+        read_curves([curve(tmp_path / "ppo-1-aa.csv", [])])
+    (tmp_path / "ppo-1-bb.csv").write_text("", encoding="utf-8")
+    with pytest.raises(GrindError, match=r"ppo-1-bb\.csv: the learning curve has no point"):
+        read_curves([tmp_path / "ppo-1-bb.csv"])

@@ -16,7 +16,7 @@ import grind_env
 from grind_env.control import read
 from grind_env.envs.tasks import Kind, Task
 from grind_env.machine.record import UNITS, GrindingRecord, RecordError
-from grind_env.notebook.markup import MOST_ROWS, fragment, items, listing, paragraphs, table
+from grind_env.notebook.markup import MOST_ITEMS, MOST_ROWS, fragment, items, listing, paragraphs, table
 from grind_env.pages import page
 from grind_env.policies.judging import Judgement
 from grind_env.policies.statistics import Interval
@@ -96,6 +96,15 @@ def test_of_a_long_table_the_first_and_the_last_rows_are_shown() -> None:
     assert found.rows[1] == ["0"] and found.rows[-1] == ["199"]
     assert len(found.rows) == 2 + MOST_ROWS
     assert [f"… {200 - MOST_ROWS} more"] in found.rows
+
+
+def test_of_a_long_list_the_first_and_the_last_items_are_shown() -> None:
+    shown = items(f"item {k}." for k in range(300))
+    assert shown.count("<li>") == MOST_ITEMS + 1
+    assert "item 0." in shown
+    assert f"… {300 - MOST_ITEMS} more" in shown
+    assert "item 299." in shown
+    assert "more" not in items(f"item {k}" for k in range(MOST_ITEMS))
 
 
 def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(record: GrindingRecord) -> None:

@@ -53,3 +53,8 @@ def test_a_frame_has_a_row_for_every_block_and_says_units():
 def test_what_no_belief_follows_is_refused():
     with pytest.raises(GrindError):
         follow("handbook", "grind/Stroke-v0", episodes=2)
+
+
+def test_policies_of_the_same_name_are_refused_for_one_would_hide_the_other():
+    with pytest.raises(GrindError, match=r"several policies beside it are called 'handbook'; give each a name"):
+        follow("E6D1", FLAGSHIP, beside=["handbook", "handbook"], episodes=1)

@@ -126,3 +126,19 @@ def test_a_job_with_parts_that_differ_is_refused(tmp_path):
     job.write_text(JOB.read_text(encoding="utf-8") + "\n[[parts]]\n[parts.factors]\nkA = 2.0\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"like parts; leave \[\[parts\]\] out"):
         calibrate(tmp_path / "log.csv", PLATE, job)
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ("5,{power}", "the time, column 'time', does not change"),
+        ("{time},650", "the power, column 'power', does not change (it is 650)"),
+        ("{time},{switched}", "the power, column 'power', is 500 or 800 and nothing else"),
+    ],
+)
+def test_a_time_or_a_power_that_tells_nothing_is_named(tmp_path, row, reason):
+    path = tmp_path / "log.csv"
+    rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 15 % 2)) for k in range(600)]
+    path.write_text("\n".join(["time [s],power [W]", *rows]), encoding="utf-8")
+    with pytest.raises(CalibrationError, match=re.escape(reason)):
+        calibrate(path, PLATE, JOB)

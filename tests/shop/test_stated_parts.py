@@ -100,7 +100,7 @@ def test_parts_that_cannot_be_replayed_are_refused(job: Job, told: str) -> None:
 
 
 def test_more_runs_than_stated_parts_are_refused_with_the_remedy() -> None:
-    with pytest.raises(JobError, match="run 50 times, grinds more parts than the 3 .* choose --parts 3 or fewer"):
+    with pytest.raises(JobError, match=r"run 50 times, grinds more parts than the 3 .* choose --parts 3 or fewer"):
         trials_of(read(PLATE), job_with(*PARTS[:3]), 50, [(0,)])
 
 

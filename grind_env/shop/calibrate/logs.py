@@ -67,7 +67,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
         said: what its columns are.
 
     Raises:
-        CalibrationError: it has no time or power, too few rows, or a power that never changes.
+        CalibrationError: it has no time or power, too few rows, or a time or a power that never changes.
     """
     sheet = read_sheet(path)
     columns = find_columns(sheet, "log", said)
@@ -94,13 +94,21 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     dropped = sheet.skipped + int((~kept).sum())
     if dropped:
         remarks.append(f"{dropped} rows without time or power were left out")
+    if kept.any() and not np.ptp(time[kept]) > 0.0:
+        raise CalibrationError(
+            f"{shown(path)}: the time, column {quoted(sheet.headings[columns['time']].name)}, does not change; export "
+            "the time of every row, or say which column it is with a map: [log] time = ..."
+        )
     time, raw, dressing = _in_order(time[kept], raw[kept], dressing[kept], remarks)
     if time.size < LEAST_ROWS:
         raise CalibrationError(f"{shown(path)} has {time.size} rows of time and power; {LEAST_ROWS} are needed")
-    if np.unique(raw).size < 3 or np.ptp(raw) <= 1e-6 * np.abs(raw).max():
+    low, high = raw.min(), raw.max()
+    steady = high - low <= 1e-6 * max(abs(low), abs(high))
+    if steady or np.unique(raw).size < 3:
+        found = f"does not change (it is {np.median(raw):g})" if steady else f"is {low:g} or {high:g} and nothing else"
         raise CalibrationError(
-            f"{shown(path)}: the power, column {quoted(sheet.headings[columns['power']].name)}, does not change "
-            f"(it is {np.median(raw):g}); log the power of the spindle, or say which column it is with a map"
+            f"{shown(path)}: the power, column {quoted(sheet.headings[columns['power']].name)}, {found}; log the power "
+            "of the spindle, or say which column it is with a map"
         )
     if sure:
         remarks += _gaps(time)

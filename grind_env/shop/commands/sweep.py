@@ -37,15 +37,13 @@ def sweep(
     """
     from rich.console import Console
 
-    from grind_env.files import check_target
-    from grind_env.render.figures import check_format
+    from grind_env.render.figures import prepare_figure
     from grind_env.shop.calls import sweep as study
     from grind_env.shop.sweep.figure import plot_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
 
     if plot is not None:
-        check_format(plot)
-        check_target(plot)
+        prepare_figure(plot)
     found = study(program, job, E=speed, dress_every=every, lead=lead, depth=depth, parts=parts, seed=seed)
     if plot is not None:
         plot_sweep(found, plot)
