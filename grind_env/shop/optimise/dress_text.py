@@ -223,7 +223,7 @@ def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: D
         moves = [
             motion for motion in run.motions[before:stroke] if abs(motion.end[plunge] - motion.start[plunge]) >= STEP
         ]
-        if moves:
+        if moves and not run.advances:
             last = moves[-1]
             way = sum(motion.end[plunge] - motion.start[plunge] for motion in (moves if before else moves[-1:]))
             infeeds.append((*_plain(sources, last.line, AXES[plunge]), way))
