@@ -28,7 +28,7 @@ class ModelPolicy:
         name: in tables.
 
     Raises:
-        GrindError: the model has no environment, or one in which it sees or chooses what no policy does.
+        GrindError: the model has no environment, one of another package, or one in which it sees or chooses what no policy does.
     """
 
     sees: ClassVar[Sees] = "measurements"
@@ -38,8 +38,13 @@ class ModelPolicy:
         if env is None:
             raise GrindError("the model has no environment: give it the one it was trained in, by model.set_env(env)")
         self.model, self.name = model, name or type(model).__name__
-        self.codec: ActionCodec = env.get_attr("codec")[0]
-        trained: Simulation = env.get_attr("simulation")[0]
+        try:
+            self.codec: ActionCodec = env.get_attr("codec")[0]
+            trained: Simulation = env.get_attr("simulation")[0]
+        except AttributeError:
+            raise GrindError(
+                "the model was trained in no environment of grind_env: there is nothing to judge it in"
+            ) from None
         self.task = trained.task
         if any(entry.name in HIDDEN for entry in trained.entries):
             raise GrindError("the model sees the hidden state: train it with observation='measured' to have it judged")

@@ -72,3 +72,5 @@ def test_what_it_cannot_judge_is_refused():
         ModelPolicy(model_of(vec_env(predress=True)))
     with pytest.raises(GrindError, match="was trained for power_limited"):
         evaluate(ModelPolicy(model_of(vec_env())), find_problem("grind/Slot-v0").simulation(), SEEDS)
+    with pytest.raises(GrindError, match="trained in no environment of grind_env"):
+        ModelPolicy(A2C("MlpPolicy", "CartPole-v1"))

@@ -141,7 +141,9 @@ def test_numbers_look_like_those_that_they_replace(value: str, written: str, tex
 def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_depth_is_no_word(tmp_path: Path) -> None:
     plate = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
     path = tmp_path / "plate.nc"
-    dress = "O9100\nG71 G90 G94\nG00 Y20.\nX-120. Z-40.\nG00 Y9.98\nG91 G01 Z35. F191.\nZ-35. F191.\nG90 G00 Y20.\nM99\n"
+    dress = (
+        "O9100\nG71 G90 G94\nG00 Y20.\nX-120. Z-40.\nG00 Y9.98\nG91 G01 Z35. F191.\nZ-35. F191.\nG90 G00 Y20.\nM99\n"
+    )
     path.write_text(plate[: plate.index("O9100")] + dress, encoding="utf-8")
     programs, text = read_file(path), text_of(read_bytes(path))
     job = load_job(EXAMPLES / "plate_g82.toml")
