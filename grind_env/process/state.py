@@ -249,7 +249,7 @@ class StrokeResult(NamedTuple):
     load: float
     """Load of the spindle as its drive shows it, W: torque times the speed that is set; power unless it slows."""
     torque: float
-    """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and nothing else of the stroke holds."""
+    """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
     T: float
     """Surface temperature rise, K."""
     eps: float
