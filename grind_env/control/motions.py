@@ -53,7 +53,7 @@ class CyclePlan:
         cross_end: crossover (Z in G19) as a coordinate, mm.
         primary_cross_pick: K, mm.
         secondary_cross_pick: R, mm.
-        spark_out: L.
+        spark_out: L, the number of spark-out passes.
         pick_feed: F, mm/min.
         feed: E, mm/min.
         program: P, the dress program; None if none is known.
@@ -200,7 +200,7 @@ class CycleAhead:
     """A cycle block is about to be executed; `Execution.choose` may still change its E and D words."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     block: Block
 
 
@@ -209,7 +209,7 @@ class CycleStart:
     """A cycle takes over, before its pre-dress.
 
     Attributes:
-        time: s.
+        time: when it happens, s.
         plan: of the cycle.
         variables: values of `#` variables that its dresses find; no unit of their own.
         modes: that they find in force.
@@ -289,7 +289,7 @@ class CycleEnd:
     """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     plan: CyclePlan
     strokes: int
     dresses: int
@@ -300,7 +300,7 @@ class TableStop:
     """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     plan: CyclePlan
 
 
@@ -309,7 +309,7 @@ class DressStart:
     """A dress program begins, all axes at rest; `cause` is "pre", "auto" or "operator"."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     program: int
     cause: str
 
@@ -319,7 +319,7 @@ class DressEnd:
     """The wheel is back at the point where the dress began."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     program: int
     cause: str
 
@@ -329,7 +329,7 @@ class InterruptStart:
     """A program interrupt of type 1 or 2 begins."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     program: int
     kind: int
 
@@ -339,7 +339,7 @@ class InterruptEnd:
     """A program interrupt has come to its M99 and, if of type 2, back to where it began."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     program: int
     kind: int
 
@@ -349,7 +349,7 @@ class ProgramStop:
     """M00 or M01 after the motion of its block."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     code: str
     block: int
     line: int
@@ -360,7 +360,7 @@ class ProgramEnd:
     """The end: `cause` is "M02", "M30" or "text end"."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     cause: str
 
 
@@ -372,7 +372,7 @@ class Spindle:
     """
 
     time: float
-    """s."""
+    """When it happens, s."""
     speed: float
     surface: float = 0.0
 
@@ -382,7 +382,7 @@ class Switch:
     """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     turning: bool
     coolant: bool
 
@@ -392,7 +392,7 @@ class Hold:
     """All axes wait for the operator; `cause` is "single block", "feedhold" or "override"."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     cause: str
 
 
@@ -401,7 +401,7 @@ class Message:
     """Something the control tells the operator."""
 
     time: float
-    """s."""
+    """When it happens, s."""
     text: str
 
 

@@ -42,7 +42,7 @@ class Ranges(NamedTuple):
     E: Sequence[float] = ()
     """mm/min."""
     J: Sequence[float] = ()
-    """mm."""
+    """Plunge pick, mm."""
     L: Sequence[int] = ()
 
 

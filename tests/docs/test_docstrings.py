@@ -31,6 +31,8 @@ UNIT = re.compile(
     r"\b(?i:numbers? of)(?! the\b)|\b(?i:whether)\b|(\A|\bis |\bare )1 (if|for)\b"
 )
 """Of a quantity, or what says that it is a count, a flag or a number without one."""
+ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
+"""A text that is no more than this makes an empty list on the site."""
 BEHIND = ("envs.blocks.tables", "envs.blocks.tape", "machine.cycle", "machine.script_tables", "machine.tally")
 """Modules with the tables of the compiled loops, of which the pages speak."""
 PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
@@ -201,6 +203,9 @@ def test_every_quantity_of_the_process_has_a_text_of_its_own(table: type) -> Non
 def test_every_quantity_has_a_unit() -> None:
     quantities = [(table, name) for table in tables() for name in quantities_of(table)]
     assert len(quantities) > 500
+    assert [
+        f"{table.__name__}.{name}" for table, name in quantities if ENUMERATOR.fullmatch(text_of(table, name))
+    ] == []
     assert [f"{table.__name__}.{name}" for table, name in quantities if not UNIT.search(text_of(table, name))] == []
 
 

@@ -13,7 +13,7 @@ class PlungeCycle(NamedTuple):
     """What a G82 block asks for."""
 
     depth: float
-    """mm."""
+    """Total plunge depth, mm."""
     primary_pick: float
     """J, mm."""
     secondary_pick: float

@@ -14,7 +14,7 @@ class TraverseCycle(NamedTuple):
     """What a G83 block asks for."""
 
     depth: float
-    """mm."""
+    """Total plunge depth, mm."""
     primary_pick: float
     """J, mm."""
     secondary_pick: float
