@@ -27,7 +27,7 @@ class ScoreError(GrindError):
 
 
 class Mean(NamedTuple):
-    """A mean episode return and its standard error."""
+    """A mean episode return and its standard error. `value` and `error` have no unit."""
 
     value: float
     error: float
@@ -38,13 +38,13 @@ class Reference:
     """Reference scores of one environment. Returns are mean episode returns, costs $ an episode.
 
     Attributes:
-        zero: return that scores 0: the best fixed plan; for Wen random actions.
-        hundred: return that scores 100: the hindsight planner; for Wen the optimum.
+        zero: return, with no unit, that scores 0: the best fixed plan; for Wen random actions.
+        hundred: return, with no unit, that scores 100: the hindsight planner; for Wen the optimum.
         ratio: the two are so close that `normalise` gives the cost over that of the fixed plan instead.
         fixed_plan: policy that `zero` is of.
         best_scripted: the policy that earns most of those that see what a machine measures.
-        J_fix: cost of the best fixed plan on all its episodes; for Wen the loss, which has no unit, like J_plan.
-        J_plan: cost of the planner.
+        J_fix: cost of the best fixed plan on all its episodes, $; for Wen the loss, which has no unit, like J_plan.
+        J_plan: cost of the planner, $.
         returns: by policy.
     """
 

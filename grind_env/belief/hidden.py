@@ -14,7 +14,10 @@ FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
 
 
 class Hidden(NamedTuple):
-    """What a member of the ensemble assumes, as standard normal numbers; their scales are a `Hidden` too."""
+    """What a member of the ensemble assumes, as standard normal numbers; their scales are a `Hidden` too.
+
+    All fields are numbers with no unit.
+    """
 
     wheel_growth: float
     fracture_force: float
@@ -26,7 +29,11 @@ class Hidden(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """What the filter reads, in physical units."""
+    """What the filter reads, in physical units.
+
+    `mean_power`, `first_power` and `peak_power` are W, `diameter` is mm;
+    `new_lot` is 1 if the coming part begins a lot.
+    """
 
     mean_power: Any
     first_power: Any
@@ -45,6 +52,7 @@ class Judged(NamedTuple):
     """What a block is judged by, as far as power tells of it."""
 
     ends_part: float
+    """1 if it finishes a part."""
     counts_all: float
     """1 if heat counts over all plunges."""
     rise: float

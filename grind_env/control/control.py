@@ -38,7 +38,7 @@ class Control:
         interrupts: program interrupts requested at given times, ascending.
         block_budget: blocks and strokes, those of dress programs included, that a program may execute.
         number_format: digits of lengths and feeds, and how missing zeros are read.
-        variables: values that ``#`` variables, local or common ones, have at the start.
+        variables: values that ``#`` variables, local or common ones, have at the start; no unit of their own.
         compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
         radius: of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
         radii: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5).

@@ -43,17 +43,17 @@ class CyclePlan:
         axis: the reciprocating axis.
         plunge_axis: None for G81.
         cross_axis: None for G81 and G82.
-        primary: primary reversal point.
-        secondary: secondary reversal point.
-        plunge_start: where the plunge axis stands before the cycle.
-        depth_target: plunge depth (Y in G19) as a coordinate.
-        primary_pick: J, plunge pick at the primary reversal; in G83 at the cross start.
-        secondary_pick: Q, plunge pick at the secondary reversal; in G83 at the crossover end.
-        cross_start: where the cross axis stands before the cycle.
-        cross_end: crossover (Z in G19) as a coordinate.
-        primary_cross_pick: K.
-        secondary_cross_pick: R.
-        spark_out: L.
+        primary: primary reversal point, mm.
+        secondary: secondary reversal point, mm.
+        plunge_start: where the plunge axis stands before the cycle, mm.
+        depth_target: plunge depth (Y in G19) as a coordinate, mm.
+        primary_pick: J, plunge pick at the primary reversal, mm; in G83 at the cross start.
+        secondary_pick: Q, plunge pick at the secondary reversal, mm; in G83 at the crossover end.
+        cross_start: where the cross axis stands before the cycle, mm.
+        cross_end: crossover (Z in G19) as a coordinate, mm.
+        primary_cross_pick: K, mm.
+        secondary_cross_pick: R, mm.
+        spark_out: L, the number of spark-out passes.
         pick_feed: F, mm/min.
         feed: E, mm/min.
         program: P, the dress program; None if none is known.
@@ -100,7 +100,10 @@ class CyclePlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """A motion or dwell. `begin` and `seconds` are s; `inch` says whether inches are in force for output."""
+    """A motion or dwell.
+
+    `start` and `end` are mm, `begin` and `seconds` s; `inch` says whether inches are in force for output.
+    """
 
     start: Position
     end: Position
@@ -131,7 +134,10 @@ class Line(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arc(Motion):
-    """G02 or G03; `rotation` is 1 for G03, seen from the positive end of the axis normal to the plane."""
+    """G02 or G03 at `feed`, mm/min, about `centre`, mm.
+
+    `rotation` is 1 for G03, seen from the positive end of the axis normal to the plane.
+    """
 
     feed: float
     centre: Position
@@ -153,7 +159,7 @@ class Stroke(Motion):
     the pick of that reversal as not yet begun. The reversal dwell is part of `seconds`.
 
     Attributes:
-        middle: position when the reciprocating axis passes the middle of the stroke.
+        middle: position when the reciprocating axis passes the middle of the stroke, mm.
         axis: the reciprocating axis.
         feed: E, mm/min.
         number: 1, 2, ... within a G82 or G83; None for G81 and for reciprocation after a cycle.
@@ -194,6 +200,7 @@ class CycleAhead:
     """A cycle block is about to be executed; `Execution.choose` may still change its E and D words."""
 
     time: float
+    """When it happens, s."""
     block: Block
 
 
@@ -202,9 +209,9 @@ class CycleStart:
     """A cycle takes over, before its pre-dress.
 
     Attributes:
-        time: s.
+        time: when it happens, s.
         plan: of the cycle.
-        variables: values of `#` variables that its dresses find.
+        variables: values of `#` variables that its dresses find; no unit of their own.
         modes: that they find in force.
         origins: of the work systems, as they find them, by code, mm; with every shift.
     """
@@ -223,13 +230,13 @@ class CycleStrokes:
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.
         plan: of the cycle.
-        start: position of all axes when the table sets out.
+        start: position of all axes when the table sets out, mm.
         feed: E in force, mm/min.
         begins: at which each stroke begins, s.
-        seconds: time of each; the first one leads from `start` to the primary point.
+        seconds: time of each, s; the first one leads from `start` to the primary point.
         plunge: coordinate of the plunge axis in the middle of each stroke, mm.
-        cross: of the third axis.
-        end: position of all axes after the last stroke and its picks.
+        cross: of the third axis, mm.
+        end: position of all axes after the last stroke and its picks, mm.
         dresses: after how many strokes each auto-dress falls due, and when the axes stand for it, s; they have not been
             executed.
         inch: whether inches are in force for output.
@@ -282,6 +289,7 @@ class CycleEnd:
     """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
 
     time: float
+    """When it happens, s."""
     plan: CyclePlan
     strokes: int
     dresses: int
@@ -292,6 +300,7 @@ class TableStop:
     """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
 
     time: float
+    """When it happens, s."""
     plan: CyclePlan
 
 
@@ -300,6 +309,7 @@ class DressStart:
     """A dress program begins, all axes at rest; `cause` is "pre", "auto" or "operator"."""
 
     time: float
+    """When it happens, s."""
     program: int
     cause: str
 
@@ -309,6 +319,7 @@ class DressEnd:
     """The wheel is back at the point where the dress began."""
 
     time: float
+    """When it happens, s."""
     program: int
     cause: str
 
@@ -318,6 +329,7 @@ class InterruptStart:
     """A program interrupt of type 1 or 2 begins."""
 
     time: float
+    """When it happens, s."""
     program: int
     kind: int
 
@@ -327,6 +339,7 @@ class InterruptEnd:
     """A program interrupt has come to its M99 and, if of type 2, back to where it began."""
 
     time: float
+    """When it happens, s."""
     program: int
     kind: int
 
@@ -336,6 +349,7 @@ class ProgramStop:
     """M00 or M01 after the motion of its block."""
 
     time: float
+    """When it happens, s."""
     code: str
     block: int
     line: int
@@ -346,6 +360,7 @@ class ProgramEnd:
     """The end: `cause` is "M02", "M30" or "text end"."""
 
     time: float
+    """When it happens, s."""
     cause: str
 
 
@@ -357,6 +372,7 @@ class Spindle:
     """
 
     time: float
+    """When it happens, s."""
     speed: float
     surface: float = 0.0
 
@@ -366,6 +382,7 @@ class Switch:
     """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09."""
 
     time: float
+    """When it happens, s."""
     turning: bool
     coolant: bool
 
@@ -375,6 +392,7 @@ class Hold:
     """All axes wait for the operator; `cause` is "single block", "feedhold" or "override"."""
 
     time: float
+    """When it happens, s."""
     cause: str
 
 
@@ -383,6 +401,7 @@ class Message:
     """Something the control tells the operator."""
 
     time: float
+    """When it happens, s."""
     text: str
 
 

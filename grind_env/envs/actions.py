@@ -47,7 +47,10 @@ class ActionError(GrindError):
 
 
 class Column(NamedTuple):
-    """One number of an action."""
+    """One number of an action.
+
+    `low` and `high` are in mm/min for the E of a `dict`; all others have no unit.
+    """
 
     name: str
     low: float

@@ -49,7 +49,11 @@ class ContextError(GrindError):
 
 
 class Fixed(NamedTuple):
-    """What a context fixes, one number each; NaN for what is drawn."""
+    """What a context fixes, one number each; NaN for what is drawn.
+
+    `diamond_flat` is mm, `executions_left` a number of dress executions. `stock`, `kA`, `pm`, `wheel_kA`, `ra_scale`,
+    `fc`, `Gref`, `hf`, `coolant_ageing`, `slack` and `noise` are factors, as `CONTEXT_FACTORS` says.
+    """
 
     material: float = math.nan
     """Index into the materials of the task of the material of all kinds."""
@@ -73,7 +77,10 @@ FREE = Fixed()
 
 
 class Factor(NamedTuple):
-    """A number that a context can fix."""
+    """A number that a context can fix.
+
+    `low`, `high` and `nominal` are in the unit that `meaning` ends with; most have no unit.
+    """
 
     low: float
     high: float

@@ -57,7 +57,19 @@ def gauged_diameter(diameter: float, z: float) -> float:
 
 
 class Readings(NamedTuple):
-    """Everything that is observed before a block, in physical units."""
+    """Everything that is observed before a block, in physical units; `readings` says what each one means.
+
+    `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
+    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `waviness` and
+    `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
+    `scrap` is $.
+
+    `last_executions`, `parts_since_gauged`, `blocks_since_dress`, `dresses`, `sparkout` and `executions_left` are
+    numbers of executions, parts, blocks or strokes. `roughness` (over its limit), `stock` (over the nominal one) and
+    `remaining` (over all) are ratios. `slack` is the log of a ratio. `wear_flat` is a fraction of the wheel surface.
+    `loading` is 0 to 1, with no unit. `growth`, `pressure`, `fracture`, `wear`, `convection` and `roughness_scale` are
+    factors. `new_lot` and `last_pre_dress` are 1 if so, else 0.
+    """
 
     mean_power: float
     first_power: float
@@ -103,7 +115,10 @@ class Readings(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """One entry of the observation: `(value - offset) / scale`, within `low` and `high`."""
+    """One entry of the observation: `(value - offset) / scale`, within `low` and `high`.
+
+    `offset` and `scale` are in `unit`; `low` and `high` have no unit.
+    """
 
     name: str
     unit: str
@@ -286,17 +301,20 @@ class Layout(NamedTuple):
     columns: NDArray[np.int64]
     """Index into `Readings` of every entry that is one."""
     places: NDArray[np.int64]
-    """Where these entries stand."""
+    """Indices of these entries in the observation."""
     kinds: int
     """Flags of the coming kind; as many of the following one come after them."""
     first_kind: int
     """Where they begin."""
     materials: NDArray[np.int64]
-    """Entry of every material of the catalogue; -1 for none."""
+    """Index of the entry of every material of the catalogue; -1 for none."""
 
 
 class Scaling(NamedTuple):
-    """How readings become the entries of an observation."""
+    """How readings become the entries of an observation.
+
+    `offset` and `scale` have the units of the readings; `low` and `high` have no unit.
+    """
 
     layout: Layout
     offset: NDArray[np.float64]

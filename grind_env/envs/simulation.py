@@ -44,7 +44,9 @@ NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswit
 class Episodes:
     """The state of N episodes: arrays with one row an episode.
 
-    `tape` has shape (N, blocks, fields of `TapeRow`); the others (N, fields of the named tuple).
+    `tape` has shape (N, blocks, fields of `TapeRow`), and `wheels`, `parts` and `memory` (N, fields of `WheelState`,
+    `PartState` or `ShopMemory`), all in the units of these fields. `block` is the index of the coming block,
+    shape (N,).
     """
 
     tape: Table

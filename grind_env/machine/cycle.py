@@ -29,9 +29,9 @@ class Cycle(NamedTuple):
     secondary_pick: float
     """Q, mm."""
     at_depth: float
-    """Strokes, in a G83 traverses, at full depth: that of coverage (PD-13) and L."""
+    """Number of strokes, in a G83 traverses, at full depth: that of coverage (PD-13) and L."""
     executions: float
-    """D."""
+    """D, the number of auto-dresses."""
     pre_dress: float
     """1 for the .1 forms, else 0."""
     full_plunge: float
@@ -43,7 +43,7 @@ class Cycle(NamedTuple):
     length: float
     """Ground length Lw, mm."""
     dress_passes: float
-    """Diamond passes of one execution."""
+    """Number of diamond passes of one execution."""
     dress_feed: float
     """Traverse feed of the diamond, mm/s."""
     dress_depth: float

@@ -111,8 +111,8 @@ class PartConditions:
     Attributes:
         part: what it is, where the parts are of several kinds; None for that of the job.
         stock: its true stock, mm; None for that of `part`.
-        factors: multipliers on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
-        new_wheel_factors: those that hold in their place once the wheel has been changed; None for the same.
+        factors: factors on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
+        new_wheel_factors: factors that hold in their place once the wheel has been changed; None for the same.
 
     Raises:
         JobError: a stock or factor that is not a positive number, or a name that is no parameter.

@@ -166,9 +166,9 @@ class GrindingRecord:
     """The result of `machine.grind`.
 
     Attributes:
-        strokes: dtype `STROKE_ROW`, strokes and infeeds in the order in which they were made.
-        dresses: dtype `DRESS_ROW`.
-        parts: dtype `PART_ROW`.
+        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in the order in which they were made.
+        dresses: dtype `DRESS_ROW`, in these units.
+        parts: dtype `PART_ROW`, in these units.
         stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
             `process.cost.Limits`).
         warnings: sentences on what the program does not do as it should.

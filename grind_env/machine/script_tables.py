@@ -31,10 +31,14 @@ Table = NDArray[Any]
 
 
 class BlockRow(NamedTuple):
-    """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part."""
+    """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part.
+
+    `start`, `target`, `cross_start`, `cross_end`, `primary_cross_pick` and `secondary_cross_pick` are mm. The limits
+    are `rise` in K, `power` in W, `roughness` and `size` in um.
+    """
 
     cycle: float
-    """Its number in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
+    """Its index in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
     first_length: float
     """From the start point to the primary point, mm."""
     away: float
@@ -48,7 +52,7 @@ class BlockRow(NamedTuple):
     start: float
     target: float
     secondary_pick: float
-    """Q; `AS_PRIMARY` if the block has none."""
+    """Q, mm; `AS_PRIMARY` if the block has none."""
     coverage: float
     """1 if a pass over the part at full depth precedes those of L, else 0."""
     pre_dress: float
@@ -56,9 +60,9 @@ class BlockRow(NamedTuple):
     takes_dresses: float
     """1 if it may have a D word, else 0."""
     finish: float
-    """Depth of the deepest block of its stage of the part."""
+    """Depth of the deepest block of its stage of the part, mm."""
     reached: float
-    """Depth to which the program has led on the part when the block is over."""
+    """Depth to which the program has led on the part when the block is over, mm."""
     width: float
     """Of the part, mm."""
     length: float
@@ -68,7 +72,7 @@ class BlockRow(NamedTuple):
     primary_cross_pick: float
     secondary_cross_pick: float
     motion: float
-    """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    """Index of its first motion beside the table; `NO_BLOCK` without any."""
     gauged_at: float
     """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
     to_secondary: float
@@ -93,7 +97,7 @@ class BlockRow(NamedTuple):
 
 
 class ScriptTables(NamedTuple):
-    """A script in numbers."""
+    """A script in numbers: `blocks`, `own`, `ways`, `motions` and `zones` are in the units of their fields."""
 
     blocks: Table
     """Shape (blocks, fields of `BlockRow`)."""

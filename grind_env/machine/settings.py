@@ -18,11 +18,13 @@ class BlockSettings(NamedTuple):
     E: float
     """mm/min."""
     D: float
+    """Number of auto-dress executions."""
     J: float
     """mm; also Q in a block that has no Q."""
     L: float
+    """Number of spark-out passes."""
     dress_passes: float
-    """Diamond passes of one execution."""
+    """Number of diamond passes of one execution."""
     dress_feed: float
     """Traverse feed of the diamond, mm/s."""
     dress_depth: float
@@ -40,7 +42,7 @@ class Ranges(NamedTuple):
     E: Sequence[float] = ()
     """mm/min."""
     J: Sequence[float] = ()
-    """mm."""
+    """Plunge pick, mm."""
     L: Sequence[int] = ()
 
 

@@ -22,7 +22,8 @@ POWER_WINDOW = 6.0
 class Tally(NamedTuple):
     """What strokes and dresses have come to, besides the states of wheel and part.
 
-    Powers are the load of the spindle, W above idle.
+    Powers are the load of the spindle, W above idle. `strokes` and `dresses` are numbers of them.
+    `power_2`, `power_3`, `power_4`, `power_5` and `power_6` are W.
     """
 
     seconds: float
@@ -30,11 +31,11 @@ class Tally(NamedTuple):
     strokes: float
     dresses: float
     first_power: float
-    """Sum of the power of the first full plunges (up to six)."""
+    """Sum of the power of the first full plunges (up to six), W."""
     first_count: float
     """How many plunges that sum holds."""
     power_1: float
-    """Power of the latest full plunge since the last dress; 0 if there is none, like those of the five before it."""
+    """Power of the latest full plunge since the last dress, W; 0 if there is none, like those of the five before it."""
     power_2: float
     power_3: float
     power_4: float
@@ -47,7 +48,7 @@ class Tally(NamedTuple):
     peak_load: float
     """Highest load of a stroke, W."""
     peak_torque: float
-    """Highest torque of a stroke over that at which the spindle stalls; from 1 on it has."""
+    """Ratio of the highest torque of a stroke to that at which the spindle stalls; from 1 on it has."""
     plunge_rise: float
     """Highest temperature rise of a plunge stroke, K."""
     finish_rise: float
@@ -61,7 +62,7 @@ class Tally(NamedTuple):
 
 
 class Plunges(NamedTuple):
-    """The latest full plunges alone, for what counts nothing else; fields as in `Tally`."""
+    """The latest full plunges alone, for what counts nothing else; fields without a text are those of `Tally`."""
 
     power_1: float
     power_2: float

@@ -11,7 +11,10 @@ Array = NDArray[np.float64]
 
 
 class Decision(NamedTuple):
-    """E in mm/min and D, float64: of the coming block, each shape (N,), or as a plan, each shape (N, blocks)."""
+    """E and D, float64: of the coming block, each shape (N,), or as a plan, each shape (N, blocks).
+
+    `speeds` is E in mm/min; `executions` is D, a number of dress executions.
+    """
 
     speeds: Array
     executions: Array

@@ -55,11 +55,11 @@ class Evaluation:
     good: Array
     """Expected number of good parts, shape (N,)."""
     finished: Array
-    """Parts finished, shape (N,)."""
+    """Number of parts finished, shape (N,)."""
     speeds: Array
     """E, mm/min, shape (N, steps); NaN after the end of a shorter episode."""
     executions: Array
-    """D, likewise."""
+    """D, the number of dress executions, likewise."""
 
     @property
     def cost_per_good_part(self) -> Interval:

@@ -26,7 +26,7 @@ class Followed:
     Attributes:
         chosen: E in mm/min and D.
         beside: the same of policies that were asked in the same states, by name.
-        wear_flat: true wear-flat area A before the block.
+        wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
         growth: true log of the factor on its growth, of wheel and lot.
         belief: what an ensemble filter makes of the measurements before the block.
         cost: of the block, $.

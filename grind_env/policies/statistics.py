@@ -22,7 +22,7 @@ PERFECT = 100.0
 
 
 class Interval(NamedTuple):
-    """An estimate and its 95 % bootstrap interval."""
+    """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of what is estimated."""
 
     value: float
     low: float

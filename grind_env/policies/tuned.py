@@ -37,7 +37,8 @@ class ConfigError(GrindError):
 class Tuned:
     """The outcome of tuning one policy.
 
-    Costs are $ per episode, means over the training and the validation seeds, given as [first, count].
+    `training_cost` and `validation_cost` are $ per episode, means over the training and the validation seeds, given as
+    [first, count]; `parameters` are in the units that the policy takes them in.
     """
 
     parameters: Parameters

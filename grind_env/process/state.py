@@ -15,7 +15,7 @@ class WheelState(NamedTuple):
     A: float
     """Wear-flat area, fraction of the wheel surface."""
     lam: float
-    """Loading, 0 (clean) to 1."""
+    """Loading, 0 (clean) to 1, no unit."""
     V: float
     """Specific volume removed since the last dress, mm3/mm."""
     Rd: float
@@ -40,9 +40,9 @@ class StrokeParameters(NamedTuple):
     kp: float
     """Ploughing pressure of a wheel with reference grain density, N/mm2."""
     mu: float
-    """Friction of the wear flats."""
+    """Friction of the wear flats, a ratio of forces."""
     kc: float
-    """Normal over tangential force of chip formation and ploughing."""
+    """Ratio of normal to tangential force of chip formation and ploughing."""
     pm: float
     """Factor of this material on the wear-flat pressure."""
     pa: float
@@ -52,7 +52,7 @@ class StrokeParameters(NamedTuple):
     a0: float
     """Depth that the contact of wear flats keeps where nothing is cut, mm."""
     AL: float
-    """Flat area that full loading adds."""
+    """Flat area that full loading adds, fraction of the wheel surface."""
     E_star: float
     """Contact modulus of wheel and work, N/mm2."""
     Rr: float
@@ -72,7 +72,7 @@ class StrokeParameters(NamedTuple):
     u0: float
     """Burn threshold at vanishing contact, J/mm3."""
     Bm: float
-    """Slope of the burn threshold."""
+    """Slope of the burn threshold, J/(mm2 s^0.5)."""
     Gref: float
     """G-ratio at the reference chip thickness, of a settled wheel without fracture."""
     mG: float
@@ -80,9 +80,9 @@ class StrokeParameters(NamedTuple):
     fc: float
     """Force per grain above which bond and grain fracture, N."""
     kf: float
-    """Strength of that fracture wear."""
+    """Strength of that fracture wear, no unit."""
     kt: float
-    """Strength of the initial wear."""
+    """Strength of the initial wear, no unit."""
     Vt: float
     """Volume over which the initial wear dies away, mm3/mm."""
     dr: float
@@ -92,9 +92,9 @@ class StrokeParameters(NamedTuple):
     kL: float
     """Loading rate, 1 per mm3/mm."""
     Af: float
-    """Wear-flat area of a surface that has just fractured."""
+    """Wear-flat area of a surface that has just fractured, fraction of the wheel surface."""
     Amax: float
-    """Upper limit of the wear-flat area."""
+    """Upper limit of the wear-flat area, fraction of the wheel surface."""
     Vchi: float
     """Volume over which waviness grows, mm3/mm."""
     ks: float
@@ -110,15 +110,15 @@ class StrokeParameters(NamedTuple):
     RaRef: float
     """Roughness scale of the wheel after the reference dress, um."""
     f0: float
-    """Floor of the roughness, over its scale."""
+    """Floor of the roughness, as a ratio to its scale."""
     f1: float
-    """Term of the roughness at the reference removal rate, over its scale."""
+    """Term of the roughness at the reference removal rate, as a ratio to its scale."""
     ra_scale: float
     """Factor of this very wheel and part on the roughness; 1 nominally."""
     cw: float
     """Share of the waviness that passes the roughness cut-off."""
     Ad: float
-    """Wear-flat area after the reference dress."""
+    """Wear-flat area after the reference dress, fraction of the wheel surface."""
     dd: float
     """Depth of the damaged layer that a dress has to remove, mm."""
     b0: float
@@ -126,9 +126,9 @@ class StrokeParameters(NamedTuple):
     nf: float
     """Exponent of the roughness that a dress leaves over its lead."""
     na: float
-    """Over its depth."""
+    """Exponent over its depth."""
     nw: float
-    """Over the blunting of the diamond, which smooths."""
+    """Exponent over the blunting of the diamond, which smooths."""
     qr: float
     """Effect of a rotary dresser's speed ratio on the roughness that it leaves; 1 for a diamond that stands."""
     qs: float
@@ -154,7 +154,8 @@ class StrokeParameters(NamedTuple):
 class StrokeConstants(NamedTuple):
     """What stays the same from stroke to stroke of a cycle, made of `StrokeParameters`, table speed and length.
 
-    `per_X` is 1/X: a division takes as long as ten multiplications. Fields without a text are those of the parameters.
+    `per_X` is 1/X: a division takes as long as ten multiplications. Fields without a text are those of
+    `StrokeParameters`.
     """
 
     n: float
@@ -166,7 +167,7 @@ class StrokeConstants(NamedTuple):
     pa: float
     """Wear-flat pressure on this material at zero curvature difference, N/mm2."""
     pb: float
-    """Its slope over 1/(de vs)."""
+    """Its slope over 1/(de vs), N/mm2 times mm times m/s."""
     AL: float
     kp: float
     mu: float
@@ -196,6 +197,7 @@ class StrokeConstants(NamedTuple):
     u0: float
     Bm: float
     per_G: float
+    """1/Gref, a ratio of volumes."""
     mG: float
     per_fc: float
     kf: float
@@ -203,7 +205,7 @@ class StrokeConstants(NamedTuple):
     per_Vt: float
     per_dr: float
     turned: float
-    """Revolutions of the wheel in a stroke, times diameter over wheel speed."""
+    """Revolutions of the wheel in a stroke, times diameter over wheel speed, mm/(m/s)."""
     kA: float
     kL: float
     Af: float
@@ -212,7 +214,7 @@ class StrokeConstants(NamedTuple):
     per_Vchi: float
     ks: float
     per_span: float
-    """1/(kr - ks)."""
+    """1/(kr - ks), no unit."""
     alw0: float
     RaRef: float
     f0: float
@@ -247,11 +249,11 @@ class StrokeResult(NamedTuple):
     load: float
     """Load of the spindle as its drive shows it, W: torque times the speed that is set; power unless it slows."""
     torque: float
-    """Torque over that at which the spindle stalls; from 1 on it has, and no other number of the stroke holds."""
+    """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
     T: float
     """Surface temperature rise, K."""
     eps: float
-    """Energy partition to the work."""
+    """Energy partition: share of the power that enters the work."""
     Br: float
     """Burn ratio: power over that at which the work burns (Malkin)."""
     G: float

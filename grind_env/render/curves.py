@@ -35,7 +35,7 @@ BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8
 
 
 class Limit(NamedTuple):
-    """A line across a panel."""
+    """A line across a panel; `value` is in the unit of the panel."""
 
     value: float
     text: str
@@ -60,9 +60,9 @@ class Curve:
         title: what it is.
         unit: of its values.
         color: of it in all pictures.
-        low: its value in each group; of single strokes the value itself, like the next two.
-        mean: likewise.
-        high: likewise.
+        low: its lowest value in each group, in `unit`; of single strokes the value itself, like the next two.
+        mean: its mean, in `unit`.
+        high: its highest, in `unit`.
         limits: lines to be drawn with it.
         downwards: whether larger values are drawn lower: a depth.
     """
@@ -94,12 +94,13 @@ class Picture:
 
     Attributes:
         axis: what the axis counts: `stroke` or `part`.
-        at: place of each group on it; that of a group of several is its middle.
-        edges: where groups begin, and the end of the last one, so that steps can be drawn.
+        at: place of each group on it, a number of strokes or parts; that of a group of several is its middle.
+        edges: where groups begin, in numbers of strokes or parts, and the end of the last one, so that steps can be
+            drawn.
         banded: whether a group is more than one stroke or part, so that a curve is a band.
         curves: from above.
         breaks: places before which curves are interrupted, by dresses and new parts.
-        dresses: place and seconds of each, where strokes are drawn one by one.
+        dresses: place and time, s, of each, where strokes are drawn one by one.
         spans: the blocks, likewise.
         parts: first stroke and number of each part, likewise.
         spark_out: whether each stroke sparks out, likewise.

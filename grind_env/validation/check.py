@@ -27,7 +27,7 @@ TREND = "band"
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """The numbers that are right: from `low` to `high`, both allowed."""
+    """The numbers that are right: from `low` to `high`, both allowed, in the unit of the check."""
 
     low: float
     high: float
@@ -78,7 +78,7 @@ class Check:
         band: within which it is right.
         measure: what takes it; raises a `GrindError` where the catalogue lacks what it needs.
         unit: of the number; "" without one.
-        measured: the number that was measured or published, where it is one number.
+        measured: the number that was measured or published, in `unit`, where it is one number.
         source: where the band or the measured number is from; `TREND` without a source.
     """
 
@@ -95,7 +95,7 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A check with the number of the model; NaN, and the reason, where there is none."""
+    """A check with `value`, the number of the model in its unit; NaN, and the reason, where there is none."""
 
     check: Check
     value: float

@@ -6,6 +6,7 @@ import itertools
 import re
 import textwrap
 from collections.abc import Callable, Iterator
+from dataclasses import is_dataclass
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -22,11 +23,18 @@ DOCS = Path(__file__).parents[2] / "docs"
 MODULES = sorted(set(re.findall(r"automodule:: (\S+)", "".join(page.read_text() for page in DOCS.glob("*/*.md")))))
 ARRAY = re.compile(r"ndarray|ArrayLike|_SupportsArray")
 SHAPE = re.compile(r"shape|Shape")
+NUMERIC = re.compile(r"^(?!.*Callable).*\b(float|ndarray)\b")
 UNIT = re.compile(
-    r"\b(mm\d?|um|s|W|K|J|N)\b|\$|1/|share|fraction|factor|ratio|exponent|over |area|clean|strength|friction|"
-    r"partition|slope",
-    re.IGNORECASE,
+    # N, J and K are words of a program, too: units behind a comma only
+    r"\b(mm[23]?|um|min)\b|(?<![\w'`])(s|k?W)\b|, [NJK]\b|\$|\bper minute\b|\bunits?\b|"
+    r"\b(?i:shares?|fraction|factors?|ratios?|exponent|probability|log of|index|indices|how many)\b|"
+    r"\b(?i:numbers? of)(?! the\b)|\b(?i:whether)\b|(\A|\bis |\bare )1 (if|for)\b"
 )
+"""Of a quantity, or what says that it is a count, a flag or a number without one."""
+ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
+"""A text that is no more than this makes an empty list on the site."""
+BEHIND = ("envs.blocks.tables", "envs.blocks.tape", "machine.cycle", "machine.script_tables", "machine.tally")
+"""Modules with the tables of the compiled loops, of which the pages speak."""
 PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
 DERIVED = {
     "cut_root",
@@ -88,6 +96,49 @@ def functions() -> list[Public]:
 FUNCTIONS = functions()
 
 
+def tables() -> list[type]:
+    """Named tuples and dataclasses that the pages show or speak of, and those of the package they inherit from."""
+    modules = [*MODULES, *(f"grind_env.{name}" for name in BEHIND)]
+    shown = (value for module in map(import_module, modules) for _, value in exported(module) if inspect.isclass(value))
+    kinds = dict.fromkeys(kind for each in shown for kind in each.__mro__ if kind.__module__.startswith("grind_env"))
+    return [kind for kind in kinds if is_dataclass(kind) or hasattr(kind, "_fields")]
+
+
+def quantities_of(table: type) -> list[str]:
+    """Names of the public fields with floats or arrays; the site prints the unit of an annotated `Quantity`."""
+    return [
+        name
+        for name, hint in inspect.get_annotations(table).items()
+        if NUMERIC.search(str(hint)) and not name.startswith("_") and "Quantity(" not in str(hint)
+    ]
+
+
+def own_texts(table: type) -> dict[str, str]:
+    """What stands below the fields of a table."""
+    body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
+    return {
+        field.target.id: text.value.value
+        for field, text in itertools.pairwise(body)
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
+
+
+def text_of(table: type, name: str) -> str:
+    """All that is said of a field: below it, in a section on attributes, or in sentences on fields that name it.
+
+    A table may say that fields without a text are those of another one, as they are or as 1/X in `per_X`.
+    """
+    introduction, *sections = re.split(r"^Attributes:\n", inspect.getdoc(table) or "", flags=re.MULTILINE)
+    said = [own_texts(table).get(name, "")]
+    said += re.findall(rf"^    {name}: (.*(?:\n {{8}}.*)*)", "".join(sections), flags=re.MULTILINE)
+    other = re.search(r"without a text are those of\s+`(\w+)`", introduction)
+    if other and not any(said):
+        return text_of(getattr(import_module(table.__module__), other[1]), name.removeprefix("per_"))
+    sentences = re.split(r"(?<=[.;])\s+", introduction)
+    said += [each for each in sentences if f"`{name}`" in each or each.startswith("All fields")]
+    return " ".join(filter(None, said))
+
+
 def test_there_is_something_to_look_at() -> None:
     assert len(MODULES) > 50 and len(FUNCTIONS) > 350
 
@@ -143,15 +194,19 @@ def test_functions_of_arrays_state_shapes() -> None:
 
 
 @pytest.mark.parametrize("table", PHYSICS, ids=lambda table: table.__name__)
-def test_every_quantity_of_the_process_has_a_unit(table: type) -> None:
-    body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
-    texts = {
-        field.target.id: text.value.value
-        for field, text in itertools.pairwise(body)
-        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
-    }
+def test_every_quantity_of_the_process_has_a_text_of_its_own(table: type) -> None:
+    texts = own_texts(table)
     assert texts.keys() == set(table._fields)
     assert [name for name, text in texts.items() if not UNIT.search(text)] == []
+
+
+def test_every_quantity_has_a_unit() -> None:
+    quantities = [(table, name) for table in tables() for name in quantities_of(table)]
+    assert len(quantities) > 500
+    assert [
+        f"{table.__name__}.{name}" for table, name in quantities if ENUMERATOR.fullmatch(text_of(table, name))
+    ] == []
+    assert [f"{table.__name__}.{name}" for table, name in quantities if not UNIT.search(text_of(table, name))] == []
 
 
 @pytest.mark.parametrize("name", [name for name in equations.__all__ if callable(getattr(equations, name))])

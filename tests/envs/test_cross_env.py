@@ -51,7 +51,9 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings
-    assert all("the spindle" in each for each in own.warnings)  # fast tables ask for more than its 5 kW
+    # fast tables ask for more than its 5 kW, and D may be 3 where a thin stock has 2 plunges
+    expected = ("the spindle", "asks for more dresses than the cycle has plunges")
+    assert all(any(words in each for words in expected) for each in own.warnings)
     # from the wheel and the parts that the seed draws, and from those of the environment
     for name in ("strokes", "dresses", "parts"):
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name

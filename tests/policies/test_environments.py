@@ -163,7 +163,8 @@ def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
     run = evaluate(Handbook(), simulation, range(4))
     assert np.nansum(run.executions, axis=1).tolist() == [3.0] * 4
     assert (run.executions[:, 0] == 1.0).all()
-    assert (run.speeds[~np.isnan(run.speeds)] == 12_000.0).all()
+    # 50 mm x 0.02 mm at 40 J/mm3 and 80 % of 5 kW
+    assert (run.speeds[~np.isnan(run.speeds)] == 6_000.0).all()
 
 
 def test_the_planner_plans_many_episodes_of_different_lengths_as_each_alone() -> None:

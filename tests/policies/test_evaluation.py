@@ -106,7 +106,7 @@ def test_an_evaluation_is_what_the_environment_says():
 
 def test_the_test_split_is_drawn_from_the_test_contexts():
     seed = episode_seeds("test", 1)[0]
-    (cost,) = evaluate(Handbook(), SIMULATION, [seed]).cost
+    (cost,) = evaluate(Fixed(12.0, 1), SIMULATION, [seed]).cost
     env = gym.make("grind/PowerLimited-v0")
     costs = {}
     for split in ("test", "train", None):
@@ -201,7 +201,9 @@ def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
 
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
-    assert np.array_equal(evaluate(Spy(sees), SIMULATION, [3, 4]).cost, evaluate(Handbook(), SIMULATION, [3, 4]).cost)
+    assert np.array_equal(
+        evaluate(Spy(sees), SIMULATION, [3, 4]).cost, evaluate(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
+    )
 
 
 def test_a_roll_out_leaves_the_episodes_as_they_are():

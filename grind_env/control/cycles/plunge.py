@@ -13,14 +13,15 @@ class PlungeCycle(NamedTuple):
     """What a G82 block asks for."""
 
     depth: float
+    """Total plunge depth, mm."""
     primary_pick: float
-    """J."""
+    """J, mm."""
     secondary_pick: float
-    """Q."""
+    """Q, mm."""
     at_depth: float
-    """Strokes at full depth: the coverage stroke and L."""
+    """Number of strokes at full depth: the coverage stroke and L."""
     executions: float
-    """D."""
+    """D, the number of auto-dresses."""
     pre_dress: float
     """1 for G82.1, else 0."""
 
@@ -29,15 +30,15 @@ class PlungeProgress(NamedTuple):
     """How far it has come."""
 
     reversal: float
-    """Strokes made, which is the number of the reversal point reached."""
+    """Number of strokes made, which is that of the reversal point reached."""
     depth: float
-    """Depth reached."""
+    """Depth reached, mm."""
     left: float
-    """Strokes to make at full depth."""
+    """Number of strokes to make at full depth."""
     dressed: float
-    """Auto-dresses that were due so far."""
+    """Number of auto-dresses that were due so far."""
     dresses: float
-    """Executions to run at this reversal, before the next stroke."""
+    """Number of executions to run at this reversal, before the next stroke."""
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:

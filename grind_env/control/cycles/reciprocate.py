@@ -19,9 +19,9 @@ class ReciprocationProgress(NamedTuple):
     """How far it has come."""
 
     reversal: float
-    """Strokes made, which is the number of the reversal point reached."""
+    """Number of strokes made, which is that of the reversal point reached."""
     dresses: float
-    """Executions to run at this reversal, before the next stroke."""
+    """Number of executions to run at this reversal, before the next stroke."""
 
     @property
     def depth(self) -> float:

@@ -14,20 +14,21 @@ class TraverseCycle(NamedTuple):
     """What a G83 block asks for."""
 
     depth: float
+    """Total plunge depth, mm."""
     primary_pick: float
-    """J."""
+    """J, mm."""
     secondary_pick: float
-    """Q."""
+    """Q, mm."""
     width: float
-    """From one end of the crossover to the other."""
+    """From one end of the crossover to the other, mm."""
     primary_cross_pick: float
-    """K in G17."""
+    """K in G17, mm."""
     secondary_cross_pick: float
-    """R."""
+    """R, mm."""
     at_depth: float
-    """Traverses at full depth: the coverage traverse and L."""
+    """Number of traverses at full depth: the coverage traverse and L."""
     executions: float
-    """D."""
+    """D, the number of auto-dresses."""
     pre_dress: float
     """1 for G83.1, else 0."""
 
@@ -36,21 +37,21 @@ class TraverseProgress(NamedTuple):
     """How far it has come."""
 
     reversal: float
-    """Strokes made, which is the number of the reversal point reached."""
+    """Number of strokes made, which is that of the reversal point reached."""
     plunges: float
-    """Plunge picks made."""
+    """Number of plunge picks made."""
     depth: float
-    """Depth reached."""
+    """Depth reached, mm."""
     crossed: float
-    """Way across since the last end."""
+    """Way across since the last end, mm."""
     forward: float
     """1 if it leads away from where the crossover began, else 0."""
     left: float
-    """Traverses to begin at full depth; -1 once the last one has ended."""
+    """Number of traverses to begin at full depth; -1 once the last one has ended."""
     dressed: float
-    """Auto-dresses that were due so far."""
+    """Number of auto-dresses that were due so far."""
     dresses: float
-    """Executions to run at this reversal, before the next stroke."""
+    """Number of executions to run at this reversal, before the next stroke."""
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> TraverseCycle:

@@ -17,7 +17,12 @@ COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
 
 
 class KindRow(NamedTuple):
-    """The numbers of a block kind that a step needs; see `tasks.Kind`."""
+    """The numbers of a block kind that a step needs; see `tasks.Kind`.
+
+    `stock`, `pick`, `width` and `length` are mm, `scrap` is $, `load` is s, the time to load the part. `sparkout` is
+    the number of strokes. `starts_part` and `ends_part` are 1 if so, else 0. The limits are `rise` in K, `power` in W,
+    `roughness` and `size` in um.
+    """
 
     stock: float
     pick: float
@@ -39,7 +44,12 @@ class KindRow(NamedTuple):
 
 
 class Shop(NamedTuple):
-    """The numbers of a task that are the same for all its blocks."""
+    """The numbers of a task that are the same for all its blocks.
+
+    `acceleration` is mm/s2, `dwell`, `dress_seconds` and `change_seconds` are s. `dress_passes` is the number of passes
+    of an execution, `dress_feed` is mm/s. `dress_depth`, of a pass, and `new_diameter` are mm. `hourly` is $/h,
+    `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and `change_price` are $.
+    """
 
     acceleration: float
     dwell: float
@@ -63,7 +73,12 @@ class Shop(NamedTuple):
 
 
 class ShopMemory(NamedTuple):
-    """What the shop floor remembers from block to block."""
+    """What the shop floor remembers from block to block.
+
+    `speed` is E in m/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
+    `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions`, of the last block,
+    `since_gauged`, `blocks_since_dress`, `dresses`, `parts` and `wheel_changes` are numbers of them.
+    """
 
     speed: float
     executions: float
@@ -75,7 +90,7 @@ class ShopMemory(NamedTuple):
     size_error: float
     roughness: float
     gauged: float
-    """Roughness gauged on the last gauged part, not yet known; negative if none."""
+    """Ratio to its limit of the roughness gauged on the last gauged part, not yet known; negative if none."""
     since_gauged: float
     volume: float
     """Depth by the pre-gauge times length ground since the last dress, mm3/mm."""
@@ -98,7 +113,11 @@ class ShopMemory(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one step gives back. Costs in $."""
+    """What one step gives back.
+
+    `time_cost`, `wheel_cost`, `dress_cost`, `scrap_cost`, `handover_cost` and `late_cost` are $.
+    `roughness` and `size_error` are um.
+    """
 
     time_cost: float
     wheel_cost: float
@@ -107,30 +126,31 @@ class Outcome(NamedTuple):
     handover_cost: float
     late_cost: float
     change_cost: float
-    """Price of a new wheel."""
+    """Price of a new wheel, $."""
     cost: float
     """Sum of the terms above, $."""
     reward: float
-    """Minus that sum over the reference cost of a block."""
+    """Ratio of minus that sum to the reference cost of a block."""
     good: float
     """Probability that the part that this block finished is good; 0 if it finished none."""
     finished: float
     """1 if the block finished a part."""
     seconds: float
-    """Time of the block, with loading and wheel change."""
+    """Time of the block, with loading and wheel change, s."""
     burn_ratio: float
-    """Of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
+    """Burn ratio of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
     rise: float
+    """Highest temperature rise that counts, K."""
     peak_power: float
     """Highest power that the spindle gave, W: at most its limit, however high its load."""
     peak_torque: float
-    """Over that at which the spindle stalls."""
+    """Ratio to that at which the spindle stalls."""
     roughness: float
     size_error: float
     power_ratio: float
-    """Highest load over the power limit."""
+    """Ratio of the highest load to the power limit."""
     roughness_ratio: float
-    """Ra of the surface over its limit; 0 where there is none."""
+    """Ratio of Ra of the surface to its limit; 0 where there is none."""
 
 
 read_kind, read_shop = column_reader(KindRow), column_reader(Shop)

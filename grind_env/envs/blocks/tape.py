@@ -34,23 +34,25 @@ class TapeRow(NamedTuple):
     ra_scale: float
     """Factor on the roughness, of wheel and part."""
     part_ra: float
-    """That of the part alone."""
+    """Factor on the roughness, of the part alone."""
     mean_noise: float
-    """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike."""
+    """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike; no unit."""
     first_noise: float
+    """Of the first power, likewise; no unit."""
     peak_noise: float
+    """Of the peak power, likewise; no unit."""
     size_noise: float
-    """Noise of the size gauge, likewise."""
+    """Noise of the size gauge, likewise; no unit."""
     roughness_noise: float
-    """Noise of the roughness gauge, likewise."""
+    """Noise of the roughness gauge, likewise; no unit."""
     wheel_noise: float
-    """Noise of the gauged wheel diameter, likewise."""
+    """Noise of the gauged wheel diameter, likewise; no unit."""
     material: float
     """Index of the material among `catalogue.materials`."""
     spare_kA: float
-    """`kA` after a wheel change; every wheel after the first has the factors of the spare wheel."""
+    """The factor `kA` after a wheel change; every wheel after the first has the factors of the spare wheel."""
     spare_ra_scale: float
-    """`ra_scale` after a wheel change."""
+    """The factor `ra_scale` after a wheel change."""
     due: float
     """Next due date, s after the start of the episode; 0 in a task without."""
     work: float
@@ -67,7 +69,12 @@ DUE, WORK, IS_DUE = (TapeRow._fields.index(name) for name in ("due", "work", "is
 
 
 class Sigmas(NamedTuple):
-    """`tasks.Spread`, and the drift that one of its numbers is relative to."""
+    """`tasks.Spread`, and the drift that one of its numbers is relative to.
+
+    `gauge` and `diamond_flat` are mm, `lot_probability` is a probability. `stock`, `measurement`, `lot_growth`,
+    `lot_pressure`, `wheel_growth`, `wheel_roughness`, `part_roughness`, `fracture_force`, `g_ratio`, `convection` and
+    `coolant_ageing` have no unit.
+    """
 
     stock: float
     gauge: float
@@ -84,7 +91,7 @@ class Sigmas(NamedTuple):
     coolant_ageing: float
     diamond_flat: float
     ageing: float
-    """Log convection lost with every part."""
+    """Log convection lost with every part, no unit."""
 
 
 @inlined

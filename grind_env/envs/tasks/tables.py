@@ -93,10 +93,10 @@ class TaskSetup:
         overrun: of the table beyond the part, on each side.
         load: time to load each part, the way of the wheel to it included.
         coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
-        wheel_overrides: values of the wheel that differ from its entry in the catalogue.
-        dresser_overrides: the same of the dresser.
-        fluid_overrides: the same of the fluid.
-        machine_overrides: the same of the machine.
+        wheel_overrides: values of the wheel that differ from its entry in the catalogue, in the units there.
+        dresser_overrides: the same of the dresser, in the units of its entry.
+        fluid_overrides: the same of the fluid, in the units of its entry.
+        machine_overrides: the same of the machine, in the units of its entry.
     """
 
     wheel: str = USUAL["wheel"]

@@ -30,7 +30,7 @@ class Advice:
     Attributes:
         block: number of the block, from 0.
         speed: E, mm/min.
-        executions: D.
+        executions: D, the number of auto-dresses.
         words: both as the program says them, in its units, by letter.
     """
 

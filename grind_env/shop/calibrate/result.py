@@ -31,11 +31,11 @@ class Estimate:
 
     Attributes:
         parameter: which one, with its value in the catalogue.
-        value: most probable; that of the catalogue if the measurements do not tell it.
-        low: lower end of the interval that holds it with 90 %.
-        high: upper end.
+        value: most probable, in the unit of the parameter; that of the catalogue if the measurements do not tell it.
+        low: lower end of the interval that holds it with 90 %, in that unit.
+        high: upper end, in that unit.
         told: whether the measurements tell it.
-        share: spread after measuring over that before.
+        share: ratio of the spread after measuring to that before.
     """
 
     parameter: Parameter
@@ -52,7 +52,8 @@ class HeldOut:
 
     Attributes:
         what: which these are.
-        errors: by kind of measurement, as of `fit.errors_of`: how many, the catalogue's error, that of the fit.
+        errors: by kind of measurement, in the units of `fit.errors_of`: how many, the catalogue's error,
+            that of the fit.
     """
 
     what: str
@@ -61,7 +62,7 @@ class HeldOut:
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Power of the idling spindle, W: its mean under the strokes and the lowest and highest of them."""
+    """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them."""
 
     mean: float
     low: float
@@ -82,11 +83,11 @@ class Calibration:
         data: the measurements.
         fit: what was found with all of them.
         label: of each measurement, such as `part 2, block 50, stroke 7`.
-        part: of each measurement, from 1; the setting of a table.
+        part: number of that of each measurement, from 1; the setting of a table.
         time: of each, s of the log; NaN for what was gauged.
-        errors: by kind of measurement, as of `fit.errors_of`.
+        errors: by kind of measurement, in the units of `fit.errors_of`.
         held_out: error on what took no part; None if there is too little.
-        quality: median correlation of the log with the program; NaN for a table.
+        quality: median correlation of the log with the program, no unit; NaN for a table.
         idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
         by_stroke: whether strokes have means of their own.
         remarks: what was made of the files and what was left out, as sentences.

@@ -59,7 +59,7 @@ Progress = Callable[[str, int], object]
 
 
 class ScriptRanges(NamedTuple):
-    """The lowest and the highest J, mm, and L that may be chosen; empty where they are not varied."""
+    """The lowest and the highest J, `picks` in mm, and L that may be chosen; empty where they are not varied."""
 
     picks: tuple[float, ...] = ()
     spark_outs: tuple[int, ...] = ()
@@ -76,7 +76,7 @@ class Problem(NamedTuple):
         seed: of lots and search.
         choices: what is varied.
         ranges: of J and L, as `trials_of` takes them.
-        margins: of the limits, shape (4,).
+        margins: of the limits, as shares of them, shape (4,).
         spread: factor on all that is random in the lots.
     """
 

@@ -54,7 +54,8 @@ class Quantity:
         before: with the program as it was.
         after: with other words.
         difference: after minus before, on the same lots.
-        expected: of the program as it was and with other words, on the expected lot, as `grind run` shows it.
+        expected: of the program as it was and with other words, on the expected lot, as `grind run` shows it,
+            in `unit`.
     """
 
     name: str
@@ -75,7 +76,7 @@ class LimitUse:
         unit: of it.
         margin: share of the limit that 95 of 100 parts must keep.
         before: share that 95 of 100 parts keep, with the program as it was.
-        after: the same with other words.
+        after: the same share with other words.
         price: $ a part that the best words without this limit save; None if that was not sought.
         binds: whether that is worth naming, beyond chance.
     """

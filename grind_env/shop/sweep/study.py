@@ -58,13 +58,13 @@ class SweepPoint:
         lead: mm a revolution; 0 without a dress program.
         depth: mm a pass; 0 without a dress program.
         cost: $ a part, with its 95 % interval.
-        seconds: of a part.
+        seconds: time of a part, s.
         Ra: um.
         power: highest, kW.
         rise: highest, K.
         size_error: um.
         scrap: share of the parts.
-        shares: of the limits power, temp, Ra and size, which 95 of 100 parts keep.
+        shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep.
     """
 
     E: float
@@ -212,9 +212,12 @@ class Setting(NamedTuple):
     """What is set at a point; None for what the program says."""
 
     E: float | None = None
+    """mm/min."""
     every: int | None = None
     lead: float | None = None
+    """mm a revolution."""
     depth: float | None = None
+    """mm a pass."""
 
 
 class _Study:
