@@ -28,7 +28,8 @@ class ModelPolicy:
         name: in tables.
 
     Raises:
-        GrindError: the model has no environment, one of another package, or one in which it sees or chooses what no policy does.
+        GrindError: the model has no environment, one of another package, or one in which it sees or chooses what no
+            policy does.
     """
 
     sees: ClassVar[Sees] = "measurements"
