@@ -1,10 +1,10 @@
 """What a dress program does to the wheel, read off its motions.
 
 A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
-Its infeed is what the plunge axis has moved since the pass before it; before the first pass, where the wheel
-also comes down to the diamond, it is the last plunge move, which must be a feed move of its own. A pass without an
-infeed and with another feed is the way back. Where no pass has an infeed, the dresser advances by itself, by what the
-job says.
+Its infeed is by how much it stands deeper than all passes before it; before the first pass, where the wheel also comes
+down to the diamond, it is the last plunge move, which must be a feed move of its own. A pass without an infeed and with
+another feed, or off the diamond, is the way back. Where no pass has an infeed, the dresser advances by itself, by what
+the job says.
 """
 
 import itertools
@@ -206,15 +206,16 @@ def measure_dress(
             number,
             f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
         )
-    later = [
-        abs(sum(_way(motion, plunge) for motion in out[before + 1 : after]))
-        for before, after in itertools.pairwise(passes)
-    ]
-    infeeds = [_first_infeed(out[: passes[0]], plunge, number, alone=max(later, default=0.0) < STEP), *later]
+    places = [traverse.end[plunge] for traverse in traverses]
+    first = _first_infeed(out[: passes[0]], plunge, number, alone=max(places) - min(places) < STEP)
+    towards = math.copysign(1.0, first if abs(first) >= STEP else places[-1] - places[0])
+    depths = [towards * place for place in places]
+    before = list(itertools.accumulate(depths, max))  # the deepest pass up to each
+    infeeds = [abs(first), *(after - old for old, after in itertools.pairwise(before))]
     at_work = [
         k
         for k, (infeed, traverse) in enumerate(zip(infeeds, traverses, strict=True))
-        if infeed >= STEP or traverse.feed == traverses[0].feed
+        if infeed >= STEP or (depths[k] > before[k] - STEP and traverse.feed == traverses[0].feed)
     ]
     passes, traverses, infeeds = (
         [passes[k] for k in at_work],
@@ -302,12 +303,12 @@ def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
 
 
 def _first_infeed(approach: Sequence[Motion], plunge: int, number: int, *, alone: bool) -> float:
-    """Infeed before the first pass, mm; `alone` where no other pass has one, so that this one need not, either."""
+    """Infeed before the first pass, mm, with its sign; `alone` where no other has one, so that this one need not."""
     moved = next((motion for motion in reversed(approach) if abs(_way(motion, plunge)) >= STEP), None)
     if moved is None:
         return 0.0
-    way = abs(_way(moved, plunge))
-    if not isinstance(moved, Rapid) and math.dist(moved.start, moved.end) <= way + STEP:
+    way = _way(moved, plunge)
+    if not isinstance(moved, Rapid) and math.dist(moved.start, moved.end) <= abs(way) + STEP:
         return way
     if alone:
         return 0.0

@@ -133,6 +133,16 @@ def test_a_way_back_with_another_feed_is_no_pass() -> None:
     assert found[:3] == (2, 5.0, pytest.approx(0.015))
 
 
+@pytest.mark.parametrize("back", ["300.", "900."])
+@pytest.mark.parametrize("sign", ["-", ""], ids=["the wheel comes down", "overhead"])
+def test_a_way_back_off_the_diamond_is_no_pass(sign: str, back: str) -> None:
+    out = "" if sign else "-"
+    way = f"Y{out}2. F900.\nZ-30. F{back}\nY{sign}2.01 F60.\nZ30. F300."
+    found = plan(f"G91 G01 Y{sign}.02 F60.\nZ30. F300.\n{way}\n{way}")
+    # infeeds of 20, 10 and 10 um
+    assert found[:3] == (3, 5.0, pytest.approx(0.04 / 3.0))
+
+
 def test_what_a_dresser_is_taken_to_advance_is_told_until_the_job_says_it() -> None:
     text = PLATE.replace("N5 G91 G01 Y-.02 F60.\nN6 Z35. F191.", "N6 G91 G01 Z35. F191.").replace("N7 Y-.02 F60.\n", "")
     told, removed = {}, {}
