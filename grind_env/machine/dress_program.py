@@ -118,35 +118,6 @@ def run_dress(
     return measure_dress(motions, number, job, axis, control, modes)
 
 
-def plan_dress(
-    programs: Programs,
-    number: int,
-    job: Job,
-    control: Control,
-    position: Position,
-    axis: int,
-    modes: Modes | None = None,
-) -> DressPlan:
-    """What one execution of a dress program amounts to; arguments and errors as for `run_dress`."""
-    return run_dress(programs, number, job, control, position, axis, modes).plan
-
-
-def is_dress_program(
-    programs: Programs,
-    number: int,
-    job: Job,
-    control: Control,
-    position: Position,
-    axis: int,
-    modes: Modes | None = None,
-) -> bool:
-    """Whether a program that no cycle names moves as a dress program does; arguments as for `run_dress`."""
-    try:
-        return not run_dress(programs, number, job, control, position, axis, modes).advances
-    except DressProgramError:
-        return False
-
-
 class PlainCall(NamedTuple):
     """Where M98 calls a program."""
 

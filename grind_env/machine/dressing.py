@@ -12,8 +12,8 @@ from grind_env.control.control import ORIGIN, WHEEL_RADIUS
 from grind_env.control.modal_state import Modes
 from grind_env.machine.dress_program import (
     DressPlan,
+    DressProgramError,
     DressRun,
-    is_dress_program,
     is_same,
     measure_dress,
     missed_pass,
@@ -150,13 +150,17 @@ class DressPrograms:
         parts = set(self.plans)
         while more := {call.called for call in calls if call.caller in parts} - parts:
             parts |= more
-        job, control = self.job, self.control
         for caller, line, number in calls:
-            known = number in self.plans
-            if caller not in parts and (
-                known or is_dress_program(self.programs, number, job, control, position, axis, self._modes)
-            ):
+            if caller not in parts and (number in self.plans or self._would_dress(number, position, axis)):
                 yield line, number
+
+    def _would_dress(self, number: int, position: Position, axis: int) -> bool:
+        """Whether a program that no cycle names moves as a dress program does."""
+        try:
+            run = run_dress(self.programs, number, self.job, self.control, position, axis, self._modes)
+        except DressProgramError:
+            return False
+        return not run.advances
 
     def _missed(self, run: DressRun) -> Motion | None:
         diamond, wheel = self.job.diamond, self.job.setup.wheel

@@ -5,7 +5,7 @@ import pytest
 from grind_env.control import Control, read
 from grind_env.control.modal_state import Modes
 from grind_env.errors import GrindError
-from grind_env.machine.dress_program import DressPlan, DressProgramError, plan_dress, run_dress
+from grind_env.machine.dress_program import DressPlan, DressProgramError, run_dress
 from grind_env.machine.grind import grind
 from tests.machine.harness import DRESS, job
 from tests.shop.programs import PLATE
@@ -16,7 +16,7 @@ CONTROL = Control(acceleration=1000.0, rapid_feed=15_000.0)
 
 def plan(body: str, dress_setup: float = 8.0) -> DressPlan:
     text = f"M30\nO9100\nG71 G90 G94\n{body}\nM99\n"
-    return plan_dress(read(text), 9100, job(dress_setup=dress_setup), CONTROL, AT_PRIMARY, 0)
+    return run_dress(read(text), 9100, job(dress_setup=dress_setup), CONTROL, AT_PRIMARY, 0).plan
 
 
 def seconds(length: float, feed: float) -> float:
@@ -26,7 +26,7 @@ def seconds(length: float, feed: float) -> float:
 
 
 def test_passes_feed_depth_and_time_of_the_usual_program() -> None:
-    found = plan_dress(read("M30" + DRESS), 9100, job(dress_setup=8.0), CONTROL, AT_PRIMARY, 0)
+    found = run_dress(read("M30" + DRESS), 9100, job(dress_setup=8.0), CONTROL, AT_PRIMARY, 0).plan
     assert found.passes == 2
     assert found.feed == pytest.approx(191.0 / 60.0)
     assert found.depth == pytest.approx(0.020)
@@ -90,7 +90,7 @@ def test_a_wider_wheel_needs_a_longer_traverse() -> None:
     assert plan(body).passes == 1
     wide = job(setup={"wheel": dataclasses.replace(job().setup.wheel, width=65.0)})
     with pytest.raises(DressProgramError, match="65 mm along Z"):
-        plan_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, wide, CONTROL, AT_PRIMARY, 0)
+        run_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, wide, CONTROL, AT_PRIMARY, 0)
 
 
 @pytest.mark.parametrize(
@@ -160,4 +160,4 @@ def test_a_dress_without_f_needs_one_of_its_caller() -> None:
     with pytest.raises(DressProgramError, match=r"O9100: it fails: .*G01 is commanded without F"):
         plan(body)
     programs, modes = read(f"M30\nO9100\n{body}\nM99\n"), Modes(feed=300.0)
-    assert plan_dress(programs, 9100, job(), CONTROL, AT_PRIMARY, 0, modes).feed == 5.0
+    assert run_dress(programs, 9100, job(), CONTROL, AT_PRIMARY, 0, modes).plan.feed == 5.0

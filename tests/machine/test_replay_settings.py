@@ -15,7 +15,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
 from grind_env.machine.choice import SettingsError
-from grind_env.machine.dress_program import plan_dress
+from grind_env.machine.dress_program import run_dress
 from grind_env.machine.mounting import first_wheel, new_wheel
 from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
@@ -175,7 +175,7 @@ def test_the_program_itself_has_settings_for_each_block() -> None:
     cycles = PLUNGE + BACK + G81
     script = script_of(read(written(cycles)), job(stock=0.1))
     first, second = (BlockSettings(*row) for row in tables_of(script).own.tolist())
-    plan = plan_dress(script.programs, 9100, script.job, script.job.control, script.blocks[0].start, 0)
+    plan = run_dress(script.programs, 9100, script.job, script.job.control, script.blocks[0].start, 0).plan
     assert first[:4] == (12_000.0, 0.0, 0.01, 1.0) and first[4:] == (2.0, plan.feed, plan.depth, plan.seconds)
     assert second.J == second.L == second.D == 0.0
 
@@ -259,9 +259,8 @@ def test_a_new_wheel_is_dressed_as_the_block_that_found_the_old_one_worn() -> No
     chosen = simulation.own_settings(episodes)
     chosen[1] = BlockSettings(*chosen[1].tolist())._replace(dress_depth=0.04)
     simulation.step(episodes, chosen[:, 0], np.ones(2), settings=chosen)
-    dress = plan_dress(
-        read(f"M30\nO9100\n{back_and_forth(2, 191, 40)}\nM99\n"), 9100, worn, worn.control, (0.0, 0.0, 0.0), 0
-    )
+    programs = read(f"M30\nO9100\n{back_and_forth(2, 191, 40)}\nM99\n")
+    dress = run_dress(programs, 9100, worn, worn.control, (0.0, 0.0, 0.0), 0).plan
     wheels = [WheelState(*row) for row in episodes.wheels.tolist()]
     assert all(wheel.ds == worn.setup.wheel.diameter for wheel in wheels)
     expected = new_wheel(worn, wheels[1], dress, worn.parameters)

@@ -142,7 +142,7 @@ def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
 
 def test_a_record_has_no_other_table(record: GrindingRecord) -> None:
     with pytest.raises(RecordError, match=r"'cost'.*strokes, dresses, parts"):
-        record.to_dataframe("cost")  # type: ignore[arg-type]
+        record.to_dataframe("cost")
 
 
 def test_a_program_shows_its_text_escaped_with_the_numbers_of_its_lines() -> None:
@@ -182,7 +182,7 @@ def test_a_task_shows_its_kinds_of_block(name: str) -> None:
 def test_the_page_of_a_task_is_that_of_its_id_and_of_a_file_all_that_it_says(tmp_path: Path) -> None:
     task = grind_env.load_task("slot")
     assert task.page() == page("grind/Slot-v0")
-    assert task.page()._repr_markdown_() == task.page()  # type: ignore[attr-defined]
+    assert task.page()._repr_markdown_() == task.page()
     file = tmp_path / "mine.toml"
     file.write_text('base = "slot"\nblocks = 6\n', encoding="utf-8")
     assert "\nblocks = 6\n" in grind_env.load_task(str(file)).page()
@@ -245,7 +245,7 @@ def test_plots_are_figures_whose_axes_have_units_and_that_a_notebook_shows(
 ) -> None:
     pytest.importorskip("matplotlib")
     for figure in (record.plot(), swept.plot()):
-        assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+        assert figure._repr_png_().startswith(b"\x89PNG")
         labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
         assert all(", " in label or "$" in label or "%" in label or label == "burn ratio" for label in labels), labels
 

@@ -20,7 +20,7 @@ from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.machine.cycle import PartState
-from grind_env.machine.dress_program import plan_dress
+from grind_env.machine.dress_program import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times, WheelStart
 from grind_env.process.state import WheelState
 from grind_env.process.tables import wrong
@@ -187,7 +187,7 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     depth = min(kinds[0].pick, kinds[0].stock) if first is None else first
     position = (-task.setup.overrun, -depth, 0.0)
     programs = read("\n".join(["M30", *dress_program(task)]))
-    motions = plan_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS)
+    motions = run_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS).plan
     beyond = task.dress_seconds - motions.seconds
     if beyond < 0.0:
         least = task.dress.setup - beyond
