@@ -3,14 +3,15 @@
     python -m tests.behaviour.record [NAME ...]
 
 A name is that of a registered id or of a part program, such as `PowerLimited-v0` or `plate_g82`; without names all are
-recorded. What has moved, and by how much at most, is printed for the line that such a change gets in CHANGELOG.md. An
-environment that moves is a task of another `TASK_VERSION`: agents have been trained on every entry and every bit of it.
+recorded. What has moved, and by how much at most, is printed for the line that such a change gets in CHANGELOG.md;
+columns that are only new are told apart from it. An environment that moves is a task of another `TASK_VERSION`: agents
+have been trained on every entry and every bit of it.
 """
 
 import sys
 
 from tests.behaviour import environments, programs
-from tests.behaviour.tables import RECORDS, Tables, changes, load, save
+from tests.behaviour.tables import RECORDS, Tables, additions, changes, load, save
 from tests.envs.harness import every_id
 
 
@@ -33,10 +34,12 @@ def main(names: list[str]) -> int:
         return 2
     for name in names or known:
         tables = found(name)
-        moved = changes(load(name), tables, programs.TOLERANCES.get(name, 0.0))
-        if moved:
+        was = load(name)
+        moved, new = changes(was, tables, programs.TOLERANCES.get(name, 0.0)), additions(was, tables)
+        if moved or new:
             save(name, tables)
-        print("\n  ".join([f"{name}: {'recorded anew' if moved else 'as recorded'}", *moved]))
+        state = "recorded anew" if moved else "as recorded, with more columns" if new else "as recorded"
+        print("\n  ".join([f"{name}: {state}", *moved, *new]))
     for path in () if names else RECORDS.glob("*.npz"):
         if path.stem not in known:
             path.unlink()

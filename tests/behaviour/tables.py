@@ -83,10 +83,23 @@ def changes(recorded: Tables, found: Tables, tolerance: float = 0.0) -> list[str
     return said
 
 
+def additions(recorded: Tables, found: Tables) -> list[str]:
+    """What is found of a table beyond what was recorded of it: behaviour that nobody depends on yet."""
+    both = [name for name in recorded if name in found]
+    columns = {name: recorded[name].dtype.names or () for name in both}
+    return [
+        f"{name}: {column} is new"
+        for name in both
+        for column in found[name].dtype.names or ()
+        if column not in columns[name]
+    ]
+
+
 def differences(recorded: Table, found: Table, tolerance: float = 0.0) -> list[str]:
     """What differs between two tables, a sentence a column: where first, and by how much at most.
 
-    What differs first comes first, for it is nearer to the cause.
+    What differs first comes first, for it is nearer to the cause. Columns that are new are no difference; `additions`
+    names them.
 
     Args:
         recorded: what was.
@@ -95,7 +108,6 @@ def differences(recorded: Table, found: Table, tolerance: float = 0.0) -> list[s
     """
     was, now = recorded.dtype.names or (), found.dtype.names or ()
     said = [f"{name} is no longer there" for name in was if name not in now]
-    said += [f"{name} is new" for name in now if name not in was]
     both = [name for name in was if name in now]
     if both != [name for name in now if name in was]:
         said.append("the columns are in another order")

@@ -9,7 +9,7 @@ import pytest
 from grind_env.control import Event, Motion, Source
 from grind_env.control.modes import ACTIONS, CYCLES, SWITCHES
 from tests.behaviour.programs import TOLERANCES, programs, recorded
-from tests.behaviour.tables import changes, load
+from tests.behaviour.tables import additions, changes, load
 
 pytestmark = pytest.mark.bits
 
@@ -21,6 +21,11 @@ M_CODES = {"M00", "M01", "M02", "M30", "M98", "M99", "M800", "M801", "M900", "M9
 def test_a_program_does_what_was_recorded(name: str) -> None:
     moved = changes(load(name), recorded(name), TOLERANCES.get(name, 0.0))
     assert not moved, "\n".join([f"{name} does not do what was recorded (python -m tests.behaviour.record):", *moved])
+
+
+@pytest.mark.parametrize("name", ["plunge", "grooving_wheel"])
+def test_what_is_new_of_a_program_is_recorded_before_anything_depends_on_it(name: str) -> None:
+    assert additions(load(name), recorded(name)) == [], "python -m tests.behaviour.record"
 
 
 def tables_of(part: str) -> list[Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.behaviour import record, tables
-from tests.behaviour.tables import Table, changes, differences, load, save, table
+from tests.behaviour.tables import Table, additions, changes, differences, load, save, table
 
 ROWS = [{"step": k, "text": f"N{k}", "power": 100.0 + k, "wear": 0.0 if k else None} for k in range(5)]
 RECORDED = table(ROWS)
@@ -40,7 +40,6 @@ def test_a_moved_number_is_named_with_its_first_row_and_the_largest_relative_dif
         ({"power": math.inf}, "was 101.0, is inf"),
         ({"power": "much"}, "power differs in 5 of 5 rows, first at step 0: was 100.0, is '100.0'"),
         ({"wear": -0.0}, "was 0.0, is -0.0"),
-        ({"heat": 1.0}, "heat is new"),
     ],
 )
 def test_no_change_of_a_cell_is_overlooked(values: dict[str, object], said: str) -> None:
@@ -53,6 +52,13 @@ def test_rows_and_columns_that_come_or_go_are_named() -> None:
     assert differences(RECORDED, RECORDED[["step", "text", "wear"]]) == ["power is no longer there"]
     assert differences(RECORDED, RECORDED[["step", "power", "text", "wear"]]) == ["the columns are in another order"]
     assert changes({"a": RECORDED}, {"b": RECORDED}) == ["a: is recorded, but no longer there", "b: is not recorded"]
+
+
+def test_what_is_new_is_told_apart_from_what_has_moved() -> None:
+    hotter = changed(1, heat=1.0)
+    assert differences(RECORDED, hotter) == []
+    assert additions({"a": RECORDED}, {"a": hotter, "b": hotter}) == ["a: heat is new"]
+    assert differences(RECORDED, changed(1, heat=1.0, power=0.0)) and additions({"a": hotter}, {"a": RECORDED}) == []
 
 
 def test_what_differs_first_comes_first_and_what_is_not_shown_is_counted() -> None:
@@ -77,6 +83,7 @@ def test_a_record_is_written_on_purpose_and_says_what_moved(
 ) -> None:
     monkeypatch.setattr(tables, "RECORDS", tmp_path)
     assert load("keyway_g81") == {} and record.main(["keyway_g81"]) == 0
+    assert "recorded anew" in capsys.readouterr().out
     first = (tmp_path / "keyway_g81.npz").read_bytes()
     was = load("keyway_g81")
     was["as it is: strokes"]["power"] *= 2.0
@@ -85,6 +92,14 @@ def test_a_record_is_written_on_purpose_and_says_what_moved(
     assert record.main(["keyway_g81"]) == 0
     assert "as it is: strokes: power differs in" in capsys.readouterr().out
     assert (tmp_path / "keyway_g81.npz").read_bytes() == first
+    was = load("keyway_g81")
+    was["as it is: strokes"] = was["as it is: strokes"][
+        [name for name in was["as it is: strokes"].dtype.names if name != "power"]
+    ]
+    save("keyway_g81", was)
+    assert record.main(["keyway_g81"]) == 0
+    told = capsys.readouterr().out
+    assert "as recorded, with more columns" in told and "as it is: strokes: power is new" in told
     assert record.main(["keyway_g82"]) == 2 and "there is no keyway_g82" in capsys.readouterr().err
 
 
