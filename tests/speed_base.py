@@ -1,7 +1,7 @@
 """Speed beside that of an older commit, in turn: `make speed BASE=<commit>`.
 
-Both trees are measured by fresh processes, one after the other and again; the shortest CPU times count. What is called
-is what users call, so that old commits can be measured, too.
+Both trees are measured by fresh processes, one after the other and again; the shortest CPU times count. What is
+measured is in `speed_public`, of this tree for both. `make speed BASE=HEAD` shows how much the machine itself varies.
 """
 
 import json
@@ -15,54 +15,14 @@ from rich.console import Console
 from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
-ROUNDS = 5
+ROUNDS, COLD_ROUNDS = 5, 1
 
-MEASURE = """
-import json, os, subprocess, sys, time
-from pathlib import Path
-import gymnasium as gym
-import numpy as np
-import grind_env
-from grind_env.machine.batch import grind_cycles
-from tests.speed import cycles
-
-found = {}
-
-def seconds(call, *arguments):
-    begin = time.process_time()
-    call(*arguments)
-    return time.process_time() - begin
-
-def cycle(name, n, repeats):
-    tables = cycles(n)
-    strokes = grind_cycles(*(table.copy() for table in tables))
-    strokes = (strokes[0] if isinstance(strokes, tuple) else strokes)["strokes"].sum()
-    best = min(seconds(grind_cycles, *(table.copy() for table in tables)) for _ in range(repeats))
-    found[name] = 1e9 * best / strokes
-
-def step(name, env_id, n, steps):
-    env = gym.make_vec(env_id, num_envs=n, autoreset_mode="SameStep")
-    env.reset(seed=0)
-    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (steps, *env.action_space.shape)).astype(np.float32)
-    env.step(actions[0])
-    found[name] = 1e6 * sum(seconds(env.step, action) for action in actions) / (steps * n)
-
-for n, repeats in ((256, 20), (4096, 5), (65536, 2)):
-    cycle(f"G82 cycles, N = {n}: ns a stroke", n, repeats)
-for n, steps in ((1024, 60), (65536, 4)):
-    step(f"PowerLimited, N = {n}: us a step", "grind/PowerLimited-v0", n, steps)
-for name, steps in (("Reciprocation", 60), ("Stroke", 10), ("WidePlates", 2), ("Job", 2)):
-    step(f"{name}, N = 256: us a step", f"grind/{name}-v0", 256, steps)
-plate = Path(grind_env.__file__).parent / "examples" / "plate_g82.nc"
-subprocess.run([sys.executable, "-m", "grind_env", "run", plate], check=True, stdout=subprocess.DEVNULL)
-found["grind run of one plate: s"] = sum(os.times()[2:4])  # of this child, the only one
-print(json.dumps(found))
-"""
+SCRIPT = Path(__file__).with_name("speed_public.py")
 
 
-def measured(tree: Path) -> dict[str, float]:
-    """What a fresh process measures of a tree."""
-    command = [sys.executable, "-c", MEASURE]
+def measured(tree: Path, *arguments: str) -> dict[str, float]:
+    """What a fresh process measures of a tree; imports are looked for in the folder that it stands in."""
+    command = [sys.executable, "-c", SCRIPT.read_text(encoding="utf-8"), *arguments]
     environment = {**os.environ, "PYTHONPATH": str(tree)}
     run = subprocess.run(command, cwd=tree, env=environment, check=True, stdout=subprocess.PIPE, text=True)
     found: dict[str, float] = json.loads(run.stdout.splitlines()[-1])
@@ -76,9 +36,9 @@ def table(base: str) -> Table:
         tree = Path(folder) / "base"
         subprocess.run(["git", "-C", ROOT, "worktree", "add", "--quiet", "--detach", tree, base], check=True)
         try:
-            for _ in range(ROUNDS):
+            for arguments in [()] * ROUNDS + [("cold",)] * COLD_ROUNDS:
                 for name, place in ((base, tree), ("now", ROOT)):
-                    for measure, value in measured(place).items():
+                    for measure, value in measured(place, *arguments).items():
                         best[name][measure] = min(value, best[name].get(measure, value))
         finally:
             subprocess.run(["git", "-C", ROOT, "worktree", "remove", "--force", tree], check=True)

@@ -83,8 +83,10 @@ def vector_episode(
         for k, action in enumerate(actions):
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
             choices = step.Choices(*env.codec.decode(action), nothing)
-            step.prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, cycles, parameters)
             results[:] = 0.0
+            step.prepare(
+                tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, cycles, parameters, results
+            )
             cores[k] = min(cores[k], seconds(clock, kernel))
             episodes.wheels[:], episodes.parts[:] = wheels, parts
             steps[k] = min(steps[k], seconds(clock, env.step, action))
