@@ -71,6 +71,33 @@ def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any]
     return _stores(write, record, ROWS, _in_row(fields))
 
 
+def replacer(record: type[Any], *names: str) -> Callable[[Any, tuple[Any, ...]], Any]:
+    """Compiled `replace(old, numbers) -> record` with other numbers in the fields of these names, in this order.
+
+    numba knows no `_replace`.
+    """
+    fields = tuple(record._fields.index(name) for name in names)
+
+    def replace(old: Any, numbers: tuple[Any, ...]) -> Any:
+        return old._replace(**dict(zip(names, numbers, strict=True)))
+
+    def typed(old: Any, numbers: Any) -> Any:
+        same = isinstance(old, types.NamedUniTuple) and old.instance_class is record
+        return old if same and isinstance(numbers, types.BaseTuple) and len(numbers) == len(names) else None
+
+    def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind, kinds = sig.args[0].dtype, sig.args[1]
+        found = cgutils.unpack_tuple(builder, arguments[0])
+        numbers = cgutils.unpack_tuple(builder, arguments[1])
+        for field, number, given in zip(fields, numbers, kinds, strict=True):
+            found[field] = context.cast(builder, number, given, kind)
+        return context.make_tuple(builder, sig.return_type, found)
+
+    type_callable(replace)(lambda _: typed)
+    lower_builtin(replace, types.BaseTuple, types.BaseTuple)(lower)
+    return replace
+
+
 def _lane_fields(record: type[Any], first_row: int, lanes: int) -> tuple[int, ...]:
     """Where the fields of lane 0 lie in the buffer."""
     return tuple((first_row + k) * lanes for k in range(len(record._fields)))

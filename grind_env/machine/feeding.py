@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.courses import Course
 from grind_env.machine.cycle import stroke_seconds
 from grind_env.machine.rules import travelled
@@ -114,6 +114,9 @@ class FeedProgress(NamedTuple):
 
 
 read_motion, write_motion = column_reader(Motion), column_writer(Motion)
+after_stroke = replacer(FeedProgress, "reversal", "dresses", "begins", "middle", "ends", "gauged")
+at_stroke = replacer(FeedProgress, "dresses", "begins", "middle", "ends", "row", "over", "gauged_at", "gauged")
+in_motion = replacer(FeedProgress, *(name for name in Motion._fields if name in FeedProgress._fields))
 
 
 @inlined
@@ -152,27 +155,8 @@ def begin(cycle: Feeding) -> FeedProgress:
 def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
     """After the next stroke."""
     begins = progress.ends
-    return FeedProgress(
-        reversal=progress.reversal + 1.0,
-        dresses=0.0,
-        begins=begins,
-        middle=begins + cycle.middle,
-        ends=begins + cycle.stroke_seconds,
-        row=progress.row,
-        over=progress.over,
-        begin=progress.begin,
-        end=progress.end,
-        depth=progress.depth,
-        way=progress.way,
-        cross=progress.cross,
-        cross_way=progress.cross_way,
-        path=progress.path,
-        rate=progress.rate,
-        last_begin=progress.last_begin,
-        acceleration=progress.acceleration,
-        gauged_at=progress.gauged_at,
-        gauged=0.0,
-    )
+    ends = begins + cycle.stroke_seconds
+    return after_stroke(progress, (progress.reversal + 1.0, 0.0, begins, begins + cycle.middle, ends, 0.0))
 
 
 @inlined
@@ -217,27 +201,9 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
     gauged = 1.0 if over > 0.0 or ends > progress.gauged_at else 0.0
     gauged = gauged if progress.gauged_at < math.inf else 0.0
     gauged_at = math.inf if gauged > 0.0 else progress.gauged_at
-    found = FeedProgress(
-        reversal=progress.reversal,
-        dresses=dresses,
-        begins=begins,
-        middle=begins + wait,
-        ends=ends,
-        row=float(row),
-        over=over,
-        begin=motion.begin,
-        end=motion.end,
-        depth=motion.depth,
-        way=motion.way,
-        cross=motion.cross,
-        cross_way=motion.cross_way,
-        path=motion.path,
-        rate=motion.rate,
-        last_begin=motion.last_begin,
-        acceleration=progress.acceleration,
-        gauged_at=gauged_at,
-        gauged=gauged,
-    )
+    found = at_stroke(progress, (dresses, begins, begins + wait, ends, float(row), over, gauged_at, gauged))
+    path = motion.begin, motion.end, motion.depth, motion.way, motion.cross, motion.cross_way, motion.path, motion.rate
+    found = in_motion(found, (*path, motion.last_begin))
     return found, waited
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
+from grind_env.kernel.columns import replacer
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import grind_stroke, stroke_constants
@@ -60,6 +61,11 @@ class Contact(NamedTuple):
     """Sum over them of the roughness beyond that of the first zone, um."""
 
 
+seen = replacer(Contact, "strips", "S", "Rs", "reached")
+cutting = replacer(Contact, "engaged", "S_offset", "Rs_offset")
+left = replacer(Zone, "S", "Rs", "reached")
+
+
 @inlined
 def contact_at(tip: float) -> Contact:
     """The wheel at a depth, before any zone has been looked at."""
@@ -82,16 +88,7 @@ def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
     Rs = zone.Rs if first else contact.Rs
     S = min(contact.S, zone.S) if under else contact.S
     reached = min(contact.reached, zone.reached) if under else contact.reached
-    return Contact(
-        tip=contact.tip,
-        strips=contact.strips + zone.strips,
-        S=S,
-        Rs=Rs,
-        reached=reached,
-        engaged=contact.engaged,
-        S_offset=contact.S_offset,
-        Rs_offset=contact.Rs_offset,
-    )
+    return seen(contact, (contact.strips + zone.strips, S, Rs, reached))
 
 
 @inlined
@@ -110,16 +107,7 @@ def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
     S_more = zone.strips * (zone.S - contact.S) if cut else 0.0
     Rs_more = zone.strips * (zone.Rs - contact.Rs) if cut else 0.0
     more = zone.strips if cut else 0.0
-    return Contact(
-        tip=contact.tip,
-        strips=contact.strips,
-        S=contact.S,
-        Rs=contact.Rs,
-        reached=contact.reached,
-        engaged=contact.engaged + more,
-        S_offset=contact.S_offset + S_more,
-        Rs_offset=contact.Rs_offset + Rs_more,
-    )
+    return cutting(contact, (contact.engaged + more, contact.S_offset + S_more, contact.Rs_offset + Rs_more))
 
 
 @inlined
@@ -143,7 +131,7 @@ def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, 
     S = zone.S + ae if cut else zone.S
     Rs = surface_roughness(zone.Rs, Rg, ae, cut & (tip > zone.S))
     reached = max(zone.reached, Z) if under else zone.reached
-    return Zone(S=S, Rs=Rs, reached=reached, centre=zone.centre, strips=zone.strips)
+    return left(zone, (S, Rs, reached))
 
 
 @inlined

@@ -6,6 +6,7 @@ The compiled loops, the run of a program and the episodes of every environment c
 from typing import NamedTuple
 
 from grind_env.kernel import inlined
+from grind_env.kernel.columns import replacer
 from grind_env.process.cost import STALL
 from grind_env.process.state import StrokeResult
 
@@ -77,6 +78,9 @@ NOTHING = Tally(*[0.0] * len(Tally._fields))
 """Before the first stroke."""
 NO_PLUNGES = Plunges(*[0.0] * len(Plunges._fields))
 """After a dress."""
+
+with_dress = replacer(Tally, "seconds", "dresses", "dressed_off")
+without_last = replacer(Tally, *Plunges._fields, "deepened")
 
 
 @inlined
@@ -196,25 +200,5 @@ def count_stroke(
 @inlined
 def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
     """Count a dress execution of some s that took `removed` mm3 off the wheel; the last plunges are counted anew."""
-    return Tally(
-        seconds=tally.seconds + seconds,
-        strokes=tally.strokes,
-        dresses=tally.dresses + 1.0,
-        first_power=tally.first_power,
-        first_count=tally.first_count,
-        power_1=0.0,
-        power_2=0.0,
-        power_3=0.0,
-        power_4=0.0,
-        power_5=0.0,
-        power_6=0.0,
-        last_count=0.0,
-        deepened=0.0,
-        peak_load=tally.peak_load,
-        peak_torque=tally.peak_torque,
-        plunge_rise=tally.plunge_rise,
-        finish_rise=tally.finish_rise,
-        burn_ratio=tally.burn_ratio,
-        worn=tally.worn,
-        dressed_off=tally.dressed_off + removed,
-    )
+    numbers = tally.seconds + seconds, tally.dresses + 1.0, tally.dressed_off + removed
+    return without_last(with_dress(tally, numbers), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))

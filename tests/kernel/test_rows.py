@@ -9,7 +9,7 @@ import pytest
 from numba.core import event
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
+from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer, replacer
 
 LANES, FIRST = 4, 2
 
@@ -80,6 +80,29 @@ def test_lanes_are_read_and_written_as_in_plain_python() -> None:
 def test_what_is_read_is_the_record() -> None:
     assert numba.njit(lambda table, i: read_row(table, i))(TABLES["rows"], 1) == Point(*TABLES["rows"][1, :3])
     assert isinstance(numba.njit(lambda rows: get_lane(rows, 0))(np.arange(6.0 * LANES)), Point)
+
+
+turned = replacer(Point, "z", "x")
+
+
+def turn(point: Point) -> Point:
+    return turned(point, (point.x, 7))
+
+
+def test_fields_are_replaced_by_name_as_in_plain_python() -> None:
+    for found in (numba.njit(turn)(Point(1.0, 2.0, 3.0)), turn(Point(1.0, 2.0, 3.0))):
+        assert isinstance(found, Point) and found == Point(x=7.0, y=2.0, z=1.0)
+    with pytest.raises(ValueError, match="not in tuple"):
+        replacer(Point, "nothing")
+
+
+@pytest.mark.parametrize(
+    ("old", "numbers"),
+    [(Other(1.0, 2.0, 3.0), (1.0, 2.0)), (Point(1.0, 2.0, 3.0), (1.0,)), ((1.0, 2.0, 3.0), (1.0, 2.0))],
+)
+def test_fields_of_another_record_or_of_another_count_are_not_replaced(old: Any, numbers: Any) -> None:
+    with pytest.raises(numba.TypingError):
+        numba.njit(lambda old, numbers: turned(old, numbers))(old, numbers)
 
 
 READ_ONLY = numbers((5, 4))
