@@ -242,7 +242,7 @@ class Writer:
         job = self.job
         words = ""
         if job.setup.spindle == "by program" or self._chance(0.1):
-            if job.setup.constant_surface_speed and self._chance(0.5):
+            if job.setup.constant_surface_speed and not self._odd(0.5):
                 self._saw("G96")
                 speed = job.setup.wheel_speed * 60.0
                 words += f" G96 S{speed / 0.3048 if self.inch else speed:.0f} M03"
@@ -325,9 +325,9 @@ class Writer:
 
     def _approach(self) -> list[str]:
         lines = [f"G00 {self._at(self.down, self.surface + 20.0)}"] if self._chance(0.8) else []
-        begin = self._one(-30.0, -30.0, -30.0, -5.0, -42.5, self.job.part.length + 30.0)
-        if self._odd(0.2):
-            begin = 40.0
+        begin = self._one(-30.0, -30.0, -30.0, -30.0, -5.0, -42.5)
+        if self._odd(0.3):
+            begin = self._one(40.0, self.job.part.length + 30.0)
         self.begin = self.start + begin
         edge = self._edge()
         lines.append(f"G00 {self._at(self.along, self.begin)} {self._at(self.across, edge)}")
@@ -394,7 +394,7 @@ class Writer:
         elif self._odd(0.1):
             self._saw("beside the part")
             far, near = self.start - 10.0, self.start - 60.0
-        elif kind < 0.3:
+        elif self._odd(0.1):
             far, near = near, far
         words = []
         if "along" not in known or self._chance(0.7):
