@@ -1,9 +1,9 @@
 """Random programs that grind, on all their ways: `python -m tests.soak --programs 20000 --seed 1`.
 
-What `check` passes, `machine.grind` grinds or refuses in one sentence; stroke by stroke the same comes of it to the bit,
-and block by block, compiled or not, too: wheels to the bit, sums over a run to 1e-9. The results of every hundred programs
-are added to a file of the commit, so that a run which was interrupted goes on where it stopped. Exit status 1 tells of
-findings, 130 of an interruption.
+What `check` passes, `machine.grind` grinds or refuses in one sentence; stroke by stroke the same comes of it to the bit
+and so it does block by block, compiled or not: wheels to the bit, sums over a run to 1e-9. The results of every hundred
+programs are added to a file of the commit, so that a run which was interrupted goes on where it stopped. Exit status 1
+tells of findings, 130 of an interruption.
 """
 
 import argparse
