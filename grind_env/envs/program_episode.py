@@ -133,11 +133,14 @@ class ProgramEpisode:
         self.block = None
         for event in self._execution:
             if isinstance(event, CycleAhead):
+                if self._execution.table is None or self._execution.table.at_secondary:
+                    self.run.let_part_go()
                 self.time, self.block = self.run.clock(event.time), event.block
                 return
             self.run.take(event)
-            if isinstance(event, ProgramEnd):  # at which a worn wheel may have been changed
-                self.time = self.run.clock(event.time)
+            if isinstance(event, ProgramEnd):  # the way from a trailing M00 is no time of a part
+                assert self.run.unloaded_at is not None
+                self.time = self.run.unloaded_at
             self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
             yield event
 

@@ -203,6 +203,14 @@ def taken_off(line: int, depth: float, stock: float) -> str:
     )
 
 
+def stroked_on() -> str:
+    """What to say of M00 after which the table strokes on."""
+    return (
+        "M00 stops the program while the table reciprocates, from which no part is taken; the part stays and is ground "
+        "on until the table stands or the next cycle begins: write G80 before M00"
+    )
+
+
 def many_dresses(dresses: int, plunges: int) -> str:
     """What to say of D above the number of the plunges of a cycle."""
     return (

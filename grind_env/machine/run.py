@@ -94,6 +94,8 @@ class GrindingRun:
         self.cycles: dict[int, CyclePlan] = {}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
+        self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
+        self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
         self._dressing_speed = self.running.speed  # when the dress under way began
 
@@ -142,7 +144,8 @@ class GrindingRun:
         return part
 
     def _begin_cutting(self, time: float) -> None:
-        """End the loading of the part; what is not cut after an M00 is no part."""
+        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part."""
+        self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
@@ -163,13 +166,30 @@ class GrindingRun:
             self.part.change_wheel()
             self.delay += self.job.times.wheel_change or 0.0
 
+    def let_part_go(self) -> None:
+        """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
+        stop, self._leaving = self._leaving, None
+        if stop is not None:
+            if self._stroked_until > stop.time:
+                self.watch.stroked_on(stop)
+            self._unload(max(stop.time, self._stroked_until), stop)
+
     def _stop(self, event: ProgramStop) -> None:
-        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead."""
-        if self.dressing.under_way is None:
+        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
+
+        From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
+        """
+        if self.dressing.under_way is not None:
+            return
+        if not event.reciprocating:
+            self.let_part_go()
+        if self._leaving is None:
             if event.code == "M01":
                 self.part.end_stage()
                 self._change_worn_wheel()
                 self.mount.gauge()
+            elif self.part.cutting and event.reciprocating:
+                self._leaving = event
             elif self.part.cutting:
                 self._unload(event.time, event)
 
@@ -179,6 +199,7 @@ class GrindingRun:
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
                 "G76 or G77 cuts grooves"
             )
+        self.let_part_go()
         self._unload(event.time)
         self.watch.end()
         for line, number in self.dressing.called(self.position, self.axis):
@@ -246,6 +267,7 @@ class GrindingRun:
 
     def _strokes(self, event: CycleStrokes) -> None:
         """A whole cycle: its strokes and the dresses between them."""
+        self._stroked_until = event.time
         self._take_up_running(event.plan.line)
         part, plan, count = self.part, event.plan, len(event.begins)
         dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
@@ -279,7 +301,7 @@ class GrindingRun:
         self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
-        self._begin_cutting(event.begin)
+        self._stroked_until = event.finish
         self._take_up_running(event.cycle.line)
         part, axis, line = self.part, event.axis, event.cycle.line
         rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)

@@ -66,6 +66,7 @@ class _Cycle:
         plan: its parameters.
         before: depth to which the part has been ground before it, mm.
         stroke: its last one.
+        longest: length of its longest stroke, mm.
         highest: depth of its highest stroke, mm.
         deepest: depth of its deepest stroke, mm.
         over: whether one has passed over the part.
@@ -77,6 +78,7 @@ class _Cycle:
     plan: CyclePlan
     before: float
     stroke: Stroke | None = None
+    longest: float = 0.0
     highest: float = math.inf
     deepest: float = -math.inf
     over: bool = False
@@ -227,7 +229,7 @@ class Watch:
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
         plan, length = event.cycle, abs(event.end[event.axis] - event.start[event.axis])
-        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)), event.inch)
+        self._judge_speed(plan, event.feed, length, event.inch)
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
 
@@ -248,11 +250,13 @@ class Watch:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
             cycle.overload = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit)
 
-    def _judge_speed(self, line: int, feed: float, length: float, inch: bool) -> None:
-        """Warn of a stroke of that length, mm, at a feed that the table does not make."""
-        beyond = beyond_table(feed, length, self.control.acceleration, self.job.setup.machine, inch)
+    def _judge_speed(self, plan: CyclePlan, feed: float, length: float, inch: bool) -> None:
+        """Warn of a feed that the table does not make, in a stroke of that length, mm, or in a longer one before."""
+        assert self._cycle is not None
+        self._cycle.longest = longest = max(self._cycle.longest, length, abs(plan.primary - plan.secondary))
+        beyond = beyond_table(feed, longest, self.control.acceleration, self.job.setup.machine, inch)
         if beyond is not None:
-            self.warn(line, "speed", beyond)
+            self.warn(plan.line, "speed", beyond)
 
     def _count(self, last: Stroke, made: Extremes) -> None:
         """Count strokes of the cycle, up to its last one so far."""
@@ -286,7 +290,7 @@ class Watch:
         shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
         alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
         inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
-        self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary), event.inch)
+        self._judge_speed(plan, event.feed, abs(plan.primary - event.start[plan.axis]), event.inch)
         if inside or not (shallow and alive):
             made, A = 0, before.A
             for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
@@ -348,6 +352,10 @@ class Watch:
         least = self.job.setup.wheel.minimum_diameter
         if diameter < least and self.job.times.wheel_change is None and not self._eaten:
             self.warn(0, "diameter", advice.worn_wheel(least))
+
+    def stroked_on(self, stop: ProgramStop) -> None:
+        """The table has gone on after an M00 that takes the part off; told unless M01 was meant."""
+        self._pending.append((stop.line, "stop", advice.stroked_on()))
 
     def unload(self, stop: ProgramStop | None = None) -> None:
         """The part is taken off the machine, at a stop or at the end of the program."""
