@@ -79,16 +79,21 @@ def outside_model(feed: float, depth: float) -> str | None:
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
-def slowed_spindle(number: int, found: float, usual: float, limit: float) -> str:
-    """What to say of a stroke in which the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
-    made = f"in stroke {number}" if number else "in a stroke"
+def named_cut(number: int, *, groove: bool) -> str:
+    """A stroke by its number in the cycle, if it has one, or an infeed into a groove."""
+    if groove:
+        return "in an infeed"
+    return f"in stroke {number}" if number else "in a stroke"
+
+
+def slowed_spindle(made: str, found: float, usual: float, limit: float) -> str:
+    """What to say where, as `made` says, the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
     remedy = "lower J or E, or dress before"
     return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
 
 
-def stalled_spindle(number: int, limit: float, lost: float) -> str:
-    """What to say of a stroke in which the spindle of a power limit, kW, stalled, and so many s were lost."""
-    made = f"in stroke {number}" if number else "in a stroke"
+def stalled_spindle(made: str, limit: float, lost: float) -> str:
+    """What to say where, as `made` says, the spindle of a power limit, kW, stalled, and so many s were lost."""
     return (
         f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
         "lost; lower J or E, or dress before"

@@ -71,8 +71,6 @@ class _Cycle:
         deepest: depth of its deepest stroke, mm.
         over: whether one has passed over the part.
         removed: depth ground off, mm.
-        torque: highest over that at which the spindle stalls, of strokes in which it slowed.
-        overload: subject of the warning of that stroke, and what to say.
     """
 
     plan: CyclePlan
@@ -83,8 +81,6 @@ class _Cycle:
     deepest: float = -math.inf
     over: bool = False
     removed: float = 0.0
-    torque: float = 0.0
-    overload: tuple[str, str] | None = None
 
     @property
     def is_idle(self) -> bool:
@@ -96,6 +92,23 @@ class _Cycle:
         """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
         return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Overload:
+    """The worst stroke or infeed of a block for the spindle, which has slowed or stalled in it.
+
+    Attributes:
+        line: of the block.
+        torque: over that at which the spindle stalls.
+        subject: of the warning.
+        text: of the warning.
+    """
+
+    line: int
+    torque: float
+    subject: str
+    text: str
 
 
 class Watch:
@@ -114,6 +127,7 @@ class Watch:
         self._pick: Pick | None = None
         self._stroke: Stroke | None = None
         self._cycle: _Cycle | None = None
+        self._overload: _Overload | None = None  # not yet told
         self._in_air = False  # the last cycle
         self._judged = False  # a cycle that is not idle
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
@@ -193,12 +207,13 @@ class Watch:
 
     def dress(self, line: int, plan: DressPlan, count: int) -> None:
         """So many dresses are made in the block of a line: whether these alone make the wheel too small."""
-        self._dressed += 2.0 * plan.passes * plan.depth * count
         least = self.job.setup.wheel.minimum_diameter
-        too_small = first_diameter(self.job) - self._dressed < least and self.job.times.wheel_change is None
-        if too_small and not self._eaten:
-            self._eaten = True
-            self.warn(line, "diameter", advice.eaten_wheel(self._dressed, least))
+        for _ in range(count):
+            self._dressed += 2.0 * plan.passes * plan.depth
+            too_small = first_diameter(self.job) - self._dressed < least and self.job.times.wheel_change is None
+            if too_small and not self._eaten:
+                self._eaten = True
+                self.warn(line, "diameter", advice.eaten_wheel(self._dressed, least))
 
     def dress_moves(self, file: str, moves: Sequence[Motion], axis: int) -> None:
         """A dress program of a file has been executed, with its way back."""
@@ -234,21 +249,31 @@ class Watch:
         self._count(event, made)
 
     def spindle(self, rows: Table) -> None:
-        """Strokes of a cycle have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed or stalled.
+        """Strokes or infeeds of a block have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed.
 
-        The cycle ends with a word about the worst of them.
+        The cycle, or the grooving, ends with a word about the worst of them.
         """
-        assert self.part is not None and self._cycle is not None
-        worst, cycle, p = rows[int(rows["torque"].argmax())], self._cycle, self.part.p
-        torque, number, limit = float(worst["torque"]), int(worst["number"]), 0.001 * p.power
-        if torque <= max(cycle.torque, SLOWED * p.rs):
+        assert self.part is not None
+        worst, p = rows[int(rows["torque"].argmax())], self.part.p
+        line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power
+        if torque <= SLOWED * p.rs:
             return
-        cycle.torque = torque
+        if self._overload is not None and self._overload.line != line:
+            self._tell_overload()
+        if self._overload is not None and torque <= self._overload.torque:
+            return
+        made = advice.named_cut(int(worst["number"]), groove=int(worst["groove"]) > 0)
         if torque >= STALL:
-            cycle.overload = "stall", advice.stalled_spindle(number, limit, p.stall_time)
+            self._overload = _Overload(line, torque, "stall", advice.stalled_spindle(made, limit, p.stall_time))
         else:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            cycle.overload = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit)
+            text = advice.slowed_spindle(made, float(worst["vs"]), speed, limit)
+            self._overload = _Overload(line, torque, "spindle", text)
+
+    def _tell_overload(self) -> None:
+        overload, self._overload = self._overload, None
+        if overload is not None:
+            self.warn(overload.line, overload.subject, overload.text)
 
     def _judge_speed(self, plan: CyclePlan, feed: float, length: float, inch: bool) -> None:
         """Warn of a feed that the table does not make, in a stroke of that length, mm, or in a longer one before."""
@@ -391,10 +416,9 @@ class Watch:
     def _end_cycle(self) -> None:
         """Judge the cycle as a whole."""
         cycle, self._cycle = self._cycle, None
+        self._tell_overload()
         if cycle is None or cycle.stroke is None:
             return
-        if cycle.overload is not None:
-            self.warn(cycle.plan.line, *cycle.overload)
         if cycle.is_idle:
             self._idle = self._idle or (cycle.plan.line, self._air(cycle, cycle.stroke))
             return

@@ -254,6 +254,8 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         return False
     _compare_wheels(way, simulation, found.wheels, wheels, examined)
     _compare_sums(way, found, record, examined)
+    if not _by_blocks(simulation, record):
+        return True
     _compare_parts(way, simulation, found, record, examined)
     _compare_measures(way, simulation, record, examined)
     return True
@@ -331,9 +333,6 @@ def _compare(kind: str, pairs: Mapping[str, tuple[float, float]], examined: Exam
 def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Examined) -> None:
     parts = record.parts
     sums = {name: (found.outcome(name).sum(), parts[name].sum()) for name in ("time_cost", "wheel_cost", "dress_cost")}
-    sums["scrap_cost"] = found.outcome("scrap_cost").sum(), parts["scrap_cost"].sum()
-    own = found.outcome("cost").sum() - found.outcome("handover_cost").sum()
-    sums["cost"] = own, parts["total_cost"].sum()
     sums["seconds"] = found.outcome("seconds").sum(), record.seconds
     sums["good parts"] = found.outcome("good").sum(), parts["survival"].sum()
     for name, expected in (
@@ -346,14 +345,19 @@ def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Ex
     _compare(f"{way}:", sums, examined)
 
 
+def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:
+    """Whether each part is taken off after its last block; the control may take one off after the next one begins."""
+    finished = [(block.part, block.finished) for block in simulation.blocks]
+    return [part for part, count in finished if count] == list(range(len(record.parts)))
+
+
 def _compare_parts(
     way: str, simulation: JobSimulation, found: Stepped, record: GrindingRecord, examined: Examined
 ) -> None:
     """Peaks, and what is gauged in the end, part by part."""
-    finished = [block.finished for block in simulation.blocks]
-    if any(count > 1 for count in finished) or sum(finished) != len(record.parts):
-        return
-    first = 0
+    finished, first = [block.finished for block in simulation.blocks], 0
+    own = found.outcome("cost").sum() - found.outcome("handover_cost").sum()
+    _compare(f"{way}:", {"cost": (own, record.parts["total_cost"].sum())}, examined)
     for part, number in enumerate(k for k, count in enumerate(finished) if count):
         row, blocks = record.parts[part], slice(first, number + 1)
         first = number + 1
@@ -364,6 +368,7 @@ def _compare_parts(
             "Ra": (found.outcome("roughness")[number], row["Ra"]),
             "size error": (found.outcome("size_error")[number], row["worst_error"]),
             "survival": (found.outcome("good")[number], row["survival"]),
+            "scrap cost": (found.outcome("scrap_cost")[number], row["scrap_cost"]),
         }
         if not record.stages[part]:
             pairs["temperature"] = (found.outcome("rise")[blocks].max(), row["rise"])

@@ -392,7 +392,7 @@ class JobSimulation(Simulation):
         for i, run in step_all(programs, words).items():
             machine = programs[i].run
             change = machine.mount.changes - changes[i]
-            tally = tally_of(run, self.job)
+            tally = tally_of(run, self.job, self.blocks[episodes.block[i]].finish)
             tallies[i] = tally._replace(seconds=tally.seconds - change * self.shop.change_seconds)
             finished = run.finished
             error = finished["worst_error"][-1] if finished.size else 1000.0 * machine.part.left
