@@ -79,25 +79,34 @@ def outside_model(feed: float, depth: float) -> str | None:
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
-def named_cut(number: int, *, groove: bool) -> str:
-    """A stroke by its number in the cycle, if it has one, or an infeed into a groove."""
-    if groove:
-        return "in an infeed"
-    return f"in stroke {number}" if number else "in a stroke"
+def slowed_spindle(number: int, found: float, usual: float, limit: float, *, groove: bool) -> str:
+    """What to say of a stroke or infeed in which the wheel turned at `found` of `usual` m/s, at the power limit in kW.
 
-
-def slowed_spindle(made: str, found: float, usual: float, limit: float) -> str:
-    """What to say where, as `made` says, the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
-    remedy = "lower J or E, or dress before"
+    Args:
+        number: of the stroke in its cycle; 0 if it has none.
+        found: m/s.
+        usual: m/s.
+        limit: kW.
+        groove: whether it is an infeed.
+    """
+    made, remedy = _cut(number, groove)
     return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
 
 
-def stalled_spindle(made: str, limit: float, lost: float) -> str:
-    """What to say where, as `made` says, the spindle of a power limit, kW, stalled, and so many s were lost."""
+def stalled_spindle(number: int, limit: float, lost: float, *, groove: bool) -> str:
+    """The same of one in which it stalled, and so many s were lost."""
+    made, remedy = _cut(number, groove)
     return (
         f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
-        "lost; lower J or E, or dress before"
+        f"lost; {remedy}"
     )
+
+
+def _cut(number: int, groove: bool) -> tuple[str, str]:
+    """A stroke or an infeed in words, and what to do about one that asks too much of the spindle."""
+    if groove:
+        return "in an infeed", "take smaller steps or a lower F, or dress before"
+    return f"in stroke {number}" if number else "in a stroke", "lower J or E, or dress before"
 
 
 def destroying_stroke(depth: float, feed: float) -> str:

@@ -262,12 +262,13 @@ class Watch:
             self._tell_overload()
         if self._overload is not None and torque <= self._overload.torque:
             return
-        made = advice.named_cut(int(worst["number"]), groove=int(worst["groove"]) > 0)
+        number, groove = int(worst["number"]), int(worst["groove"]) > 0
         if torque >= STALL:
-            self._overload = _Overload(line, torque, "stall", advice.stalled_spindle(made, limit, p.stall_time))
+            text = advice.stalled_spindle(number, limit, p.stall_time, groove=groove)
+            self._overload = _Overload(line, torque, "stall", text)
         else:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            text = advice.slowed_spindle(made, float(worst["vs"]), speed, limit)
+            text = advice.slowed_spindle(number, float(worst["vs"]), speed, limit, groove=groove)
             self._overload = _Overload(line, torque, "spindle", text)
 
     def _tell_overload(self) -> None:

@@ -62,8 +62,13 @@ class BlockOutline:
     finished: int
 
     def words(self, choice: Choice) -> Words:
-        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D."""
+        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
+
+        Its own E stays as it is written, for it may have decimals or be clamped.
+        """
         speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
+        own = [str(word)[1:] for word in self.block.words if word.letter == "E"]
+        speed = own[0] if own and choice.speed == self.plan.feed else speed
         return {"E": speed, "D": str(choice.executions)} if self.takes_dresses else {"E": speed}
 
     @property
