@@ -73,7 +73,7 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     table["speed"] = rng.uniform(100.0, 400.0, machines)
     table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
     table["first_seconds"] = table["stroke_seconds"]
-    table["target"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
+    table["target"] = table["bottom"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
     table["primary_pick"] = table["secondary_pick"] = 0.01
     table["full_plunge"] = 0.01 - DEPTH_TOLERANCE
     table["at_depth"] = 1.0 + rng.integers(0, 4, machines)

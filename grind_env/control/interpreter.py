@@ -112,7 +112,8 @@ class Interpreter:
         place = self.mover.place
         for number in command.m:
             if number in (0, 1):
-                yield ProgramStop(self.timeline.time, f"M{number:02d}", place.block, place.line)
+                reciprocating = self.timeline.reciprocation is not None
+                yield ProgramStop(self.timeline.time, f"M{number:02d}", place.block, place.line, reciprocating)
             elif number in (2, 30, 99):
                 end = f"M{number:02d}"
         if self.control.panel.single_block:

@@ -346,13 +346,14 @@ class InterruptEnd:
 
 @dataclass(frozen=True, slots=True)
 class ProgramStop:
-    """M00 or M01 after the motion of its block."""
+    """M00 or M01 after the motion of its block; `reciprocating` says whether the table goes on beside it."""
 
     time: float
     """When it happens, s."""
     code: str
     block: int
     line: int
+    reciprocating: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,8 +31,11 @@ class BlockRun:
         part: number of its part, from 1.
         strokes: dtype `STROKE_ROW`, with the infeeds of grooves.
         increments: by how much each stroke goes deeper than the one before it on its part, mm.
+        plunged: whether each has gone deeper than any before it at some place of its own.
         dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
         finished: parts that were taken off the machine, dtype `PART_ROW`.
+        judged: whether a stage of the part has ended, or the part.
+        deepest: depth to which the program has led on the part, mm.
         seconds: time of the job.
     """
 
@@ -41,8 +44,11 @@ class BlockRun:
     part: int
     strokes: Table
     increments: Table
+    plunged: Table
     dresses: Table
     finished: Table
+    judged: bool
+    deepest: float
     seconds: float
 
 
@@ -97,6 +103,7 @@ class ProgramEpisode:
         """
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
+        stages = len(run.part.passed) if run.unloaded_at is None else 0
         if not self.chosen:  # what the way to the first block has made belongs to its step, as its time does
             strokes, dresses, parts = 0, 0, 0
         assert self.block is not None
@@ -108,6 +115,7 @@ class ProgramEpisode:
             if isinstance(event, CycleStart)
         ]
         plan, inch, part = starts[0]
+        ended = len(run.parts) > parts
         last = max(strokes - 1, 0)
         rows = run.strokes.table(last)
         dressed = run.dresses.table(dresses)
@@ -118,8 +126,11 @@ class ProgramEpisode:
             part,
             rows[strokes - last :],
             _increments(rows)[strokes - last :],
+            np.frombuffer(run.plunged[strokes:], np.bool_),
             dressed,
             run.parts.table(parts),
+            ended or len(run.part.passed) > stages,
+            run.part.deepest,
             self.time - began,
         )
 
@@ -133,11 +144,14 @@ class ProgramEpisode:
         self.block = None
         for event in self._execution:
             if isinstance(event, CycleAhead):
+                if self._execution.table is None or self._execution.table.at_secondary:
+                    self.run.let_part_go()
                 self.time, self.block = self.run.clock(event.time), event.block
                 return
             self.run.take(event)
-            if isinstance(event, ProgramEnd):  # at which a worn wheel may have been changed
-                self.time = self.run.clock(event.time)
+            if isinstance(event, ProgramEnd):  # the way from a trailing M00 is no time of a part
+                assert self.run.unloaded_at is not None
+                self.time = self.run.unloaded_at
             self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
             yield event
 

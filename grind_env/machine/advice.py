@@ -79,20 +79,34 @@ def outside_model(feed: float, depth: float) -> str | None:
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
-def slowed_spindle(number: int, found: float, usual: float, limit: float) -> str:
-    """What to say of a stroke in which the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
-    made = f"in stroke {number}" if number else "in a stroke"
-    remedy = "lower J or E, or dress before"
+def slowed_spindle(number: int, found: float, usual: float, limit: float, *, groove: bool) -> str:
+    """What to say of a stroke or infeed in which the wheel turned at `found` of `usual` m/s, at the power limit in kW.
+
+    Args:
+        number: of the stroke in its cycle; 0 if it has none.
+        found: m/s.
+        usual: m/s.
+        limit: kW.
+        groove: whether it is an infeed.
+    """
+    made, remedy = _cut(number, groove)
     return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
 
 
-def stalled_spindle(number: int, limit: float, lost: float) -> str:
-    """What to say of a stroke in which the spindle of a power limit, kW, stalled, and so many s were lost."""
-    made = f"in stroke {number}" if number else "in a stroke"
+def stalled_spindle(number: int, limit: float, lost: float, *, groove: bool) -> str:
+    """The same of one in which it stalled, and so many s were lost."""
+    made, remedy = _cut(number, groove)
     return (
         f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
-        "lost; lower J or E, or dress before"
+        f"lost; {remedy}"
     )
+
+
+def _cut(number: int, groove: bool) -> tuple[str, str]:
+    """A stroke or an infeed in words, and what to do about one that asks too much of the spindle."""
+    if groove:
+        return "in an infeed", "take smaller steps or a lower F, or dress before"
+    return f"in stroke {number}" if number else "in a stroke", "lower J or E, or dress before"
 
 
 def destroying_stroke(depth: float, feed: float) -> str:
@@ -200,6 +214,14 @@ def taken_off(line: int, depth: float, stock: float) -> str:
     return (
         f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on "
         "there; write M01 if the part is to be gauged and stay"
+    )
+
+
+def stroked_on() -> str:
+    """What to say of M00 after which the table strokes on."""
+    return (
+        "M00 stops the program while the table reciprocates, from which no part is taken; the part stays and is ground "
+        "on until the table stands or the next cycle begins: write G80 before M00"
     )
 
 

@@ -69,7 +69,9 @@ def _traverse_plan(cycle: Cycle) -> TraverseCycle:
 
 @inlined
 def _picked_depth(cycle: Cycle, progress: PlungeProgress | TraverseProgress) -> float:
-    return cycle.start + progress.depth
+    # sums as those of coordinates by the control, to the bit
+    picked = (cycle.start + progress.depth) + cycle.surface
+    return cycle.bottom if progress.depth >= cycle.target - cycle.start else picked
 
 
 @inlined

@@ -12,7 +12,7 @@ from grind_env.process.stroke import dress_wheel, grind_stroke
 
 
 class Cycle(NamedTuple):
-    """A cycle block. Depths are mm from the touched-off surface, into the part."""
+    """A cycle block. Depths are mm into the part, `start` and `target` from wherever the program counts."""
 
     speed: float
     """Table speed E/60, mm/s."""
@@ -24,6 +24,10 @@ class Cycle(NamedTuple):
     """Depth at which the wheel stands when the cycle begins, mm."""
     target: float
     """Depth Y, mm."""
+    surface: float
+    """Of the touched-off surface above the zero of these two, mm; what they are below it, they are with it added."""
+    bottom: float
+    """Depth of a stroke at `target` below the touched-off surface, mm."""
     primary_pick: float
     """J, mm."""
     secondary_pick: float
@@ -37,7 +41,7 @@ class Cycle(NamedTuple):
     full_plunge: float
     """By how much a stroke goes deeper at least that counts as a full plunge when power is averaged, mm."""
     finish: float
-    """Depth of the finished surface, mm: `target` unless a later block goes deeper."""
+    """Depth of the finished surface, mm: `bottom` unless a later block goes deeper."""
     width: float
     """Width of the part, mm; of one narrower than the wheel the engaged width b."""
     length: float

@@ -131,15 +131,14 @@ class DressPrograms:
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
-        way: tuple[Motion, ...] = ()
-        by_itself = self._found[number]
-        if number not in self._compared or by_itself.control.variables:
-            way = tuple(self._motions)
+        by_itself, new = self._found[number], number not in self._compared
+        if new or by_itself.control.variables:
             self._compared.add(number)
-            run = measure_dress(way, number, self.job, axis, by_itself.control, by_itself.modes)
+            run = measure_dress(tuple(self._motions), number, self.job, axis, by_itself.control, by_itself.modes)
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
-        return Executed(plan, begun.time, way)
+        # that of a later one is not judged, for a control that knows the program goes none
+        return Executed(plan, begun.time, tuple(self._motions) if new else ())
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
         """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.

@@ -43,6 +43,8 @@ class Feeding(NamedTuple):
     """The same of every other stroke, s."""
     acceleration: float
     """Of the motions, mm/s2."""
+    surface: float
+    """Of the touched-off surface above the zero of their depths, mm."""
     made: float
     """Strokes that the cycle has made before."""
     away: float
@@ -61,7 +63,7 @@ class Motion(NamedTuple):
     begin: float
     end: float
     depth: float
-    """Depth of the wheel at its begin, mm."""
+    """Depth of the wheel at its begin, mm, from wherever the program counts."""
     way: float
     """By which it goes deeper, mm."""
     cross: float
@@ -224,7 +226,7 @@ def share(progress: FeedProgress) -> float:
 @inlined
 def depth(cycle: Feeding, progress: FeedProgress) -> float:
     """Depth of the coming stroke, mm."""
-    return progress.depth + share(progress) * progress.way
+    return (progress.depth + share(progress) * progress.way) + cycle.surface
 
 
 @inlined

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
@@ -38,6 +39,8 @@ class Pass(NamedTuple):
     """Engaged width, mm."""
     Lw: float
     """Ground length, mm."""
+    plunged: bool
+    """Whether it has cut."""
 
 
 class PartRun:
@@ -94,7 +97,7 @@ class PartRun:
         edges: Strips,
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
-    ) -> tuple[WheelState, Extremes, Table]:
+    ) -> tuple[WheelState, Extremes, Table, NDArray[np.bool_]]:
         """Pass over the part once or many times, with dresses between.
 
         Args:
@@ -107,7 +110,8 @@ class PartRun:
             dress: what each of them does.
 
         Returns:
-            The wheel after them, what the strokes have come to, and the dresses, shape (dresses, fields of `Dressed`).
+            The wheel after them, what the strokes have come to, the dresses, shape (dresses, fields of `Dressed`), and
+            whether each stroke has gone deeper than any before it at some place of its own.
         """
         first, last = self._under(edges)
         first_way, later_way = self._way(first_ends), self._way(ends)
@@ -142,7 +146,7 @@ class PartRun:
             for k, (near, far, Lw, Z) in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
                 if Lw > 0.0 and not (later_way if k else first_way).whole:
                     self._coverage.add(near, far, ends if k else first_ends, Z)
-        return wheel, extremes, dressed
+        return wheel, extremes, dressed, plunged
 
     def _way(self, ends: Ends) -> Way:
         """What the table passes over between two reversal points."""
@@ -179,13 +183,13 @@ class PartRun:
         grinds = self.job.setup.grooving_wheel and not self.stalled
         cut = self._grooves.grind(wheel, event, self.p) if grinds else None
         if cut is None:
-            return wheel, self._counted(Pass(IDLE, 0.0, 0.0), event.seconds, plunged=False)
+            return wheel, self._counted(Pass(IDLE, 0.0, 0.0, plunged=False), event.seconds)
         self._wear = wheel.W
         wheel, stroke, b = cut
-        return wheel, self._counted(Pass(stroke, b, self._grooves.length), event.seconds, plunged=True)
+        return wheel, self._counted(Pass(stroke, b, self._grooves.length, plunged=True), event.seconds)
 
-    def _counted(self, done: Pass, seconds: float, plunged: bool) -> Pass:
-        self.tally = count_stroke(self.tally, done.stroke, seconds, plunged, self.p.stall_time)
+    def _counted(self, done: Pass, seconds: float) -> Pass:
+        self.tally = count_stroke(self.tally, done.stroke, seconds, done.plunged, self.p.stall_time)
         return done
 
     @property

@@ -47,6 +47,8 @@ def cycle_of(row: BlockRow, settings: BlockSettings) -> Cycle:
         stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + row.dwell,
         start=row.start,
         target=row.target,
+        surface=row.surface,
+        bottom=row.bottom,
         primary_pick=settings.J,
         secondary_pick=secondary_pick(row, settings),
         at_depth=row.coverage + settings.L,
@@ -90,6 +92,7 @@ def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge:
         first_middle=0.5 * first,
         middle=0.5 * travel,
         acceleration=row.acceleration,
+        surface=row.surface,
         made=made,
         away=row.away,
         to_secondary=row.to_secondary,
@@ -172,7 +175,8 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         numbers, feeding, feeds = np.full(n, NO_COURSE), np.empty(n, np.int64), 0
         for i in active:
             row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
-            picks[i] = max(min(deepest_plunge(row, chosen), row.target - row.start), row.start - deepest(surfaces, i))
+            stands = row.start + row.surface
+            picks[i] = max(min(deepest_plunge(row, chosen), row.target - row.start), stands - deepest(surfaces, i))
             numbers[i] = row.cycle
             if row.cycle != NO_COURSE:
                 write_cycle(cycles, i, cycle_of(row, chosen))

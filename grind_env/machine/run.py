@@ -34,6 +34,7 @@ from grind_env.control import (
     Switch,
 )
 from grind_env.control.cycles import codes_said
+from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
@@ -43,7 +44,6 @@ from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.mounting import Mount
 from grind_env.machine.part import PartRun
-from grind_env.machine.passes import Extremes
 from grind_env.machine.record import (
     DRESS_ROW,
     PART_ROW,
@@ -74,6 +74,7 @@ class GrindingRun:
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
         strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
         dresses: `record.DRESS_ROW`.
+        plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
         stages: as of the record, a row with each of `parts`.
         blocks: as of the record.
@@ -89,11 +90,14 @@ class GrindingRun:
         self.running = Running(job)
         self.watch = Watch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
+        self.plunged = bytearray()
         self.stages: list[tuple[tuple[str, ...], ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
+        self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
+        self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
         self._dressing_speed = self.running.speed  # when the dress under way began
 
@@ -142,7 +146,8 @@ class GrindingRun:
         return part
 
     def _begin_cutting(self, time: float) -> None:
-        """End the loading of the part; what is not cut after an M00 is no part."""
+        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part."""
+        self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
@@ -163,13 +168,30 @@ class GrindingRun:
             self.part.change_wheel()
             self.delay += self.job.times.wheel_change or 0.0
 
+    def let_part_go(self) -> None:
+        """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
+        stop, self._leaving = self._leaving, None
+        if stop is not None:
+            if self._stroked_until > stop.time + INSTANT:
+                self.watch.stroked_on(stop)
+            self._unload(max(stop.time, self._stroked_until), stop)
+
     def _stop(self, event: ProgramStop) -> None:
-        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead."""
-        if self.dressing.under_way is None:
+        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
+
+        From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
+        """
+        if self.dressing.under_way is not None:
+            return
+        if not event.reciprocating:
+            self.let_part_go()
+        if self._leaving is None:
             if event.code == "M01":
                 self.part.end_stage()
                 self._change_worn_wheel()
                 self.mount.gauge()
+            elif self.part.cutting and event.reciprocating:
+                self._leaving = event
             elif self.part.cutting:
                 self._unload(event.time, event)
 
@@ -179,6 +201,7 @@ class GrindingRun:
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
                 "G76 or G77 cuts grooves"
             )
+        self.let_part_go()
         self._unload(event.time)
         self.watch.end()
         for line, number in self.dressing.called(self.position, self.axis):
@@ -246,6 +269,7 @@ class GrindingRun:
 
     def _strokes(self, event: CycleStrokes) -> None:
         """A whole cycle: its strokes and the dresses between them."""
+        self._stroked_until = event.time
         self._take_up_running(event.plan.line)
         part, plan, count = self.part, event.plan, len(event.begins)
         dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
@@ -261,7 +285,8 @@ class GrindingRun:
         first_ends = event.start[plan.axis], plan.primary
         before, had_stalled = self.mount.present(part.p), part.stalled
         effective = [] if misses else due
-        wheel, extremes, dressed = part.grind(before, rows, first_ends, ends, np.array(event.cross), effective, dress)
+        edges = np.array(event.cross)
+        wheel, extremes, dressed, plunged = part.grind(before, rows, first_ends, ends, edges, effective, dress)
         if misses:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
@@ -273,13 +298,14 @@ class GrindingRun:
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, extremes, had_stalled)
+        self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
+        self.mount.wheel = wheel
         self.watch.dress(plan.line, dress, len(effective))
         self.watch.strokes(event, rows, extremes, before, wheel, dressed[: len(effective)])
         self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
-        self._begin_cutting(event.begin)
+        self._stroked_until = event.finish
         self._take_up_running(event.cycle.line)
         part, axis, line = self.part, event.axis, event.cycle.line
         rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)
@@ -287,8 +313,9 @@ class GrindingRun:
         ends, edges = (event.start[axis], event.end[axis]), np.array([event.middle[cross_axis(axis)]])
         before, had_stalled = self.mount.present(part.p), part.stalled
         self.watch.before_stroke(event)
-        wheel, extremes, _ = part.grind(before, rows, ends, ends, edges)
-        self._add(rows, wheel, extremes, had_stalled)
+        wheel, extremes, _, plunged = part.grind(before, rows, ends, ends, edges)
+        self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
+        self.mount.wheel = wheel
         self.watch.stroke(event, extremes, before, wheel)
 
     def _take_up_running(self, line: int) -> None:
@@ -306,14 +333,17 @@ class GrindingRun:
         rows["time"], rows["seconds"], rows["E"] = time, seconds, feed
         return rows
 
-    def _add(self, rows: Table, wheel: WheelState, extremes: Extremes, had_stalled: bool) -> None:
-        """Strokes have been made; what comes after them is later by the time that a stalled spindle costs."""
-        self._require_numbers(sum(wheel) + extremes.total, int(rows["line"][0]))
+    def _add(self, rows: Table, wheel: WheelState, total: float, plunged: bytes, had_stalled: bool) -> None:
+        """Strokes or an infeed have been made; what comes after them is later by the time that a stall costs.
+
+        `total` is the sum of their numbers, `plunged` has a byte for each (`GrindingRun.plunged`).
+        """
+        self._require_numbers(sum(wheel) + total, int(rows["line"][0]))
         if self.part.overloaded:
             self.watch.spindle(rows)
         self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
-        self.mount.wheel = wheel
         self.strokes.extend(rows)
+        self.plunged += plunged
 
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
@@ -321,13 +351,13 @@ class GrindingRun:
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
-        before = self.mount.present(self.part.p)
+        before, had_stalled = self.mount.present(self.part.p), self.part.stalled
         wheel, done = self.part.infeed(before, event)
         Z = infeed_depth(event, self.part.job.part.surface)
-        self._require_numbers(sum(wheel) + sum(done.stroke), event.line)
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
-        self.strokes.add((self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen))
+        row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
+        self._add(np.array([row], STROKE_ROW), wheel, sum(done.stroke), bytes([done.plunged]), had_stalled)
         if self.job.setup.grooving_wheel:
             self.mount.wheel = wheel
             self.watch.infeed(event, done.stroke, before, wheel)

@@ -153,6 +153,7 @@ class _Writer:
         self.ahead: Block | None = None
         self.dresses = DressRuns(programs, job, self.control)
         self.way, self.unloaded = [0.0, 0.0], False
+        self.leaving = False  # the part, by an M00 beside which the table has gone on
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
         self.approach = 0.0
@@ -189,6 +190,7 @@ class _Writer:
                 self._stop(event)
             case ProgramEnd():
                 self._unload()
+                self.way[True] = 0.0  # the way from a trailing M00 is no time of a part
                 self._close()
             case Infeed():
                 raise self._error("a wheel or a tool cuts a groove", event.line)
@@ -221,6 +223,7 @@ class _Writer:
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
         taken_over = table.at is not Reversal.START
+        self._let_part_go()
         if self.blocks:
             self.blocks[-1].to_secondary = taken_over
             self._close()
@@ -267,6 +270,7 @@ class _Writer:
 
     def _stand(self, plan: CyclePlan) -> None:
         """The table has come to rest."""
+        self._let_part_go()
         here = self.execution.position[plan.axis]
         if here not in (plan.primary, plan.secondary):
             raise self._error("the table comes to rest where the cycle before has left it", plan.line)
@@ -279,19 +283,30 @@ class _Writer:
         if self.ahead is None or not self.blocks:
             return
         table = self.execution.table
+        if event.code == "M00":
+            self.leaving = True
+            if table is None:
+                self._let_part_go()
+            return
+        if self.leaving:
+            return
         self.stopped = table is not None
         if table is None or (table.at_secondary and not self.blocks[-1].beside):
             self.blocks[-1].gauged = True
-        elif event.code == "M00" or self.job.part.stages or self.job.times.wheel_change is not None:
+        elif self.job.part.stages or self.job.times.wheel_change is not None:
             raise self._error(
                 "the operator judges the part or changes the wheel while the table is on its way", event.line
             )
         else:
             self.blocks[-1].gauged_on_the_way = True
-        if event.code == "M00":
-            self._unload()
-        elif not self.blocks[-1].ends_part:
+        if not self.blocks[-1].ends_part:
             self.blocks[-1].stops += 1
+
+    def _let_part_go(self) -> None:
+        """The table stands, or another cycle takes it over: as `GrindingRun.let_part_go`."""
+        if self.leaving:
+            self.leaving = False
+            self._unload()
 
     def _unload(self) -> None:
         if self.blocks and not self.blocks[-1].ends_part:

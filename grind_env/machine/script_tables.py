@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from grind_env.control import Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
+from grind_env.machine.axes import plunge_axis
 from grind_env.machine.courses import COURSES
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
@@ -33,8 +34,9 @@ Table = NDArray[Any]
 class BlockRow(NamedTuple):
     """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part.
 
-    `start`, `target`, `cross_start`, `cross_end`, `primary_cross_pick` and `secondary_cross_pick` are mm. The limits
-    are `rise` in K, `power` in W, `roughness` and `size` in um.
+    `start` and `target` are mm into the part, too, but from the zero of the axes. `surface`, `bottom`, `cross_start`,
+    `cross_end`, `primary_cross_pick` and `secondary_cross_pick` are mm. The limits are `rise` in K, `power` in W,
+    `roughness` and `size` in um.
     """
 
     cycle: float
@@ -51,6 +53,9 @@ class BlockRow(NamedTuple):
     """mm/s2."""
     start: float
     target: float
+    surface: float
+    """As of `cycle.Cycle`, like the next one."""
+    bottom: float
     secondary_pick: float
     """Q, mm; `AS_PRIMARY` if the block has none."""
     coverage: float
@@ -164,7 +169,8 @@ def _table(rows: list[Any], kind: type[Any]) -> Table:
 def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
-    start = depth_of(block.start, plan, job)
+    stands = block.start[plunge_axis(plan.axis)]
+    target = stands if plan.plunge_axis is None else plan.depth_target
     edge = edge_of(block.start, plan)
     crosses = plan.cross_axis is not None
     return BlockRow(
@@ -174,8 +180,10 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         stroke_length=abs(plan.primary - plan.secondary),
         dwell=job.control.reversal_dwell,
         acceleration=job.control.acceleration,
-        start=start,
-        target=start if plan.plunge_axis is None else job.part.surface - plan.depth_target,
+        start=-stands,
+        target=-target,
+        surface=part.surface,
+        bottom=part.surface - target,
         secondary_pick=plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY,
         coverage=float(job.control.coverage_pass),
         pre_dress=float(plan.pre_dress and block.dress is not None),
@@ -214,12 +222,13 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
-    """The motions beside the table; one of no time if its strokes go on without."""
+    """The motions beside the table, in depth from the zero of the axes; one of no time if its strokes go on without."""
     control, plan, time, rows = job.control, block.plan, 0.0, []
+    plunge = plunge_axis(plan.axis)
     total = sum(motion.seconds for motion in block.beside)
     for motion in block.beside:
-        depth, edge = depth_of(motion.start, plan, job), edge_of(motion.start, plan)
-        way, across = depth_of(motion.end, plan, job) - depth, edge_of(motion.end, plan) - edge
+        depth, edge = -motion.start[plunge], edge_of(motion.start, plan)
+        way, across = -motion.end[plunge] - depth, edge_of(motion.end, plan) - edge
         feed = motion.feed if isinstance(motion, Line) else control.rapid_feed
         rows.append(
             Motion(
@@ -241,7 +250,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         return [*rows[:-1], rows[-1]._replace(after=ENDS)]
     if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
         return []
-    depth, edge = depth_of(block.end, plan, job), edge_of(block.end, plan)
+    depth, edge = -block.end[plunge], edge_of(block.end, plan)
     return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
 
 

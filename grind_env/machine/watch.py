@@ -66,23 +66,21 @@ class _Cycle:
         plan: its parameters.
         before: depth to which the part has been ground before it, mm.
         stroke: its last one.
+        longest: length of its longest stroke, mm.
         highest: depth of its highest stroke, mm.
         deepest: depth of its deepest stroke, mm.
         over: whether one has passed over the part.
         removed: depth ground off, mm.
-        torque: highest over that at which the spindle stalls, of strokes in which it slowed.
-        overload: subject of the warning of that stroke, and what to say.
     """
 
     plan: CyclePlan
     before: float
     stroke: Stroke | None = None
+    longest: float = 0.0
     highest: float = math.inf
     deepest: float = -math.inf
     over: bool = False
     removed: float = 0.0
-    torque: float = 0.0
-    overload: tuple[str, str] | None = None
 
     @property
     def is_idle(self) -> bool:
@@ -94,6 +92,23 @@ class _Cycle:
         """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
         return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Overload:
+    """The worst stroke or infeed of a block for the spindle, which has slowed or stalled in it.
+
+    Attributes:
+        line: of the block.
+        torque: over that at which the spindle stalls.
+        subject: of the warning.
+        text: of the warning.
+    """
+
+    line: int
+    torque: float
+    subject: str
+    text: str
 
 
 class Watch:
@@ -112,6 +127,7 @@ class Watch:
         self._pick: Pick | None = None
         self._stroke: Stroke | None = None
         self._cycle: _Cycle | None = None
+        self._overload: _Overload | None = None  # not yet told
         self._in_air = False  # the last cycle
         self._judged = False  # a cycle that is not idle
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
@@ -191,12 +207,13 @@ class Watch:
 
     def dress(self, line: int, plan: DressPlan, count: int) -> None:
         """So many dresses are made in the block of a line: whether these alone make the wheel too small."""
-        self._dressed += 2.0 * plan.passes * plan.depth * count
         least = self.job.setup.wheel.minimum_diameter
-        too_small = first_diameter(self.job) - self._dressed < least and self.job.times.wheel_change is None
-        if too_small and not self._eaten:
-            self._eaten = True
-            self.warn(line, "diameter", advice.eaten_wheel(self._dressed, least))
+        for _ in range(count):
+            self._dressed += 2.0 * plan.passes * plan.depth
+            too_small = first_diameter(self.job) - self._dressed < least and self.job.times.wheel_change is None
+            if too_small and not self._eaten:
+                self._eaten = True
+                self.warn(line, "diameter", advice.eaten_wheel(self._dressed, least))
 
     def dress_moves(self, file: str, moves: Sequence[Motion], axis: int) -> None:
         """A dress program of a file has been executed, with its way back."""
@@ -227,32 +244,45 @@ class Watch:
                 self.warn(event.cycle.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
         plan, length = event.cycle, abs(event.end[event.axis] - event.start[event.axis])
-        self._judge_speed(plan.line, event.feed, max(length, abs(plan.primary - plan.secondary)), event.inch)
+        self._judge_speed(plan, event.feed, length, event.inch)
         self._judge_stroke(event, made.deepest, made.removed, before.A, after.A, after.ds)
         self._count(event, made)
 
     def spindle(self, rows: Table) -> None:
-        """Strokes of a cycle have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed or stalled.
+        """Strokes or infeeds of a block have been made, dtype `record.STROKE_ROW`, in which the spindle perhaps slowed.
 
-        The cycle ends with a word about the worst of them.
+        The cycle, or the grooving, ends with a word about the worst of them.
         """
-        assert self.part is not None and self._cycle is not None
-        worst, cycle, p = rows[int(rows["torque"].argmax())], self._cycle, self.part.p
-        torque, number, limit = float(worst["torque"]), int(worst["number"]), 0.001 * p.power
-        if torque <= max(cycle.torque, SLOWED * p.rs):
+        assert self.part is not None
+        worst, p = rows[int(rows["torque"].argmax())], self.part.p
+        line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power
+        if torque <= SLOWED * p.rs:
             return
-        cycle.torque = torque
+        if self._overload is not None and self._overload.line != line:
+            self._tell_overload()
+        if self._overload is not None and torque <= self._overload.torque:
+            return
+        number, groove = int(worst["number"]), int(worst["groove"]) > 0
         if torque >= STALL:
-            cycle.overload = "stall", advice.stalled_spindle(number, limit, p.stall_time)
+            text = advice.stalled_spindle(number, limit, p.stall_time, groove=groove)
+            self._overload = _Overload(line, torque, "stall", text)
         else:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            cycle.overload = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit)
+            text = advice.slowed_spindle(number, float(worst["vs"]), speed, limit, groove=groove)
+            self._overload = _Overload(line, torque, "spindle", text)
 
-    def _judge_speed(self, line: int, feed: float, length: float, inch: bool) -> None:
-        """Warn of a stroke of that length, mm, at a feed that the table does not make."""
-        beyond = beyond_table(feed, length, self.control.acceleration, self.job.setup.machine, inch)
+    def _tell_overload(self) -> None:
+        overload, self._overload = self._overload, None
+        if overload is not None:
+            self.warn(overload.line, overload.subject, overload.text)
+
+    def _judge_speed(self, plan: CyclePlan, feed: float, length: float, inch: bool) -> None:
+        """Warn of a feed that the table does not make, in a stroke of that length, mm, or in a longer one before."""
+        assert self._cycle is not None
+        self._cycle.longest = longest = max(self._cycle.longest, length, abs(plan.primary - plan.secondary))
+        beyond = beyond_table(feed, longest, self.control.acceleration, self.job.setup.machine, inch)
         if beyond is not None:
-            self.warn(line, "speed", beyond)
+            self.warn(plan.line, "speed", beyond)
 
     def _count(self, last: Stroke, made: Extremes) -> None:
         """Count strokes of the cycle, up to its last one so far."""
@@ -286,7 +316,7 @@ class Watch:
         shallow = extremes.most <= advice.deepest_within(event.feed) and after.ds >= least
         alive = extremes.sharpest > 0.0 and extremes.dullest < self.part.p.Amax
         inside = self._turns_inside(plan.secondary) or self._turns_inside(plan.primary)
-        self._judge_speed(plan.line, event.feed, abs(plan.primary - plan.secondary), event.inch)
+        self._judge_speed(plan, event.feed, abs(plan.primary - event.start[plan.axis]), event.inch)
         if inside or not (shallow and alive):
             made, A = 0, before.A
             for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
@@ -349,6 +379,10 @@ class Watch:
         if diameter < least and self.job.times.wheel_change is None and not self._eaten:
             self.warn(0, "diameter", advice.worn_wheel(least))
 
+    def stroked_on(self, stop: ProgramStop) -> None:
+        """The table has gone on after an M00 that takes the part off; told unless M01 was meant."""
+        self._pending.append((stop.line, "stop", advice.stroked_on()))
+
     def unload(self, stop: ProgramStop | None = None) -> None:
         """The part is taken off the machine, at a stop or at the end of the program."""
         assert self.part is not None
@@ -383,10 +417,9 @@ class Watch:
     def _end_cycle(self) -> None:
         """Judge the cycle as a whole."""
         cycle, self._cycle = self._cycle, None
+        self._tell_overload()
         if cycle is None or cycle.stroke is None:
             return
-        if cycle.overload is not None:
-            self.warn(cycle.plan.line, *cycle.overload)
         if cycle.is_idle:
             self._idle = self._idle or (cycle.plan.line, self._air(cycle, cycle.stroke))
             return

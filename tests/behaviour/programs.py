@@ -86,8 +86,8 @@ VARIANTS: dict[str, dict[str, Variant]] = {
 }
 """What is recorded of a program besides `PLAIN`, or in its place."""
 
-FOUND_BY_DRESSES = ("modes", "origins")
-"""Of the start of a cycle: what its dresses do with them shows in their strokes."""
+SHOWN_ELSEWHERE = ("modes", "origins", "reciprocating")
+"""Of the start of a cycle: what its dresses do with them shows in their strokes, as a table does that goes on."""
 
 TOLERANCES = {"contour": 1e-9}
 """Of programs with arcs, whose sines are those of the C library: mm, s, and relative. All others keep every bit."""
@@ -133,7 +133,7 @@ def described(event: Event) -> dict[str, Any]:
             value = value.source.text
         if isinstance(value, CyclePlan) and not isinstance(event, CycleStart):
             continue
-        if item.name in FOUND_BY_DRESSES:
+        if item.name in SHOWN_ELSEWHERE:
             continue
         if is_dataclass(value):
             value = {each.name: getattr(value, each.name) for each in fields(value)}

@@ -252,8 +252,9 @@ def test_parts_are_divided_at_m00() -> None:
 
 def test_an_infeed_beyond_the_model_warns_once_per_block() -> None:
     coarse = run(START + "G77 X24.4 I.3 D0 F60.\nM30\n", groove_job(), control=NEAR)
-    assert len(coarse.warnings) == 1
-    assert coarse.warnings[0].startswith("test.nc:3: an infeed cuts 0.")
+    cuts, stalls = coarse.warnings
+    assert cuts.startswith("test.nc:3: an infeed cuts 0.")
+    assert stalls.startswith("test.nc:3: in an infeed the spindle stalls") and "take smaller steps" in stalls
     creeping = run(START + "G77 X24.9 I.05 D0 F.06\nM30\n", groove_job(), control=NEAR)
     # 100 mm in the 50 s of an infeed are 120 mm/min
     assert creeping.warnings == (

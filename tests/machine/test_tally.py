@@ -132,6 +132,8 @@ class Plunge(NamedTuple):
             stroke_seconds=STROKE_SECONDS,
             start=0.0,
             target=self.depth * MICRON,
+            surface=0.0,
+            bottom=self.depth * MICRON,
             primary_pick=self.J * MICRON,
             secondary_pick=self.Q * MICRON,
             at_depth=float(self.at_depth),

@@ -104,6 +104,7 @@ class Case(NamedTuple):
             first_seconds=seconds,
             stroke_seconds=seconds,
             target=self.depth / 1000.0,
+            bottom=self.depth / 1000.0,
             primary_pick=self.J / 1000.0,
             at_depth=1.0 + self.L,
             executions=float(self.D),

@@ -98,6 +98,8 @@ class Case:
             stroke_seconds=seconds,
             start=-self.above / 1000.0,
             target=self.depth / 1000.0,
+            surface=0.0,
+            bottom=self.depth / 1000.0,
             primary_pick=self.J / 1000.0,
             secondary_pick=self.Q / 1000.0,
             at_depth=1.0 + self.L,

@@ -132,6 +132,8 @@ def plunge_cycle(
         stroke_seconds=seconds,
         start=start,
         target=target,
+        surface=0.0,
+        bottom=start + (target - start),
         primary_pick=kind.pick,
         secondary_pick=kind.pick,
         at_depth=at_depth,

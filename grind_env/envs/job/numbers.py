@@ -7,6 +7,7 @@ from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.program_episode import BlockRun
 from grind_env.machine.feeding import FULL
+from grind_env.machine.gauging import counted_rise
 from grind_env.machine.job import Job
 from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
 
@@ -59,8 +60,12 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
     )
 
 
-def tally_of(run: BlockRun, job: Job) -> Tally:
-    """What a block has come to that the control has executed, up to the next one."""
+def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
+    """What a block has come to that the control has executed, up to the next one.
+
+    Of a block that takes a part off, the heat is that of the whole part as it is judged; of another one that which
+    counts if the stage ends at a depth of `finish`, mm.
+    """
     strokes, plan = run.strokes, run.plan
     table, power = strokes["groove"] == 0, strokes["load"]
     least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
@@ -71,8 +76,10 @@ def tally_of(run: BlockRun, job: Job) -> Tally:
     first, last = full[:STROKES_AT_MOST], full[-STROKES_AT_MOST:]
     last = last[last >= since]
     ground = table | job.setup.grooving_wheel
-    plunges = strokes["T"][run.increments > 0.0]
-    rise = float(run.finished["rise"][-1] if run.finished.size else plunges.max(initial=0.0))
+    plunges = list(zip(*(strokes[name][run.plunged & table].tolist() for name in ("Z", "T")), strict=True))
+    rise = [counted_rise(plunges, finish, every) for every in (True, False)]
+    if run.finished.size:
+        rise = [float(run.finished["rise"][-1])] * 2
     return NOTHING._replace(
         seconds=run.seconds,
         strokes=float(len(strokes)),
@@ -84,9 +91,9 @@ def tally_of(run: BlockRun, job: Job) -> Tally:
         deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
         peak_load=float(power.max(initial=0.0)),
         peak_torque=float(strokes["torque"].max(initial=0.0)),
-        plunge_rise=rise,
-        finish_rise=rise,
-        burn_ratio=float(strokes["Br"].max(initial=0.0)),
+        plunge_rise=rise[0],
+        finish_rise=rise[1],
+        burn_ratio=float(strokes["Br"][run.plunged].max(initial=0.0)),
         worn=float(strokes["worn"].sum()),
         dressed_off=float(run.dresses["removed"].sum()),
     )

@@ -45,6 +45,7 @@ class BlockOutline:
         inch: whether it is read in inches.
         dress: one execution of its dress program; None if it knows none.
         depth: by which the part gets deeper from this block to the next one, mm; in a G81 by other blocks.
+        finish: depth of the deepest block of its stage of the part, mm.
         part: number of its part, from 0.
         starts_part: whether it is the first one on its part.
         finished: parts that are taken off before the next block.
@@ -55,13 +56,19 @@ class BlockOutline:
     inch: bool
     dress: DressPlan | None
     depth: float
+    finish: float
     part: int
     starts_part: bool
     finished: int
 
     def words(self, choice: Choice) -> Words:
-        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D."""
+        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
+
+        Its own E stays as it is written, for it may have decimals or be clamped.
+        """
         speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
+        own = [str(word)[1:] for word in self.block.words if word.letter == "E"]
+        speed = own[0] if own and choice.speed == self.plan.feed else speed
         return {"E": speed, "D": str(choice.executions)} if self.takes_dresses else {"E": speed}
 
     @property
@@ -79,7 +86,15 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
         part, reached = part + starts, 0.0 if starts else reached
         depth, reached = row.reached - reached, row.reached
         outline = BlockOutline(
-            block.block, block.plan, block.inch, block.dress_plan, depth, part, starts, int(block.ends_part)
+            block.block,
+            block.plan,
+            block.inch,
+            block.dress_plan,
+            depth,
+            row.finish,
+            part,
+            starts,
+            int(block.ends_part),
         )
         blocks.append(outline)
     return tuple(blocks)
@@ -126,12 +141,16 @@ def refuse_many(programs: Programs, job: Job) -> None:
 
 def _outlines(runs: Sequence[BlockRun], episode: ProgramEpisode) -> Iterator[BlockOutline]:
     part, reached = 0, 0.0
-    for run, (block, _) in zip(runs, episode.chosen, strict=True):
+    finish = [0.0] * len(runs)
+    for k in reversed(range(len(runs))):
+        ends = k + 1 == len(runs) or runs[k].judged or runs[k + 1].part != runs[k].part
+        finish[k] = runs[k].deepest if ends else finish[k + 1]
+    for run, at_end, (block, _) in zip(runs, finish, episode.chosen, strict=True):
         starts = run.part != part
         surface = 0.0 if starts else reached
         # grooves of another part may lie on the way to this block, or from it
         part, reached = run.part, max([surface, *run.strokes["Z"][run.strokes["part"] == run.part]])
         dress = None if run.plan.program is None else episode.run.dressing.plans[run.plan.program]
         yield BlockOutline(
-            block, run.plan, run.inch, dress, reached - surface, part - 1, starts, int(run.finished.size)
+            block, run.plan, run.inch, dress, reached - surface, at_end, part - 1, starts, int(run.finished.size)
         )

@@ -295,11 +295,13 @@ class JobSimulation(Simulation):
         return range(block, last + 1)
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """E and D as the coming blocks take them: E as a word says it, and D where there is such a word."""
+        """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
         speeds, executions = choice
         number = np.minimum(episodes.block, self.task.blocks - 1)
         inches = np.round(speeds / INCH, 4) * INCH
-        return np.where(self._inch[number], inches, np.rint(speeds)), executions * self._takes_dresses[number]
+        said = np.where(self._inch[number], inches, np.rint(speeds))
+        said = np.where(speeds == self._own[number, E], speeds, said)
+        return said, executions * self._takes_dresses[number]
 
     def text(self, block: int, speed: float, executions: float) -> str:
         """What the control reads for a block."""
@@ -392,7 +394,7 @@ class JobSimulation(Simulation):
         for i, run in step_all(programs, words).items():
             machine = programs[i].run
             change = machine.mount.changes - changes[i]
-            tally = tally_of(run, self.job)
+            tally = tally_of(run, self.job, self.blocks[episodes.block[i]].finish)
             tallies[i] = tally._replace(seconds=tally.seconds - change * self.shop.change_seconds)
             finished = run.finished
             error = finished["worst_error"][-1] if finished.size else 1000.0 * machine.part.left

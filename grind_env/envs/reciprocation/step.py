@@ -57,6 +57,7 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
         first_middle=middle,
         middle=middle,
         acceleration=infeed.acceleration,
+        surface=0.0,
         made=0.0,
         away=0.0,
         to_secondary=0.0,

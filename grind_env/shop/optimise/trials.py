@@ -27,9 +27,9 @@ KEPT = 0.95
 """Share of the parts, over all lots, that must keep a limit."""
 LIMITS = ("power", "temp", "Ra", "size")
 
-_COST, _GOOD, _SECONDS, _LOAD, _RISE, _RA, _ERROR, _HANDOVER = (
+_COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
     Outcome._fields.index(name)
-    for name in ("cost", "good", "seconds", "power_ratio", "rise", "roughness", "size_error", "handover_cost")
+    for name in ("cost", "good", "seconds", "peak_power", "power_ratio", "roughness", "size_error", "handover_cost")
 )
 _PLUNGE_RISE, _FINISH_RISE = Tally._fields.index("plunge_rise"), Tally._fields.index("finish_rise")
 
@@ -47,7 +47,7 @@ class Measures(NamedTuple):
     Ra: Array
     """um."""
     power: Array
-    """Highest, kW above idle."""
+    """Highest that the spindle gave, kW above idle: at most its limit, however much was asked for."""
     rise: Array
     """Highest that counts, K."""
     size_error: Array
@@ -121,7 +121,7 @@ class Trials:
             rise = tallies[:, _PLUNGE_RISE if rows.counts_all[k] else _FINISH_RISE]
             error = np.abs(outcomes[:, _ERROR])
             here = peaks[:, :, part]
-            here[0] = np.maximum(here[0], outcomes[:, _LOAD])
+            here[0] = np.maximum(here[0], outcomes[:, _POWER])
             here[1] = np.maximum(here[1], rise)
             np.maximum(worst[0, :, part], outcomes[:, _LOAD], out=worst[0, :, part])
             np.maximum(worst[1, :, part], rise / rows.rise[k], out=worst[1, :, part])
@@ -131,10 +131,9 @@ class Trials:
                     if most > NO_LIMIT:
                         np.maximum(worst[limit, :, part], value / most, out=worst[limit, :, part])
         cost, seconds, good = sums.reshape(3, count, lots) / parts
-        load, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
+        power, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
         shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
-        power = load * simulation.job.limits.power / 1000.0
-        return Measures(cost, seconds, roughness, power, rise, error, 1.0 - good, shares)
+        return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
 
 
 class _LimitRows(NamedTuple):

@@ -1,0 +1,419 @@
+"""What must hold of a program and its job: however it is run, the same comes of it, or one sentence says why not."""
+
+import math
+import signal
+import time
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from grind_env.control import Control, ControlError, Programs, check, execute, read
+from grind_env.control.control import WHEEL_RADIUS
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.errors import GrindError
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+from grind_env.machine.record import GrindingRecord
+from grind_env.machine.rows import Table
+from grind_env.machine.run import GrindingRun
+from grind_env.machine.script import script_of
+from grind_env.machine.script_block import ScriptError
+from grind_env.machine.tally import Tally
+from grind_env.process.cost import STALL
+from grind_env.process.state import WheelState
+from grind_env.shop.optimise.trials import Trials
+from tests.soak.writer import Case
+
+SLOW = 5.0
+"""s of processor time that a program may take on each of its ways."""
+SUM = 1e-9
+"""Share by which sums over a run may differ, and what comes of them."""
+NAME = "campaign.nc"
+SLOWED = 1.001
+"""Torque over that at the power limit from which on the spindle has slowed."""
+STEPPED_BY_CONTROL = 4
+"""Of how many programs without a script one is stepped by the control, which runs it seven times."""
+
+
+class TooSlowError(BaseException):
+    """A program has used up its time; no handler of ordinary exceptions may stop this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What must not happen.
+
+    Attributes:
+        kind: the same for every program that shows it.
+        details: traceback or numbers.
+    """
+
+    kind: str
+    details: str
+
+
+@dataclass(slots=True)
+class Examined:
+    """How a program ended.
+
+    Attributes:
+        end: "ground", or the name of the error that refuses it.
+        replay: "script", why there is none, or why it is not stepped at all.
+        happened: what shows only when it is ground, by name.
+        strokes: that it made.
+        exact: wheels after a block that were those of the machine to the bit, and how many were compared.
+        findings: what must not happen.
+    """
+
+    end: str = ""
+    replay: str = ""
+    happened: set[str] = field(default_factory=set)
+    strokes: int = 0
+    exact: tuple[int, int] = (0, 0)
+    findings: list[Finding] = field(default_factory=list)
+
+    def record(self) -> dict[str, Any]:
+        """As plain data for a JSON file."""
+        return {**asdict(self), "happened": sorted(self.happened)}
+
+    def differ(self, kind: str, found: object, expected: object) -> None:
+        """Note down a difference."""
+        self.findings.append(Finding(kind, f"{found!r} and not {expected!r}"))
+
+
+def examine(case: Case, seconds: float = SLOW) -> Examined:
+    """Run a program on all its ways."""
+    examined = Examined()
+    ways = (("check", _check), ("run", _run), ("replay", _replay))
+    known: dict[str, Any] = {}
+    for name, way in ways:
+        began = time.process_time()
+        try:
+            with _limited(seconds):
+                go_on = way(case, examined, known)
+        except TooSlowError:
+            spent = time.process_time() - began
+            examined.findings.append(
+                Finding(f"{name}: slow", f"more than {seconds:g} s of processor time ({spent:.1f})")
+            )
+            break
+        except Exception as error:
+            frames = traceback.extract_tb(error.__traceback__)
+            last = next((frame for frame in reversed(frames) if "grind_env" in frame.filename), frames[-1])
+            kind = f"{name}: {type(error).__name__} in {Path(last.filename).name}:{last.name}"
+            examined.findings.append(Finding(kind, "".join(traceback.format_exception(error))))
+            break
+        if not go_on:
+            break
+    return examined
+
+
+def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
+    try:
+        known["programs"] = read(case.text, NAME)
+    except ControlError as error:
+        examined.end = error.name
+        return False
+    radius = {WHEEL_RADIUS: 0.5 * first_diameter(case.job)}
+    report = check(known["programs"], replace(case.job.control, radii=radius))
+    known["checked"] = str(report.errors[-1]) if report.errors else None
+    for error in report.errors:
+        _require_sentence(error, examined)
+    return True
+
+
+def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
+    """Grind it at once and stroke by stroke."""
+    programs, job = known["programs"], case.job
+    whole, stepped = _ground(programs, job, None), _stepped(programs, job)
+    for error in (whole, stepped):
+        if isinstance(error, GrindError):
+            _require_sentence(error, examined)
+    if isinstance(whole, GrindError) or isinstance(stepped, GrindError):
+        error = whole if isinstance(whole, GrindError) else stepped
+        examined.end = error.name if isinstance(error, ControlError) else type(error).__name__
+        if str(whole) != str(stepped):
+            examined.differ("run: refused on one way", str(whole)[:300], str(stepped)[:300])
+        known["refused"] = str(error)
+        return True
+    examined.end, examined.strokes = "ground", int(whole.strokes.size)
+    if known["checked"] is not None:
+        examined.differ("check: refuses what is ground", known["checked"], "ground")
+    _see(whole, examined)
+    dressed = bool((whole.dresses["cause"] == "auto").any())
+    for name in ("strokes", "dresses", "parts"):
+        _compare_tables(
+            f"run: {name} stroke by stroke", getattr(whole, name), getattr(stepped, name), dressed, examined
+        )
+    if sorted(whole.warnings) != sorted(stepped.warnings):
+        odd = sorted(set(whole.warnings) ^ set(stepped.warnings))
+        examined.differ("run: warnings stroke by stroke", odd, [])
+    if whole.stages != stepped.stages:
+        examined.differ("run: stages stroke by stroke", whole.stages, stepped.stages)
+    known["record"] = whole
+    return True
+
+
+def _ground(programs: Programs, job: Job, control: Control | None) -> GrindingRecord | GrindError:
+    try:
+        return grind(programs, job, control=control)
+    except GrindError as error:
+        return error
+
+
+def _stepped(programs: Programs, job: Job) -> GrindingRecord | GrindError:
+    """The record of a run in which the control announces every stroke."""
+    try:
+        run, execution = GrindingRun(programs, job, job.control, job.parts), execute(programs, job.control)
+        execution.set_wheel_radius(0.5 * run.mount.diameter)
+        for event in execution:
+            run.take(event)
+            execution.set_wheel_radius(0.5 * run.mount.diameter)
+        return run.record()
+    except GrindError as error:
+        return error
+
+
+def _see(record: GrindingRecord, examined: Examined) -> None:
+    """Note down what has happened."""
+    strokes = record.strokes
+    table = strokes[strokes["groove"] == 0]
+    p = record.job.parameters
+    happened = {
+        "spindle slows": (strokes["torque"] > SLOWED * p.rs).any() and bool((strokes["vs"] > 0.0).any()),
+        "stall": (strokes["torque"] >= STALL).any(),
+        "stall in a groove": (strokes["torque"][strokes["groove"] > 0] >= STALL).any(),
+        "air": any(not (table["ae"][table["line"] == line] > 0.0).any() for line in np.unique(table["line"])),
+        "several parts": len(record.parts) > 1,
+        "dresses": len(record.dresses) > 0,
+        "wheel destroyed": bool(strokes.size) and float(strokes["A"].max()) >= 0.999 * p.Amax,
+    }
+    examined.happened |= {name for name, true in happened.items() if true}
+
+
+def _compare_tables(kind: str, found: Table, expected: Table, loosely: bool, examined: Examined) -> None:
+    """To the bit; nearly, where dresses that are not executed anew have other times in their last bits."""
+    if found.shape != expected.shape:
+        examined.differ(f"{kind}: number", found.shape, expected.shape)
+        return
+    for name in found.dtype.names or ():
+        one, other = found[name], expected[name]
+        same = np.array_equal(one, other)
+        if not same and loosely and one.dtype == np.float64:
+            same = bool(np.allclose(one, other, rtol=SUM, atol=1e-3 * SUM))
+        if not same:
+            k = int(np.flatnonzero(one != other)[0])
+            examined.differ(f"{kind}: {name}", one[k].item(), other[k].item())
+            return  # what follows from it is no news
+
+
+def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
+    """Step it block by block with its own words: compiled if it has a script, by the control some of the others."""
+    programs, job, record = known["programs"], case.job, known.get("record")
+    try:
+        if case.seed % STEPPED_BY_CONTROL:
+            script_of(programs, job)
+    except ScriptError as why:
+        _require_sentence(why, examined)
+        examined.replay = _reason(str(why))
+        return False
+    except GrindError:
+        pass  # which the simulation has to refuse, too
+    try:
+        simulation = JobSimulation(programs, job, 0.0)
+    except GrindError as error:
+        _require_sentence(error, examined)
+        if record is not None and not isinstance(error, JobProgramError):
+            examined.differ("replay: refuses what is ground", str(error)[:300], "ground")
+        examined.replay = f"refused: {type(error).__name__}"
+        return False
+    if record is None:
+        examined.replay = "ground"
+        examined.differ("replay: grinds what is refused", "ground", known["refused"][:300])
+        return False
+    examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
+    episode, wheels = ProgramEpisode(programs, job, job.parts), []
+    while episode.block is not None:
+        episode.step({})
+        wheels.append(episode.run.wheel)
+    _compare_tables("step: strokes", episode.run.record().strokes, record.strokes, True, examined)
+    way = "control" if simulation.script is None else "replay"
+    found = _stepped_blocks(simulation)
+    if len(found.outcomes) != len(wheels):
+        examined.differ(f"{way}: blocks", len(found.outcomes), len(wheels))
+        return False
+    _compare_wheels(way, simulation, found.wheels, wheels, examined)
+    _compare_sums(way, found, record, examined)
+    if not _by_blocks(simulation, record):
+        return True
+    _compare_parts(way, simulation, found, record, examined)
+    _compare_measures(way, simulation, record, examined)
+    return True
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """What the blocks of a program have come to.
+
+    Attributes:
+        outcomes: by name, each of shape (blocks,).
+        tallies: likewise.
+        wheels: after each block, shape (blocks, fields of `WheelState`).
+    """
+
+    outcomes: Table
+    tallies: Table
+    wheels: Table
+
+    def outcome(self, name: str) -> Table:
+        """A column."""
+        return self.outcomes[:, Outcome._fields.index(name)]
+
+    def tally(self, name: str) -> Table:
+        """A column."""
+        return self.tallies[:, Tally._fields.index(name)]
+
+
+def _stepped_blocks(simulation: JobSimulation) -> Stepped:
+    episodes = simulation.start([np.random.default_rng(0)])
+    rows: tuple[list[Table], list[Table], list[Table]] = [], [], []
+    for block in simulation.blocks:
+        outcomes, tallies = simulation.step(
+            episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)])
+        )
+        for each, new in zip(rows, (outcomes[0], tallies[0], episodes.wheels[0].copy()), strict=True):
+            each.append(new)
+    return Stepped(*(np.array(each) for each in rows))
+
+
+def _compare_wheels(
+    way: str, simulation: JobSimulation, found: Table, expected: Sequence[Any], examined: Examined
+) -> None:
+    """After each block; its wear since it was gauged is known at a stop here, with the next block there.
+
+    A script counts the way to the point where the next block takes over as of the block before.
+    """
+    exact, compared, odd = 0, 0, None
+    script = simulation.script
+    for number, (one, other) in enumerate(zip(found.tolist(), expected, strict=True)):
+        wheel = WheelState(*one)
+        if script is not None and script.blocks[number].to_secondary:
+            continue
+        names = [name for name in WheelState._fields if name != "W"]
+        for name in names:
+            here, there = getattr(wheel, name), getattr(other, name)
+            compared, exact = compared + 1, exact + (here == there)
+            if odd is None and not _near(here, there):
+                odd = (f"{way}: wheel {name}", f"{here!r} in block {number}", there)
+    examined.exact = exact, compared
+    if odd is not None:
+        examined.differ(*odd)
+
+
+def _near(found: float, expected: float, absolute: float = 1e-12) -> bool:
+    return found == expected or math.isclose(found, expected, rel_tol=SUM, abs_tol=absolute)
+
+
+def _compare(kind: str, pairs: Mapping[str, tuple[float, float]], examined: Examined) -> None:
+    for name, (found, expected) in pairs.items():
+        if not _near(float(found), float(expected)):
+            examined.differ(f"{kind} {name}", float(found), float(expected))
+
+
+def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Examined) -> None:
+    parts = record.parts
+    sums = {name: (found.outcome(name).sum(), parts[name].sum()) for name in ("time_cost", "wheel_cost", "dress_cost")}
+    sums["seconds"] = found.outcome("seconds").sum(), record.seconds
+    sums["good parts"] = found.outcome("good").sum(), parts["survival"].sum()
+    for name, expected in (
+        ("strokes", len(record.strokes)),
+        ("dresses", len(record.dresses)),
+        ("worn", parts["worn"].sum()),
+        ("dressed_off", parts["dressed_off"].sum()),
+    ):
+        sums[name] = found.tally(name).sum(), expected
+    _compare(f"{way}:", sums, examined)
+
+
+def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:
+    """Whether each part is taken off after its last block; the control may take one off after the next one begins."""
+    finished = [(block.part, block.finished) for block in simulation.blocks]
+    return [part for part, count in finished if count] == list(range(len(record.parts)))
+
+
+def _compare_parts(
+    way: str, simulation: JobSimulation, found: Stepped, record: GrindingRecord, examined: Examined
+) -> None:
+    """Peaks, and what is gauged in the end, part by part."""
+    finished, first = [block.finished for block in simulation.blocks], 0
+    own = found.outcome("cost").sum() - found.outcome("handover_cost").sum()
+    _compare(f"{way}:", {"cost": (own, record.parts["total_cost"].sum())}, examined)
+    for part, number in enumerate(k for k, count in enumerate(finished) if count):
+        row, blocks = record.parts[part], slice(first, number + 1)
+        first = number + 1
+        pairs = {
+            "power": (found.outcome("peak_power")[blocks].max(), row["peak_power"]),
+            "torque": (found.outcome("peak_torque")[blocks].max(), row["peak_torque"]),
+            "burn ratio": (found.outcome("burn_ratio")[blocks].max(), row["burn_ratio"]),
+            "Ra": (found.outcome("roughness")[number], row["Ra"]),
+            "size error": (found.outcome("size_error")[number], row["worst_error"]),
+            "survival": (found.outcome("good")[number], row["survival"]),
+            "scrap cost": (found.outcome("scrap_cost")[number], row["scrap_cost"]),
+        }
+        if not record.stages[part]:
+            pairs["temperature"] = (found.outcome("rise")[blocks].max(), row["rise"])
+        _compare(f"{way}: part", pairs, examined)
+
+
+def _compare_measures(way: str, simulation: JobSimulation, record: GrindingRecord, examined: Examined) -> None:
+    """What `optimise` says of the program itself."""
+    trials, parts = Trials(simulation, 1, ((0,),)), record.parts
+    measured = trials.measure(trials.own[None], handover=False)
+    pairs = {
+        "cost": (measured.cost[0, 0], parts["total_cost"].mean()),
+        "seconds": (measured.seconds[0, 0], parts["seconds"].mean()),
+        "power": (measured.power[0, 0], parts["peak_power"].mean() / 1000.0),
+        "scrap": (measured.scrap[0, 0], 1.0 - parts["survival"].mean()),
+    }
+    if simulation.blocks[-1].finished and not any(record.stages):
+        pairs["temperature"] = (measured.rise[0, 0], parts["rise"].mean())
+        pairs["Ra"] = (measured.Ra[0, 0], parts["Ra"].mean())
+        pairs["size error"] = (measured.size_error[0, 0], np.abs(parts["worst_error"]).mean())
+    _compare(f"optimise by {way}:", pairs, examined)
+
+
+def _reason(sentence: str) -> str:
+    """Why there is no script, without place and numbers."""
+    words = sentence.split("there is no script of this program: ")[-1].split(";")[0].split(",")[0]
+    return "".join("#" if letter.isdigit() else letter for letter in words)
+
+
+def _require_sentence(error: GrindError, examined: Examined) -> None:
+    if "\n" in str(error) or not str(error):
+        examined.findings.append(Finding("no sentence", repr(str(error))))
+
+
+@contextmanager
+def _limited(seconds: float) -> Iterator[None]:
+    """Raise `TooSlowError` after so much processor time."""
+
+    def stop(signum: int, frame: FrameType | None) -> None:
+        raise TooSlowError
+
+    before = signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
