@@ -222,8 +222,8 @@ def _named(text: str) -> Iterator[Path]:
     return (Path(piece) for piece in pieces if is_file(Path(piece)))
 
 
-def agent_files(text: str) -> Iterator[Path]:
-    """A trained agent, and the learning curve beside it."""
+def curve_files(text: str) -> Iterator[Path]:
+    """A learning curve, or a trained agent with the one beside it."""
     yield Path(text)
     if Path(text).suffix:
         yield Path(text).with_suffix(".csv")
@@ -233,6 +233,6 @@ PROGRAM = Reads(programs=lambda text: [Path(text)])
 JOB = Reads(files=job_files)
 PROBLEM = Reads(files=task_files, programs=task_programs)
 FILE = Reads(files=lambda text: [Path(text)])
-AGENT = Reads(files=agent_files)
+CURVE = Reads(files=curve_files)
 CONFIGS = Reads(files=lambda text: Path(text).glob("*.toml"))
 """A folder of tuned parameters."""

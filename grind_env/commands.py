@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grind_env.arguments import AGENT, CONFIGS, JOB, PROBLEM, Writes
+from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
 from grind_env.targets import Own
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run
 NamedPolicy = Annotated[
     str | None,
     typer.Option(help="A policy, the file of a trained agent, or a constant: E8D0; by default the shipped one."),
-    AGENT,
+    FILE,
 ]
 Configs = Annotated[
     Path | None,

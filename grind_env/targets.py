@@ -86,8 +86,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
         check_target(target.path)
         if target.after is not None and is_stream(target.after):
             raise FileError(f"{shown(target.after)} is no file beside which another can be written; {target.remedy}")
-    files = [target for target in targets if not is_stream(target.path)]
-    _refuse_twice(files)
     replaced = [(target, status) for target in targets if (status := _regular(target.path)) is not None]
     known = [(path, status) for path in dict.fromkeys(read if replaced else ()) if (status := _regular(path))]
     for target, status in replaced:
@@ -101,6 +99,22 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
                 f"{target} is there already and would be lost, for it is no {target.own.what}: "
                 f"move it away, or {target.remedy}"
             )
+    _refuse_twice([target for target in targets if not is_stream(target.path)])
+
+
+def check_own(path: Path, own: Own, option: str) -> None:
+    """Find out, before any work, whether a file may be replaced that has a name of the command's own in a folder.
+
+    Args:
+        path: of the file, whose folder may yet have to be made.
+        own: what it may be.
+        option: by which the folder is named.
+
+    Raises:
+        FileError: it is there already and something else.
+    """
+    if status_of(path) is not None:
+        check_targets([Target(path=path, option=option, own=own)])
 
 
 def _refuse_twice(files: Sequence[Target]) -> None:
@@ -109,6 +123,8 @@ def _refuse_twice(files: Sequence[Target]) -> None:
     for target in files:
         place = os.path.realpath(target.path).casefold()
         if place in taken:
+            if target.after == taken[place].path:
+                raise FileError(f"{shown(target.path)} is the name of what is written beside it, too; {target.remedy}")
             options = " and ".join(dict.fromkeys(each.option for each in (taken[place], target) if each.option))
             by = f" with {options}" if options else ""
             raise FileError(f"{shown(target.path)} would be written twice{by}; name different files")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import AGENT, FILE, Writes
+from grind_env.arguments import FILE, Writes
 from grind_env.shop.advise.own import LOG, STATE, VALUES
 from grind_env.shop.commands.arguments import JobFile, ProgramFile
 
@@ -16,7 +16,7 @@ def advise(
     policy: Annotated[
         str | None,
         typer.Option(help="By name, a constant such as E12D0, or a .safetensors file; look_ahead if not given."),
-        AGENT,
+        FILE,
     ] = None,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
     by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
