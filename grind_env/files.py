@@ -166,8 +166,9 @@ def check_target(path: Path) -> None:
         FileError: its folder does not exist, it is a folder itself, or no file can have this name.
     """
     status = status_of(path)
-    if status is None and not _place(path).parent.is_dir():
-        raise FileError(f"{shown(path)}: there is no folder {shown(_place(path).parent)}; make it first")
+    for folder in (path.parent, _place(path).parent) if status is None else ():
+        if not folder.is_dir():
+            raise FileError(f"{shown(path)}: there is no folder {shown(folder)}; make it first")
     if status is not None and stat.S_ISDIR(status.st_mode):
         raise FileError(f"{shown(path)} is a folder; name a file")
 
