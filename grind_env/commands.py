@@ -103,7 +103,7 @@ def play(
     """Show an episode, what it cost, and the part program that the policy wrote.
 
     With --output the job of the program is written beside it, with the wheel, the lots and the stocks of the episode:
-    `grind run` of both shows the same parts.
+    `grind run` of both shows the same parts. A job of that name is replaced only if `grind play` has written it.
     """
     from grind_env.errors import printable
     from grind_env.files import write_atomically

@@ -4,7 +4,7 @@ import functools
 import inspect
 import re
 from collections.abc import Callable, Iterator
-from itertools import product
+from itertools import permutations, product
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
@@ -199,6 +199,34 @@ def test_a_usual_name_is_no_input_and_no_file_of_somebody(
                 assert "is read here and would be lost" in refused(leaf, given, capsys), given
                 assert file.read_text() == text
             file.unlink()
+
+
+@pytest.mark.parametrize("name", WRITING)
+def test_two_outputs_are_two_files(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    leaf = TREE[name]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "link.out").symlink_to("new.out")
+    given, files = next(situations(leaf))
+    for file, text in files.items():
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text(text)
+    outputs = {each: role for each, role in roles_of(leaf.function).items() if isinstance(role, Writes)}
+    for one, other in permutations(outputs, 2):
+        for target in ("new.out", "sub/../new.out", "NEW.out", "link.out"):
+            message = refused(leaf, {**given, one: "new.out", other: target}, capsys)
+            assert "would be written twice" in message
+            assert leaf.option(one) in message and leaf.option(other) in message
+        for suffix in outputs[one].beside or {}:
+            assert "would be written twice" in refused(leaf, {**given, one: "new.out", other: f"new{suffix}"}, capsys)
+    for one, role in outputs.items():
+        for suffix in role.beside or {}:
+            assert "written beside it" in refused(leaf, {**given, one: f"new{suffix}"}, capsys)
+            for device in ("/dev/null", "/dev/stdout"):
+                assert "is no file beside which" in refused(leaf, {**given, one: device}, capsys)
+    assert not list(tmp_path.rglob("new.*"))
 
 
 def arguments_of(leaf: Leaf) -> dict[str, Any]:
