@@ -25,9 +25,9 @@ OWN = Path("runs", "parameters")
 """Of a user's files."""
 
 HEADING = "# Parameters of the scripted policies for "
-TUNED_FILE = Own("file of tuned parameters", re.compile(HEADING.encode()).match)
 VERSION = "task_version"
 """Key of the version of the tasks that a file is tuned for."""
+TUNED_FILE = Own("file of tuned parameters", re.compile(rf"{HEADING}|{VERSION} *=".encode()).match)
 
 Value = float | int | list[float] | list[int]
 Parameters = Mapping[str, Value]
