@@ -1,10 +1,9 @@
 """The commands of `python -m agents` as one application."""
 
-import typer
-
 from agents.commands import benchmark, dataset, dress_study, figure, gaps, scores, train, tune, video
+from grind_env.arguments import Application
 
-app = typer.Typer(
+app = Application(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from grind_env.arguments import JOB, PROBLEM, Application, Writes
 from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 GROUND_SCRAP = 1
 
-app = typer.Typer(
+app = Application(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -46,6 +47,7 @@ MachineJob = Annotated[
         help="Job file; the control is then that of its machine, with its reversal dwell, rapid feed and acceleration. "
         "Without it there is no reversal dwell.",
     ),
+    JOB,
 ]
 Radius = Annotated[
     list[str] | None,
@@ -149,8 +151,10 @@ def run(
     program: ProgramFile,
     job: JobFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file.")] = None,
-    record: Annotated[Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file."), Writes()] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file."), Writes()
+    ] = None,
     block_delete: BlockDelete = False,
     blocks: Blocks = None,
     variables: Variables = None,
@@ -267,6 +271,7 @@ def tasks(
             metavar="ID|TASK|FILE",
             help="Print the page of this id or its task, or check this task file and print all that it says.",
         ),
+        PROBLEM,
     ] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print what may stand in a task file.")] = False,
     as_json: Annotated[

@@ -1,10 +1,14 @@
 """The commands of `grind` that run policies: `evaluate` and `play`."""
 
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
+from grind_env.targets import Own
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
@@ -15,12 +19,14 @@ NamedProblem = Annotated[
     typer.Option(
         "--env", "--task", "--program", help="An id, its task, a task file (.toml), or a part program (any other file)."
     ),
+    PROBLEM,
 ]
-JobFile = Annotated[str | None, typer.Option(help="Job file of a part program; its name with .toml by default.")]
+JobFile = Annotated[str | None, typer.Option(help="Job file of a part program; its name with .toml by default."), JOB]
 Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run.")]
 NamedPolicy = Annotated[
     str | None,
     typer.Option(help="A policy, the file of a trained agent, or a constant: E8D0; by default the shipped one."),
+    FILE,
 ]
 Configs = Annotated[
     Path | None,
@@ -28,10 +34,15 @@ Configs = Annotated[
         help="Folder of the tuned parameters of the scripted policies; by default the shipped ones, for files of "
         "yours runs/parameters."
     ),
+    CONFIGS,
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
 ]
+
+PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
+"""First line of the job that is written beside a program."""
+PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
 
 
 def register(app: typer.Typer) -> None:
@@ -81,6 +92,7 @@ def play(
         typer.Option(
             "--output", help="Write the part program to this .nc file, and its job beside it, instead of showing both."
         ),
+        Writes(beside={".toml": PLAYED_JOB}),
     ] = None,
     window: Annotated[
         bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
@@ -91,28 +103,24 @@ def play(
     """Show an episode, what it cost, and the part program that the policy wrote.
 
     With --output the job of the program is written beside it, with the wheel, the lots and the stocks of the episode:
-    `grind run` of both shows the same parts.
+    `grind run` of both shows the same parts. A job of that name is replaced only if `grind play` has written it.
     """
     from grind_env.errors import printable
-    from grind_env.files import FileError, write_atomically
+    from grind_env.files import write_atomically
     from grind_env.machine.job_text import job_text
     from grind_env.policies.play import play as play_episode
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust)
-    if program is not None and program.suffix == ".toml":
-        raise FileError(
-            f"{program}: the job is written to this name; name the program with another suffix, such as .nc"
-        )
     shown = None if program is not None else "human" if window else "ansi"
     played = play_episode(plays, problem, seed, shown)
     if program is None:
         print(printable(played.program.replace("\r\n", "\n")))
     else:
         write_atomically(program, lambda path: path.write_text(played.program, encoding="utf-8"))
-        beside = program.with_suffix(".toml")
-        write_atomically(beside, lambda path: path.write_text(job_text(played.job), encoding="utf-8"))
+        job_beside = program.with_suffix(".toml")
+        write_atomically(job_beside, lambda path: path.write_text(PLAYED + job_text(played.job), encoding="utf-8"))
         if played.requests:
             asked = " ".join(f"--dress-at {seconds:.3f}" for seconds in played.requests)
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))

@@ -1,12 +1,15 @@
 """Files of a user: read only as far as memory allows, and written whole or not at all."""
 
+import errno
 import io
 import os
 import select
 import stat
+import sys
 import tempfile
-from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,7 +18,9 @@ from grind_env.errors import GrindError, shortened
 MOST_BYTES = 64_000_000
 """Bytes that are read of a file; a part program of three million blocks is no longer."""
 PATIENCE = 1.0
-"""s; how long a pipe without a writer is given to find one."""
+"""s; how long a pipe without a writer, or without a reader, is given to find one."""
+LOOK = 0.01
+"""s between two looks for it."""
 CHUNK = 1 << 16
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
@@ -114,38 +119,131 @@ def csv_cell(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
-def check_target(path: Path, read: Iterable[Path] = ()) -> None:
-    """Find out whether there may be a file of this name, such as before long work that ends in it.
-
-    Args:
-        path: the file.
-        read: files that the work reads, which it must not write over.
+def beside(path: Path, suffix: str) -> Path:
+    """The file of the same name with another suffix.
 
     Raises:
-        FileError: its folder does not exist, or it is a folder itself or one of the files that are read.
+        FileError: the path ends in no name, as that of a folder may.
     """
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: there is no folder {path.parent}; make it first")
-    if path.is_dir():
-        raise FileError(f"{path} is a folder; name a file")
-    if any(is_file(each) and is_file(path) and path.samefile(each) for each in read):
-        raise FileError(f"{path} is read here and would be lost; name another file to write")
+    try:
+        return path.with_suffix(suffix)
+    except ValueError:
+        raise FileError(f"{shown(path)} is no name of a file; name a file") from None
+
+
+def status_of(path: Path) -> os.stat_result | None:
+    """What there is under the name of a file that is to be written, links followed; None if there is nothing yet.
+
+    Raises:
+        FileError: there can be no file of this name, as where links lead in a circle.
+    """
+    try:
+        return path.stat()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise FileError(f"{shown(path)} cannot be written: {error.strerror or error}; name another file") from None
+    except ValueError:
+        raise FileError(f"{shown(path)} cannot be written: no file can have this name; name another file") from None
+
+
+def is_stream(path: Path) -> bool:
+    """Whether what is written to this name goes on to somewhere else: to a device, a pipe, or where the output goes.
+
+    Raises:
+        FileError: as of `status_of`.
+    """
+    status = status_of(path)
+    if status is None or stat.S_ISDIR(status.st_mode):
+        return False
+    return not stat.S_ISREG(status.st_mode) or _standard(status) is not None
+
+
+def check_target(path: Path) -> None:
+    """Find out whether there may be a file of this name, such as before long work that ends in it.
+
+    Raises:
+        FileError: its folder does not exist, it is a folder itself, or no file can have this name.
+    """
+    status = status_of(path)
+    for folder in (path.parent, _place(path).parent) if status is None else ():
+        if not folder.is_dir():
+            raise FileError(f"{shown(path)}: there is no folder {shown(folder)}; make it first")
+    if status is not None and stat.S_ISDIR(status.st_mode):
+        raise FileError(f"{shown(path)} is a folder; name a file")
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write(temporary path)` make a file beside `path`, and move it there.
 
+    What a link leads to is replaced, and not the link. A device or a pipe is no file to be replaced: what was made is
+    written to it.
+
     Raises:
-        FileError: the folder does not exist or cannot be written to.
+        FileError: the folder does not exist or cannot be written to, or nobody reads from the pipe.
     """
     check_target(path)
+    stream, place = is_stream(path), _place(path)
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".grind-") as folder:
+        with tempfile.TemporaryDirectory(dir=None if stream else place.parent, prefix=".grind-") as folder:
             temporary = Path(folder) / path.name
             write(temporary)
-            temporary.replace(path)
+            if stream:
+                _send(temporary, path)
+            else:
+                temporary.replace(place)
     except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
+        raise FileError(f"{shown(path)} cannot be written: {error.strerror or error}") from None
+
+
+def _place(path: Path) -> Path:
+    """Where a file lies or is to lie, links followed."""
+    return Path(os.path.realpath(path))
+
+
+def _standard(status: os.stat_result) -> int | None:
+    """The descriptor of standard output or error whose file this is; None if it is neither's."""
+    for descriptor in (1, 2):
+        with suppress(OSError):  # a caller may have closed it
+            if os.path.samestat(status, os.fstat(descriptor)):
+                return descriptor
+    return None
+
+
+def _send(made: Path, path: Path) -> None:
+    """Write what was made to a device or a pipe.
+
+    Raises:
+        OSError: it takes no more, or nobody reads from it.
+    """
+    status = status_of(path)
+    standard = None if status is None else _standard(status)
+    if standard is not None:  # at the place that the output has come to, which a second descriptor would not know
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
+    descriptor = _opened(path) if standard is None else os.dup(standard)
+    with os.fdopen(descriptor, "wb", buffering=0) as sink, made.open("rb") as source:
+        while piece := source.read(CHUNK):
+            while piece:
+                piece = piece[sink.write(piece) :]
+
+
+def _opened(path: Path) -> int:
+    """A device or a pipe, opened for writing; who is to read from the pipe is given a while to come."""
+    last = time.monotonic() + PATIENCE
+    while True:
+        try:
+            descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+        except OSError as error:
+            if error.errno != errno.ENXIO:
+                raise
+            if time.monotonic() > last:
+                raise OSError(errno.ENXIO, "nobody reads from it; start its reader first") from None
+            time.sleep(LOOK)
+        else:
+            os.set_blocking(descriptor, True)
+            return descriptor
 
 
 def _open_at_once(path: str, flags: int) -> int:

@@ -5,6 +5,7 @@ episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`
 """
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +13,15 @@ from typing import Any, NamedTuple
 
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import ReadError
+from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
 from grind_env.toml import TomlError, read_toml
 
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
 
+HEADING = "# Reference scores"
+REFERENCES = Own("file of reference scores", re.compile(HEADING.encode()).match)
 VERSION = "task_version"
 """Key of the version of the tasks that scores are of."""
 
@@ -123,7 +127,7 @@ def _reference(table: Mapping[str, Any]) -> Reference:
 def write_text(references: Mapping[str, Reference]) -> str:
     """The text of a file of reference scores."""
     lines = [
-        "# Reference scores, written by `python -m agents scores`; see grind_env/scores.py.",
+        f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py.",
         "# Returns are of one episode: mean and standard error.",
     ]
     for name, each in sorted(references.items()):

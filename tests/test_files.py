@@ -1,6 +1,10 @@
-"""What a user's path may be: a file, or a pipe that someone writes to; all else is refused at once, in one sentence."""
+"""What a user's path may be, to be read or written; all else is refused at once, in one sentence."""
 
 import os
+import shutil
+import stat
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,8 +19,9 @@ from agents.learning.curve import read_curve
 from agents.learning.settings import settings_for
 from grind_env import files
 from grind_env.control import read_file
+from grind_env.control.reader import called_files
 from grind_env.errors import GrindError
-from grind_env.files import ReadError, open_file, read_bytes, read_text
+from grind_env.files import FileError, ReadError, check_target, open_file, read_bytes, read_text, write_atomically
 from grind_env.machine.job_file import load_job
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
@@ -164,3 +169,131 @@ def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None
     numbers = [1.5] * 600
     path.write_text(f'name = "{"." * 600}"  # {"." * 600}\n# {"." * 600}\nnumbers = {numbers}\n', encoding="utf-8")
     assert read_toml(path) == {"name": "." * 600, "numbers": numbers}
+
+
+# --- what is written --------------------------------------------------------------------------------------------
+
+
+def write(path: Path, text: str) -> None:
+    write_atomically(path, lambda partial: partial.write_text(text))
+
+
+def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "far").mkdir()
+    (tmp_path / "there.csv").symlink_to("far/data.csv")
+    (tmp_path / "link.csv").symlink_to("there.csv")
+    for text in ("first", "second"):
+        write(tmp_path / "link.csv", text)
+        assert (tmp_path / "far" / "data.csv").read_text() == text
+    assert (tmp_path / "link.csv").is_symlink() and (tmp_path / "there.csv").is_symlink()
+    assert [path.name for path in (tmp_path / "far").iterdir()] == ["data.csv"]
+
+
+@pytest.mark.parametrize("through", ["itself", "a link"])
+def test_devices_are_written_to_and_stay(through: str, tmp_path: Path) -> None:
+    for name in ("/dev/null", "/dev/full"):
+        device = Path(name)
+        if through == "a link":
+            device = tmp_path / f"{Path(name).name}.csv"
+            device.symlink_to(name)
+        check_target(device)
+        if name == "/dev/full":
+            with pytest.raises(FileError, match=r"cannot be written: No space left on device$"):
+                write(device, "text")
+        else:
+            write(device, "text")
+        assert stat.S_ISCHR(Path(name).stat().st_mode)
+
+
+def test_who_reads_from_a_pipe_gets_all_that_is_written(tmp_path: Path) -> None:
+    pipe, got = tmp_path / "pipe.csv", list[str]()
+    os.mkfifo(pipe)
+    for text in ("short", "a" * 1_000_000):
+        reader = threading.Thread(target=lambda: got.append(pipe.read_text()))
+        reader.start()
+        write(pipe, text)
+        reader.join()
+        assert got.pop() == text and stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_a_pipe_that_nobody_reads_from_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "PATIENCE", 0.01)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(FileError, match=r"cannot be written: nobody reads from it; start its reader first$"):
+        write(tmp_path / "pipe", "text")
+
+
+def test_the_output_is_written_to_where_it_has_come_to(tmp_path: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from grind_env.files import write_atomically\n"
+        "print('before')\n"
+        "write_atomically(Path(sys.argv[1]), lambda path: path.write_text('written\\n'))\n"
+        "print('after')"
+    )
+    out = tmp_path / "out"
+    for name in ("/dev/stdout", out):
+        out.write_text("kept\n")
+        with out.open("a") as stream:
+            subprocess.run([sys.executable, "-c", code, str(name)], stdout=stream, check=True)
+        assert out.read_text() == "kept\nbefore\nwritten\nafter\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("none/a.csv", "there is no folder"),
+        ("folder", "is a folder; name a file"),
+        ("circle.csv", "Too many levels of symbolic links; name another file"),
+        ("astray.csv", "there is no folder"),
+        ("a" * 300, "File name too long; name another file"),
+        ("a\0b", "no file can have this name; name another file"),
+        ("file/a.csv", "Not a directory; name another file"),
+    ],
+)
+def test_names_of_which_there_can_be_no_file_are_told(name: str, what: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    (tmp_path / "circle.csv").symlink_to("circle.csv")
+    (tmp_path / "astray.csv").symlink_to("none/astray.csv")
+    with pytest.raises(FileError, match=what) as caught:
+        check_target(tmp_path / name)
+    assert str(caught.value).isprintable()
+    with pytest.raises(FileError, match=what):
+        write(tmp_path / name, "text")
+
+
+def test_a_disk_that_is_full_keeps_the_file_before(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write(path, "before")
+
+    def fill(partial: Path) -> None:
+        shutil.copyfile("/dev/zero", "/dev/full")
+
+    with pytest.raises(FileError, match="No space left on device"):
+        write_atomically(path, fill)
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("file", "before")]
+
+
+# --- what a program calls ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "called"),
+    [
+        ("M98 P7", [7, 8]),
+        ("m98p0007 l3", [7, 8]),
+        ("G82 Y-.2 P 9100", [9100]),
+        ("G65 P7.", [7, 8]),
+        ("G65 P#101", [7, 8, 9100]),
+        ("M98 P[#1 + 6]", [7, 8, 9100]),
+        ("M98 P70 (O7 IS OLD)", []),
+        ("G01 X7.", []),
+    ],
+)
+def test_the_programs_that_one_may_call_are_found(text: str, called: list[int], tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(text)
+    for number, own in ((7, "M98 P8"), (8, "M98 P7"), (9100, "M99")):
+        (tmp_path / f"O{number}.nc").write_text(own)
+    (tmp_path / "O7.txt").touch()
+    assert called_files(tmp_path / "part.nc") == [tmp_path / f"O{number}.nc" for number in called]
+    assert tmp_path / "O9100.nc" in called_files(tmp_path / "part.nc", [9100])

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,11 +20,13 @@ from grind_env.files import csv_cell, read_bytes, write_atomically
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.statistics import Array
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
 
 Episodes = NDArray[np.float32]
 
 PARQUET, CSV = "benchmark.parquet", "benchmark.csv"
+TABLE = Own("table of `python -m agents benchmark`", re.compile(b"task,policy,kind,").match)
 PLANNERS = ("mpc", "hindsight")
 
 

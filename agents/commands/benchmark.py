@@ -10,9 +10,11 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
+from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
+from grind_env.targets import check_own
 from grind_env.task_version import TASK_VERSION
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ def benchmark(
             "--program",
             help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks.",
         ),
+        PROBLEM,
     ] = FLAGSHIP,
     job: JobFile = None,
     parts: Parts = 1,
@@ -50,11 +53,13 @@ def benchmark(
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
     test_episodes: Annotated[int, typer.Option(min=0, help="Episodes of test contexts; 0 for none.")] = TEST_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     configs: Configs = None,
-    results: Annotated[Path | None, typer.Option(help="Folder of the tables; by default that of what is kept.")] = None,
+    results: Annotated[
+        Path | None, typer.Option(help="Folder of the tables; by default that of what is kept."), Keeps()
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
-    html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too."), Writes()] = None,
     report: Annotated[
         bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
     ] = False,
@@ -66,7 +71,7 @@ def benchmark(
     """
     from agents.benchmark.judge import judged
     from agents.benchmark.measure import measure
-    from agents.benchmark.results import merged, read_results, result_of, write_results
+    from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
     from agents.benchmark.summary import WIDTH, rich_table
     from agents.pool import work_on_all
 
@@ -74,6 +79,9 @@ def benchmark(
     if report:
         rebuild(results or RESULTS, console, html)
         return
+    folder = results or runs
+    check_own(folder / CSV, TABLE, "--results")
+    read_results(folder)  # better now than after hours of work
     chosen = chosen_problems(tasks, job, parts)
     cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
     request = Request(
@@ -85,7 +93,6 @@ def benchmark(
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted: {again} goes on where it was", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
-    folder = results or runs
     table = judged(merged(read_results(folder), [result_of(each) for each in found]))
     write_results(table, folder)
     for problem in chosen:

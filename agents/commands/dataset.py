@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import FILE
 from grind_env.commands import Configs, JobFile, NamedProblem, Parts
 from grind_env.errors import printable
 from grind_env.policies.evaluation import SPLITS, episode_seeds
@@ -19,7 +20,7 @@ def dataset(
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
-    policy: Annotated[str, typer.Option(help="A policy, the file of an agent, or a constant.")] = "adaptive_rule",
+    policy: Annotated[str, typer.Option(help="A policy, the file of an agent, or a constant."), FILE] = "adaptive_rule",
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 200,
     split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "training",
     trust: Annotated[

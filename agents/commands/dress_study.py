@@ -9,19 +9,22 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
+from grind_env.arguments import PROBLEM, Keeps
 from grind_env.commands import JobFile, Parts
 from grind_env.envs.names import task_names
 from grind_env.errors import printable
-from grind_env.files import write_atomically
+from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import write_whole
+from grind_env.targets import Own, check_own
 
 FOLDER = RESULTS / "dress_study"
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 """Policies that do not decide when to dress."""
+PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 
 
 def register(app: typer.Typer) -> None:
@@ -35,18 +38,23 @@ def study(
         typer.Option(
             "--task", "--env", "--program", help="A task, id, task file or part program; all tasks by default."
         ),
+        PROBLEM,
     ] = None,
     job: JobFile = None,
     parts: Parts = 1,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = STUDY_EPISODES,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    results: Annotated[Path, typer.Option(help="Folder of the tables and pictures.")] = FOLDER,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables and pictures."), Keeps()] = FOLDER,
 ) -> None:
     """Cost against dress interval, dress lead and depth, and what decides when to dress."""
     from agents.dressing.figure import dress_figure
-    from agents.dressing.study import count, csv_text, dress_study
+    from agents.dressing.study import TABLE, count, csv_text, dress_study
 
     problems = [find_problem(name, job, parts) for name in (task_names() if task is None else [task])]
+    for each in problems:
+        check_own(results / f"{each.name}.csv", TABLE, "--results")
+        if not is_file(results / f"{each.name}.csv"):
+            check_own(results / f"{each.name}.png", PICTURE, "--results")
     deciders = {each.name: deciding(each) for each in problems}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns) as progress:

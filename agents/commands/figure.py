@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import CURVE, Application, Writes
 from grind_env.render.figures import prepare_figure, write_figure
 
-figures = typer.Typer(
+figures = Application(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Figures for papers: vector formats, as wide as a column, readable in grey.",
@@ -26,8 +27,8 @@ def callback() -> None:
 
 @figures.command(epilog="Example: python -m agents figure learning-curves runs/power_limited/ppo-*.csv -o curves.pdf")
 def learning_curves(
-    curves: Annotated[list[Path], typer.Argument(help="Agents (.safetensors), or the .csv files beside them.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file.")],
+    curves: Annotated[list[Path], typer.Argument(help="Agents (.safetensors), or the .csv files beside them."), CURVE],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()],
 ) -> None:
     """Validation score over environment steps, a line for each training: 0 is the best fixed plan, 100 the planner."""
     from agents.learning.figure import curves_figure, read_curves

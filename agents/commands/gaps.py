@@ -9,6 +9,7 @@ from rich.console import Console
 
 from agents.budgets import GAP_EPISODES
 from agents.cells import RESULTS, RUNS
+from grind_env.arguments import PROBLEM, Keeps
 from grind_env.commands import Configs
 from grind_env.policies.problem import find_problem
 
@@ -22,14 +23,16 @@ def gaps(
     task: Annotated[
         list[str] | None,
         typer.Option("--task", "--env", help="A task, a file, or an id; may be repeated; all by default."),
+        PROBLEM,
     ] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = GAP_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     configs: Configs = None,
     results: Annotated[
         Path | None,
         typer.Option(help="Folder of gaps.csv and gaps.md; of some tasks alone, by default that of what is kept."),
+        Keeps(),
     ] = None,
 ) -> None:
     """What it is worth to adapt E, D or both: tune what is missing, run every policy, write the tables.
@@ -37,14 +40,15 @@ def gaps(
     The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows what is to
     come, too.
     """
-    from agents.reference.gap_table import WIDTH, rich_tables, write_gaps
+    from agents.reference.gap_table import WIDTH, check_gaps, rich_tables, write_gaps
     from agents.reference.gaps import measure_gaps
     from agents.reference.scores import scored_problems
 
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()
-    found = measure_gaps(problems, episodes=episodes, runs=runs, configs=configs, jobs=jobs, console=console)
     results = results or (runs if task else RESULTS)
+    check_gaps(results)
+    found = measure_gaps(problems, episodes=episodes, runs=runs, configs=configs, jobs=jobs, console=console)
     write_gaps(found, episodes, results)
     for each in rich_tables(found):
         console.print(each)

@@ -9,10 +9,12 @@ from rich.console import Console
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
+from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
+from grind_env.scores import REFERENCES
 
 WEN = "wen"
 """The problem of one step, which chooses no E and D."""
@@ -25,14 +27,18 @@ def register(app: typer.Typer) -> None:
 
 def scores(
     task: Annotated[
-        str | None, typer.Option("--task", "--env", help=f"A task, an id, or {WEN}; all by default.")
+        str | None, typer.Option("--task", "--env", help=f"A task, an id, or {WEN}; all by default."), PROBLEM
     ] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = SCORE_EPISODES,
     compare: Annotated[bool, typer.Option("--compare", help="Only set the tables beside the published costs.")] = False,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    configs: Annotated[Path, typer.Option(help="Folder of the tuned parameters of the scripted policies.")] = CONFIGS,
-    results: Annotated[Path, typer.Option(help="Folder of the tables.")] = RESULTS,
-    data: Annotated[Path, typer.Option(help="File of the reference scores.")] = SCORES,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    configs: Annotated[
+        Path, typer.Option(help="Folder of the tuned parameters of the scripted policies."), Keeps()
+    ] = CONFIGS,
+    results: Annotated[Path, typer.Option(help="Folder of the tables."), Keeps()] = RESULTS,
+    data: Annotated[
+        Path, typer.Option(help="File of the reference scores."), Writes(own=REFERENCES, always=True)
+    ] = SCORES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
 ) -> None:
     """Measure the reference scores: tune what is missing, run every policy, write the tables."""

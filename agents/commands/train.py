@@ -10,10 +10,12 @@ import typer
 from agents.cells import RUNS
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED
+from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.errors import printable
 from grind_env.files import write_atomically
 from grind_env.policies.problem import find_problem
+from grind_env.targets import check_own
 
 INTERRUPTED = 130
 """Exit status, as the shell's own for a command that was interrupted."""
@@ -35,7 +37,7 @@ def train(
     steps: Annotated[
         int | None, typer.Option(min=1, help="Environment steps, in whole rollouts; by default those of the kind.")
     ] = None,
-    runs: Annotated[Path, typer.Option(help="Folder of the results.")] = RUNS,
+    runs: Annotated[Path, typer.Option(help="Folder of the results."), Keeps()] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Train anew, from the first step.")] = False,
     compare: Annotated[
         bool,
@@ -47,13 +49,15 @@ def train(
     An agent already trained by the same code, settings and seed is kept, and a training that was interrupted goes on.
     """
     # torch takes seconds to load
-    from agents.learning.batches import compare_batches
+    from agents.learning.batches import PICTURE, compare_batches
     from agents.learning.train import trained_agent
 
     problem = find_problem(task, job, parts)
     try:
         if compare:
-            picture, image = runs / problem.name / "batches.png", compare_batches(problem, seed, steps, runs, fresh)
+            picture = runs / problem.name / "batches.png"
+            check_own(picture, PICTURE, "--runs")
+            image = compare_batches(problem, seed, steps, runs, fresh)
             write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
             print(printable(f"learning curves: {picture}"))
             return

@@ -9,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
 from agents.learning.settings import LAST_SEED, settings_folder
+from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import tuned_folder
@@ -38,9 +39,9 @@ def tuning(
         str | None, typer.Option(help="URL of the database of the trials; by default runs/<task>/tune.db.")
     ] = None,
     configs: Annotated[
-        Path | None, typer.Option(help="Folder of the tuned parameters; in its `learning` those of agents.")
+        Path | None, typer.Option(help="Folder of the tuned parameters; in its `learning` those of agents."), Keeps()
     ] = None,
-    runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents.")] = RUNS,
+    runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents."), Keeps()] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Processes for scripted policies.")] = 2,
 ) -> None:

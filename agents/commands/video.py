@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
+from grind_env.arguments import FILE, Writes
 from grind_env.commands import Configs, JobFile, NamedProblem, Parts
 from grind_env.errors import printable
 from grind_env.policies.evaluation import SPLITS
@@ -18,9 +19,11 @@ def register(app: typer.Typer) -> None:
 
 
 def video(
-    left: Annotated[str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0.")],
-    right: Annotated[str, typer.Option(help="Likewise.")],
-    output: Annotated[Path, typer.Option(help="The .gif file to write.")],
+    left: Annotated[
+        str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0."), FILE
+    ],
+    right: Annotated[str, typer.Option(help="Likewise."), FILE],
+    output: Annotated[Path, typer.Option(help="The .gif file to write."), Writes()],
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,

@@ -7,6 +7,7 @@ costs that are told come from evaluation episodes.
 import hashlib
 import inspect
 import json
+import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from csv import DictWriter
@@ -30,6 +31,7 @@ from grind_env.policies.problem import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import write_whole
 from grind_env.process.equations import dress_width, overlap_ratio
+from grind_env.targets import Own
 
 TRAINING = 256
 """Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
@@ -45,6 +47,8 @@ DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
 DEPTH_DIGITS = 3
 """mm; a control reads no finer depth."""
+
+TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,question,policy,").match)
 
 Advance = Callable[[], object]
 

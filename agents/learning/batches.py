@@ -1,5 +1,6 @@
 """Do large batches learn as well as small ones? The learning curve of PPO with either, on the same environment."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -14,7 +15,11 @@ from agents.learning.settings import Number, Settings, settings_folder, settings
 from agents.learning.train import train
 from grind_env.policies.problem import Problem
 from grind_env.render.plots import BLUE, ORANGE
+from grind_env.targets import Own
 
+NAME = "Batches of PPO"
+"""By which the picture is known again."""
+PICTURE = Own("picture of `python -m agents train --compare-batches`", re.compile(b"(?s).*" + NAME.encode()).match)
 SMALL_ENVS = 8
 SMALL: dict[str, Number] = {"n_steps": 2048, "batch_size": 64, "n_epochs": 10, "learning_rate": 3e-4}
 """Rollout, batch, epochs and learning rate that Stable-Baselines3 takes by default."""
@@ -64,5 +69,5 @@ def draw(curves: dict[str, Sequence[Point]], title: str) -> bytes:
     for axis in (left, right):
         axis.grid(alpha=0.3)
     image = BytesIO()
-    figure.savefig(image, format="png", dpi=90)
+    figure.savefig(image, format="png", dpi=90, metadata={"Title": NAME})
     return image.getvalue()

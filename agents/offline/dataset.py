@@ -1,11 +1,10 @@
 """Offline data: a Minari dataset of the episodes of one policy on one task."""
 
-import fcntl
 import os
 import re
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.files import FileError
+from grind_env.lock import alone
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
@@ -142,27 +142,6 @@ def holds(path: Path, seeds: range, data: Recorded) -> bool:
 def datasets_folder() -> Path:
     """The folder that `MINARI_DATASETS_PATH` names, or `runs/datasets`."""
     return Path(os.environ.get(PLACE, DATASETS))
-
-
-@contextmanager
-def alone(path: Path) -> Iterator[int]:
-    """Wait for the lock that a file stands for; it is open, for a process to share it, and goes in the end.
-
-    The system takes the lock from a process that ends, however it ends.
-    """
-    while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
-        # whoever had it before has removed the file
-        with suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(descriptor), path.stat()):
-                break
-        os.close(descriptor)
-    try:
-        yield descriptor
-    finally:
-        path.unlink()
-        os.close(descriptor)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """The tables of gaps: for a terminal, as a page, and as a CSV file."""
 
 import io
+import re
 from collections.abc import Callable, Sequence
 from csv import writer
 from dataclasses import fields
@@ -17,16 +18,28 @@ from agents.reference.table import flat, spread_names
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import write_whole
+from grind_env.targets import Own, check_own
 
+TABLE, PAGE = "gaps.csv", "gaps.md"
 VERDICTS = ("promise", "held", "by", "not by")
 WIDTH = 170
 """Columns of a printed table where the output is not a terminal."""
 
 
+def check_gaps(folder: Path) -> None:
+    """Find out whether a folder has files under the names of `write_gaps` that are none of its own.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, begin in ((TABLE, b"task,what,policy,"), (PAGE, b"# Gaps")):
+        check_own(folder / name, Own("table of `python -m agents gaps`", re.compile(begin).match), "--results")
+
+
 def write_gaps(tasks: Sequence[TaskGaps], episodes: int, folder: Path) -> None:
     """Write `gaps.csv` and `gaps.md`, each whole or not at all."""
-    write_whole(folder / "gaps.csv", csv_text(tasks, episodes))
-    write_whole(folder / "gaps.md", page(tasks, episodes))
+    write_whole(folder / TABLE, csv_text(tasks, episodes))
+    write_whole(folder / PAGE, page(tasks, episodes))
 
 
 def rich_tables(tasks: Sequence[TaskGaps]) -> list[Table]:

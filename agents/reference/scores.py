@@ -1,6 +1,7 @@
 """Reference scores of a task: every policy on the evaluation episodes, `results/<task>.csv` and `scores.toml`."""
 
 import io
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from csv import writer
@@ -23,6 +24,7 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, write_whole
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
+from grind_env.targets import Own, check_own
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
@@ -31,6 +33,7 @@ SLOW = ("look_ahead",)
 SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
 """Evaluations of each CMA-ES run of these, and their runs."""
 
+TABLE = Own("table of `python -m agents scores`", re.compile(b"task,policy,sees,").match)
 WEN = "wen"
 """A problem of one step, without a task file."""
 
@@ -65,6 +68,7 @@ def score(
     """
     console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
     name, simulation = problem.name, problem.simulation()
+    check_own(results / f"{name}.csv", TABLE, "--results")
     tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs)
     names = policy_names(simulation)
     policies = [make_policy(each, simulation, configs) for each in names]

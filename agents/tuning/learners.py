@@ -187,6 +187,11 @@ def write_settings(path: Path, kind: str, settings: Settings, default: Settings)
 def _tables(path: Path) -> dict[str, Any]:
     """What a file of settings says; nothing if it is not there."""
     try:
-        return read_toml(path) if path.exists() else {}
+        tables = read_toml(path) if path.exists() else {}
     except (ReadError, TomlError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): mend or delete it") from None
+    if other := next((name for name in tables if name not in DEFAULTS), None):
+        raise ConfigError(
+            f"{path} has {quoted(other)}, which is no kind of agent, and is not written over: name another --configs"
+        )
+    return tables

@@ -28,6 +28,7 @@ from grind_env.policies.problem import Problem
 from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import (
+    TUNED_FILE,
     ConfigError,
     Parameters,
     Tuned,
@@ -36,6 +37,7 @@ from grind_env.policies.tuned import (
     tuned_folder,
     write_tuned,
 )
+from grind_env.targets import check_own
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
@@ -267,6 +269,7 @@ def tune(
         if name not in known:
             raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
     folder = tuned_folder(simulation.task, folder)
+    check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--configs")
     tuned = _readable(problem.name, folder, fresh)
     url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
     names = listed if names is None else names

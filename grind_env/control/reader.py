@@ -7,13 +7,14 @@ begin; their blocks are cut from the text again whenever they are needed.
 
 import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import Block, Word, read_block
+from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.presenter import html
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Programs",
     "SourceText",
     "Word",
+    "called_files",
     "read",
     "read_block",
     "read_file",
@@ -33,6 +35,9 @@ HIGHEST_PROGRAM = 99_999
 SHORT = 50
 """Blocks up to which a program is kept instead of being cut from its text again."""
 
+_FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
+_CALL = re.compile(rb"[Pp][ \t]*\+?[ \t]*(?:0*([1-9]\d{0,4})(?!\d)|([#\[]))")
+"""A P word that may name a program: its number, or the beginning of an expression."""
 _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 
@@ -129,7 +134,7 @@ class Programs:
         A text without a name in that file is taken to be O`number`.
         """
         if number not in self._numbered and self.folder is not None:
-            path = self.folder / f"O{number}.nc"
+            path = _file_of(self.folder, number)
             if path.is_file():
                 found = _split(text_in(path), None)
                 self._programs += found
@@ -151,6 +156,36 @@ def read_file(path: str | Path) -> Programs:
         message = f"{path} is a TOML file, such as a job or a task; name the part program, and the job with --job"
         raise ControlError("file", message)
     return _split(text_in(path), path.parent)
+
+
+def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
+    """The files ``O<number>.nc`` beside a program that it may call, and those that these may call.
+
+    The program is not executed: every number of a P word is taken for that of a program, and an expression for all.
+
+    Args:
+        path: of the program; of one that is no file, such as a pipe that can be read only once, there are none.
+        interrupts: numbers of programs that the operator asks for.
+    """
+    if not is_file(path):
+        return []
+    beside = {int(found[1]) for each in path.parent.glob("O*.nc") if (found := _FILE.fullmatch(each.name))}
+    called, waiting = set[int](), [path]
+    new = beside & set(interrupts)
+    while beside and waiting:
+        try:
+            calls = _CALL.findall(read_bytes(waiting.pop()))
+        except ReadError:  # who executes it will say so
+            calls = []
+        new |= beside if any(expression for _, expression in calls) else beside & {int(number) for number, _ in calls}
+        waiting += [_file_of(path.parent, number) for number in new - called]
+        called |= new
+    return [_file_of(path.parent, number) for number in sorted(called)]
+
+
+def _file_of(folder: Path, number: int) -> Path:
+    """Where the program O`number` is looked for if it is not in the file that calls it."""
+    return folder / f"O{number}.nc"
 
 
 def read(text: str, name: str = "program", folder: Path | None = None) -> Programs:

@@ -5,17 +5,18 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import FILE, JOB, PROGRAM, Application, Writes
 from grind_env.commands import NamedProblem
 
-app = typer.Typer(
+app = Application(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Figures for papers: vector formats, as wide as a column or a page, readable in grey.",
 )
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
-JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given.")]
-Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file.")]
+ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
+JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
+Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()]
 
 
 @app.command(epilog="Example: grind figure cycle plate.nc -o cycle.pdf")
@@ -79,7 +80,7 @@ def policy_map(
     output: Output,
     env: NamedProblem = "power_limited",
     policy: Annotated[
-        str | None, typer.Option(help="The .safetensors file of a trained agent; by default the shipped one.")
+        str | None, typer.Option(help="The .safetensors file of a trained agent; by default the shipped one."), FILE
     ] = None,
     episodes: Annotated[int, typer.Option(min=1, help="In which the agent is watched.")] = 32,
 ) -> None:

@@ -51,7 +51,8 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 from collections.abc import Mapping
 from pathlib import Path
 
-from grind_env.files import ReadError, is_file, shown
+from grind_env.errors import GrindError
+from grind_env.files import ReadError, beside, is_file, shown
 from grind_env.machine.job import (
     Diamond,
     Job,
@@ -65,10 +66,10 @@ from grind_env.machine.job import (
     WheelStart,
     wrong,
 )
-from grind_env.process.catalogue import USUAL, Catalogue
+from grind_env.process.catalogue import KINDS, USUAL, Catalogue
 from grind_env.process.entries import Quantity
 from grind_env.process.tables import Content, Table, checked, contents, keys, refuse_missing, refuse_unknown, sub_table
-from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
+from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
 VALUES = tuple(contents(Setup))
@@ -82,10 +83,18 @@ def job_beside(program: Path) -> Path:
     Raises:
         JobError: there is none.
     """
-    path = program.with_suffix(".toml")
+    path = beside(program, ".toml")
     if not is_file(path):
         raise JobError(f"there is no job {shown(path)} beside the program; name one with --job")
     return path
+
+
+def files_of_job(path: Path) -> list[Path]:
+    """The files that `load_job` reads: the job and its catalogue files; of one that it refuses, the job alone."""
+    try:
+        return [path, *files_of(read_toml(path), path.parent, JobError, KINDS)] if is_file(path) else []
+    except GrindError:
+        return [path]
 
 
 def load_job(path: str | Path) -> Job:

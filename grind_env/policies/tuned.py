@@ -4,6 +4,7 @@ Those of the package's own tasks and example programs come with it, those of a u
 the user works in.
 """
 
+import re
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.reading import is_file
 from grind_env.errors import GrindError, reason
 from grind_env.files import ReadError, write_atomically
+from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml
 
@@ -22,8 +24,10 @@ CONFIGS = Path(__file__).with_name("parameters")
 OWN = Path("runs", "parameters")
 """Of a user's files."""
 
+HEADING = "# Parameters of the scripted policies for "
 VERSION = "task_version"
 """Key of the version of the tasks that a file is tuned for."""
+TUNED_FILE = Own("file of tuned parameters", re.compile(rf"{HEADING}|{VERSION} *=".encode()).match)
 
 Value = float | int | list[float] | list[int]
 Parameters = Mapping[str, Value]
@@ -104,7 +108,7 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
     """Write the file of a task, whole or not at all."""
     lines = [
-        f"# Parameters of the scripted policies for {task}, written by `python -m agents tune`.",
+        f"{HEADING}{task}, written by `python -m agents tune`.",
         "# E is in m/min; costs are $ per episode; seeds are [first, count].",
         f"{VERSION} = {TASK_VERSION}",
     ]

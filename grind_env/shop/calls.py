@@ -11,15 +11,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from grind_env.control import read_file
+from grind_env.control.options import interrupts_of
+from grind_env.control.reader import called_files
+from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
-from grind_env.machine.job_file import job_beside, load_job
+from grind_env.machine.job_file import files_of_job, job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.wishes import range_of, seconds_of, whole_range_of, wishes_of
 from grind_env.shop.progress import progress
-from grind_env.shop.report.document import prepare_page, write_page
+from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
+from grind_env.shop.report.own import PAGE
 from grind_env.shop.report.run import run_report
 from grind_env.shop.sweep.study import Ranges, Sweep
 from grind_env.shop.sweep.study import sweep as study
+from grind_env.targets import Target, check_targets
 
 if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
@@ -57,13 +62,17 @@ def report(
 
     Raises:
         MissingExtra: the extra [shop] is not installed.
-        FileError: the folder does not exist or cannot be written to.
+        FileError: the folder does not exist or cannot be written to, the file is one of those that are read, or one
+            that nobody has named and that is no such report.
         GrindError: as of `machine.grind`.
     """
     program = Path(program)
-    written = program.with_suffix(".html") if output is None else Path(output)
-    prepare_page(written)
+    written = beside(program, SUFFIXES[0]) if output is None else Path(output)
     path = job_beside(program) if job is None else Path(job)
+    numbers = [each.program for each in interrupts_of(interrupts)]
+    read = program, *called_files(program, numbers), *files_of_job(path)
+    check_targets([Target(path=written, own=PAGE if output is None else None)], read)
+    prepare_page(written)
     programs, settings = read_file(program), load_job(path)
     record = grind_file(
         programs,

@@ -17,7 +17,7 @@ from agents.tuning.search import evolve, grid_search
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import ConfigError, read_tuned, write_tuned
+from grind_env.policies.tuned import HEADING, ConfigError, read_tuned, write_tuned
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
@@ -329,7 +329,7 @@ def test_a_kind_that_is_not_there_cannot_be_tuned(tmp_path):
 
 @pytest.mark.parametrize("text", [b"[constant", b"[constant]\nnonsense = 1\n", b"# 5 \xb5m"])
 def test_a_damaged_file_is_replaced_on_request_only(text, tmp_path):
-    path = tmp_path / "oracle6.toml"
+    path, text = tmp_path / "oracle6.toml", HEADING.encode() + b"oracle6\n" + text
     path.write_bytes(text)
     places = {"folder": tmp_path, "runs": tmp_path, "episodes": 1}
     with pytest.raises(ConfigError, match=r"oracle6\.toml is damaged .*: tune again with --fresh"):

@@ -75,7 +75,24 @@ def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: 
 
 def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", tmp_path / "played.toml") == 2
-    assert "another suffix" in capsys.readouterr().err
+    assert "is the name of what is written beside it, too; name another file with --output" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_job_is_written_over_its_own_kind_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, job = tmp_path / "played.nc", tmp_path / "played.toml"
+    words = ("play", "--task", "oracle6", "--policy", "E9D1", "--output", path)
+    job.write_text("# mine\n")
+    assert ended(*words) == 2
+    assert "played.toml, written beside" in capsys.readouterr().err
+    assert (job.read_text(), path.exists()) == ("# mine\n", False)
+    job.unlink()
+    assert ended(*words) == 0
+    written = job.read_bytes()
+    assert ended(*words) == 0
+    assert job.read_bytes() == written
+    assert ended("play", "--program", path, "--job", job, "--policy", "E9D1", "--output", tmp_path / "played.ngc") == 2
+    assert "is read here and would be lost" in capsys.readouterr().err
 
 
 def test_a_job_that_lists_its_parts_is_no_batch(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
+from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -29,10 +30,11 @@ from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast import Forecaster
+from grind_env.shop.advise.own import LOG, STATE, VALUES
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.session import Files, Session
-from grind_env.shop.advise.sources import CsvSource, Prompt, Row
-from grind_env.shop.advise.state import Origin, origin_of, read_state
+from grind_env.shop.advise.sources import LONGEST_LINE, CsvSource, JsonLines, Prompt, Row
+from grind_env.shop.advise.state import Origin, held, origin_of, read_state
 from grind_env.shop.advise.values import check_variables, variables_of, write_values
 from grind_env.task_version import TASK_VERSION
 from tests.command import Grind
@@ -489,7 +491,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
         ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
         ((*words, "--policy", other), "was trained for plate_g82_x5"),
         ((*words, "--by", "day"), "--by is 'day', but must be block or part"),
-        ((*words, "--write", program), "would be written over"),
+        ((*words, "--write", program), "would be lost"),
         (("advise", program, "--follow"), "name it with --measurements"),
     ):
         status, _, err = grind(*wrong)
@@ -498,7 +500,108 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     assert status == 0 and out.startswith("block 1 of 4")
 
 
-def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path) -> None:
+def plate_in(folder: Path) -> Path:
+    """The example in a folder of its own, with its job."""
+    for path in (PLATE, PLATE.with_suffix(".toml")):
+        (folder / path.name).write_bytes(path.read_bytes())
+    return folder / PLATE.name
+
+
+def test_no_file_but_its_own_is_replaced(grind: Grind, tmp_path: Path) -> None:
+    program, measured = plate_in(tmp_path), tmp_path / "measured.csv"
+    measured.write_text("mean_power,size_error\n2500,\n")
+    words = ("advise", program, "--parts", 2, "--policy", "E12D0", "--measurements", measured, "--state")
+    for name in ("d.json", "d.csv", "values.nc"):
+        (tmp_path / name).write_text("mine\n")
+        for more in ((), ("--restart",)):
+            written = ("--write", tmp_path / "values.nc") if name == "values.nc" else ()
+            status, _, err = grind(*words, tmp_path / "d.json", *written, *more)
+            assert status == 2 and f"{name}" in err and "is there already and would be lost" in err
+            assert (tmp_path / name).read_text() == "mine\n"
+        (tmp_path / name).unlink()
+    (tmp_path / "values.nc").write_text("#101=12000. (as it was)\n#102=0\nM30\n")
+    for more in ((), (), ("--restart",)):
+        assert grind(*words, tmp_path / "d.json", "--write", tmp_path / "values.nc", *more)[0] == 0
+        assert (tmp_path / "values.nc").read_text().startswith("#101=12000. (E, MM/MIN, PART 1, BLOCK 1)\n")
+    assert {path.name for path in tmp_path.glob("*d.*")} == {"d.json", "d.csv", "measured.csv"}
+
+
+def test_values_may_be_a_program_that_is_called(grind: Grind, tmp_path: Path) -> None:
+    program, values = plate_in(tmp_path), tmp_path / "O9050.nc"
+    program.write_text(program.read_text().replace("M30", "M30\nO1\nM98 P9050\nM99", 1))
+    words = ("advise", program, "--parts", 1, "--policy", "E12D0", "--measurements", tmp_path / "m.csv")
+    (tmp_path / "m.csv").write_text("mean_power\n2500\n")
+    values.write_text("#101=12000.\nM99\n")
+    assert grind(*words, "--write", values)[0] == 0
+    assert values.read_text().startswith("O9050\n#101=12000. (E, MM/MIN, PART 1, BLOCK 1)\n")
+    values.write_text("#101=12000.\nG04 P1.\nM99\n")
+    status, _, err = grind(*words, "--write", values)
+    assert status == 2 and "O9050.nc is read here and would be lost" in err
+
+
+def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) -> None:
+    program, state = plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
+    (tmp_path / "link.json").symlink_to(state)
+    (tmp_path / "m.csv").write_text("mean_power\n2500\n")
+    words = ("advise", program, "--parts", 1, "--policy", "E12D0", "--measurements", tmp_path / "m.csv")
+    with held(state):
+        for more in ((), ("--state", tmp_path / "link.json"), ("--restart",)):
+            status, out, err = grind(*words, *more)
+            assert (status, out) == (2, "") and "another adviser works with" in err
+        assert not state.exists()
+    assert grind(*words)[0] == 0
+    assert len(json.loads(state.read_text())["steps"]) == 1 and not list(tmp_path.glob(".grind*"))
+
+
+@pytest.mark.parametrize("steps", [{}, "", None, 0, {"0": {}}])
+def test_steps_that_are_no_list_are_damaged(steps: Any, tmp_path: Path) -> None:
+    origin = Origin(parts=1, program="", job="", policy="")
+    path = tmp_path / "state.json"
+    path.write_text(json.dumps({"format": 1, "origin": asdict(origin), "steps": steps}))
+    with pytest.raises(GrindError, match=r"is damaged: its steps are .* and no list: give --restart"):
+        read_state(path, origin)
+
+
+def test_what_it_writes_is_known_for_its_own(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        session_of(tmp_path, ROWS[:2], []).run()
+    for name, own in (("state.json", STATE), ("state.csv", LOG), ("values.nc", VALUES)):
+        assert own.fits(tmp_path / name) and own.fits(tmp_path / "none")
+        for other in ("state.json", "state.csv", "values.nc"):
+            assert own.fits(tmp_path / other) == (other == name)
+    (tmp_path / "state.json").write_text((tmp_path / "state.json").read_text()[:-40])
+    assert STATE.fits(tmp_path / "state.json")
+    for name in (PLATE, PLATE.with_suffix(".toml")):
+        assert not any(own.fits(name) for own in (STATE, LOG, VALUES))
+
+
+def test_standard_input_that_is_closed_is_told(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    status, out, err = grind("advise", plate_in(tmp_path), "--parts", 1, "--policy", "E12D0")
+    assert (status, out) == (2, "") and "standard input is closed" in err and "--measurements" in err
+
+
+def test_lines_before_one_that_cannot_be_read_are_taken() -> None:
+    source = JsonLines(BytesIO(b'\n{"Ra": 0.4}\n\xef\xbb\xbf{}\n{"Ra": \xff}\n{}\n' + b" " * LONGEST_LINE))
+    assert source.next("") == Row({"Ra": 0.4}, "line 2 of the input")
+    for what in ("line 3 of the input is", r"line 4 of the input: its byte 8 is not text in UTF-8"):
+        with pytest.raises(GrindError, match=what):
+            source.next("")
+    assert source.next("") == Row({}, "line 5 of the input")
+    with pytest.raises(GrindError, match="line 6 of the input has no end"):
+        source.next("")
+
+
+def test_what_is_typed_in_another_code_is_asked_for_again(tmp_path: Path) -> None:
+    lines, said = iter([b"Ra=\xff", b"mean_power=2100", b"stop"]), list[str]()
+    session = session_of(tmp_path, [], said)
+    session.source = Prompt(lambda text: next(lines).decode())
+    session.run()
+    assert session_steps(tmp_path) == [{"mean_power": 2100.0}]
+    assert any("is not text in UTF-8: type it again" in line for line in said)
+
+
+def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path, grind: Grind) -> None:
     code = "import sys; sys.modules['torch'] = None; from grind_env.cli import main; main(sys.argv[1:])"
     state, measured = tmp_path / "state.json", tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")
@@ -508,6 +611,8 @@ def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path) -> None:
     with subprocess.Popen(follow, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
         assert [json.loads(process.stdout.readline())["block"] for _ in range(2)] == [1, 2]
+        status, _, err = grind("advise", PLATE, "--parts", 2, "--state", state, "--measurements", measured)
+        assert status == 2 and "another adviser works with" in err
         process.send_signal(signal.SIGKILL)
     ended = subprocess.run(words, input='{"size_error": 2}\n', capture_output=True, text=True, env=environment)
     assert ended.returncode == 0, ended.stderr

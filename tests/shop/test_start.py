@@ -1,5 +1,6 @@
 """What somebody meets first: `grind`, `grind init`, `grind job --template`, `grind catalogue`."""
 
+import errno
 import json
 import os
 import re
@@ -56,6 +57,37 @@ def test_the_notebook_of_grind_init_runs(
         if cell["cell_type"] == "code":
             exec("".join(cell["source"]), scope)
     assert len(re.findall(r"^E\d+: [\d.]+ s", capsys.readouterr().out, re.MULTILINE)) == 4
+
+
+@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("works", range(8))
+def test_a_folder_is_made_whole_or_not_at_all(
+    works: int, there: bool, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, left = tmp_path / "new" / "part", [works]
+    if there:
+        folder.mkdir(parents=True)
+        (folder / "mine.txt").write_text("mine")
+    before = {path: path.is_dir() or path.read_text() for path in tmp_path.rglob("*")}
+
+    def until_full(name: str) -> None:
+        does = getattr(Path, name)
+
+        def method(self: Path, *arguments: object, **named: object) -> object:
+            left[0] -= 1
+            if left[0] < 0:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return does(self, *arguments, **named)
+
+        monkeypatch.setattr(Path, name, method)
+
+    until_full("write_text")
+    until_full("replace")
+    status, out, err = grind("init", folder)
+    monkeypatch.undo()
+    assert (status, out) == (2, "") and "No space left on device" in err and err.count("\n") == 1
+    assert {path: path.is_dir() or path.read_text() for path in tmp_path.rglob("*")} == before
+    assert grind("init", folder)[0] == 0
 
 
 def test_a_folder_that_cannot_be_made_is_told(grind: Grind, tmp_path: Path) -> None:

@@ -49,6 +49,19 @@ def test_no_command_writes_over_what_it_reads(
 
 def test_a_report_is_not_written_over_its_program(plate: Path) -> None:
     before = plate.read_bytes()
-    with pytest.raises(FileError, match=r"a page is written as \.html or \.htm; name such a file"):
+    with pytest.raises(FileError, match="is read here and would be lost; name another file to write"):
         grind_env.report(plate, output=plate)
-    assert plate.read_bytes() == before
+    page = plate.with_suffix(".html")
+    page.write_text("<title>mine</title>", encoding="utf-8")
+    with pytest.raises(FileError, match="is there already and would be lost, for it is no page of `grind report`"):
+        grind_env.report(plate)
+    assert (plate.read_bytes(), page.read_text("utf-8")) == (before, "<title>mine</title>")
+
+
+def test_a_report_replaces_the_one_before(plate: Path, grind: Grind) -> None:
+    page = plate.with_suffix(".html")
+    assert grind("report", plate)[0] == 0
+    before = page.read_bytes()
+    page.write_bytes(before[:-100])
+    assert grind("report", plate)[0] == 0
+    assert page.read_bytes() == before

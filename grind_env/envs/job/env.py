@@ -35,6 +35,7 @@ from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.simulation import Episodes
+from grind_env.files import beside
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
@@ -284,7 +285,7 @@ def load_simulation(program: str | None, job: str | None, parts: int, spread: fl
     full = is_full(observation)
     path = EXAMPLE if program is None else Path(program)
     programs = repeated(read_file(path), parts)
-    settings = load_job(path.with_suffix(".toml") if job is None else job)
+    settings = load_job(beside(path, ".toml") if job is None else job)
     if settings.parts:
         message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
         raise JobError(message, "parts")

@@ -22,7 +22,8 @@ tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values t
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -43,7 +44,7 @@ from grind_env.envs.tasks.tables import (
     TaskSetup,
     WheelChange,
 )
-from grind_env.errors import did_you_mean, quoted
+from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
 from grind_env.process.cost import dress_cost, running_cost
@@ -139,22 +140,38 @@ def _from_file(path: Path) -> Task:
         raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
 
 
+def files_of_task(path: Path) -> list[Path]:
+    """The files that a task file is read from: itself, its bases and their catalogue files, until one is not legal."""
+    found = [path]
+    with suppress(GrindError):
+        for each, document in _layers(path):
+            found += [each, *map(Path, document.get("catalogue", {}).get("files", ()))]
+    return found
+
+
 def _document(path: Path) -> dict[str, Any]:
     """What a task file says, on top of what its base says."""
-    layers, seen = [_parsed(path)], [path.resolve()]
-    while "base" in layers[-1]:
-        path = _base(layers[-1].pop("base"), path)
+    layers = [{key: value for key, value in document.items() if key != "base"} for _, document in _layers(path)]
+    document = layers.pop()
+    for own in reversed(layers):
+        document = _merged(document, own)
+    return document
+
+
+def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """A task file and its bases, each with what it says itself."""
+    document, seen = _parsed(path), [path.resolve()]
+    yield path, document
+    while "base" in document:
+        path = _base(document["base"], path)
         try:
-            layers.append(_parsed(path))
+            document = _parsed(path)
         except TaskError as error:
             raise TaskError(f"base: {error}", "base", path.name) from None
         if path.resolve() in seen:
             raise TaskError(f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name)
         seen.append(path.resolve())
-    document = layers.pop()
-    for own in reversed(layers):
-        document = _merged(document, own)
-    return document
+        yield path, document
 
 
 def _base(source: object, path: Path) -> Path:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, printable, quoted
-from grind_env.files import shown
+from grind_env.files import beside
 from grind_env.machine.job_file import job_beside
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.problem import find_problem
@@ -31,7 +31,7 @@ def open_session(
     by: str,
     measurements: Path | None,
     follow: bool,
-    state: Path | None,
+    state: Path,
     values: Path | None,
     as_json: bool,
 ) -> Session:
@@ -45,24 +45,17 @@ def open_session(
     if follow and measurements is None:
         raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
     path = job_beside(program) if job is None else job
-    kept = program.with_suffix(".advise.json") if state is None else state
-    files = Files(state=kept, log=kept.with_suffix(".csv"), values=values)
-    _check_files(files, [each for each in (program, path, measurements) if each is not None])
     simulation = find_problem(str(program), str(path), parts).simulation()
     assert isinstance(simulation, JobSimulation)
     chosen = policy_for(policy, simulation)
     if values is not None and by == PART:
         check_variables(simulation)
     saved = Path(policy) if policy is not None and policy.endswith(SUFFIX) else None
-    source: Source
-    if measurements is not None:
-        source = CsvSource(measurements, follow=follow)
-    else:
-        source = Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin)
+    source = _input() if measurements is None else CsvSource(measurements, follow=follow)
     return Session(
         adviser=Adviser(simulation, chosen),
         origin=origin_of(simulation, chosen, saved),
-        files=files,
+        files=Files(state=state, log=beside(state, ".csv"), values=values),
         source=source,
         say=_say,
         by_part=by == PART,
@@ -70,19 +63,15 @@ def open_session(
     )
 
 
-def _check_files(files: Files, read: list[Path]) -> None:
-    """Refuse to write over what is read, or twice into one file.
+def _input() -> Source:
+    """Readings that are typed, or come through a pipe.
 
     Raises:
-        ArgumentError: a file would be.
+        ArgumentError: standard input is closed.
     """
-    taken = {path.resolve() for path in read}
-    for path in (files.state, files.log, files.values):
-        if path is None:
-            continue
-        if path.resolve() in taken:
-            raise ArgumentError(f"{shown(path)} would be written over: name another file for --state or --write")
-        taken.add(path.resolve())
+    if sys.stdin is None or sys.stdin.closed:
+        raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
+    return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)
 
 
 def _say(text: str) -> None:

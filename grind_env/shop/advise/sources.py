@@ -6,14 +6,16 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TextIO
+from typing import Any, BinaryIO, NamedTuple, Protocol
 
-from grind_env.errors import quoted
+from grind_env.errors import quoted, reason
 from grind_env.files import read_text, shown
 from grind_env.shop.advise.readings import ReadingError
 
 POLL = 0.5
 """s between two looks at a file that grows."""
+LONGEST_LINE = 1_000_000
+"""Bytes of a JSON object."""
 
 
 class Row(NamedTuple):
@@ -55,7 +57,7 @@ class CsvSource:
 
         Raises:
             ReadError: the file cannot be read.
-            ReadingError: it has no header, or a row has more cells than that.
+            ReadingError: it has no header or is no table, or a row has more cells than that.
         """
         while True:
             rows = self._rows()
@@ -71,7 +73,10 @@ class CsvSource:
         if self.follow:
             text = text[: text.rfind("\n") + 1]
         semicolons = ";" in text.partition("\n")[0]
-        lines = list(csv.reader(io.StringIO(text), delimiter=";" if semicolons else ","))
+        try:
+            lines = list(csv.reader(io.StringIO(text), delimiter=";" if semicolons else ","))
+        except csv.Error as error:
+            raise ReadingError(f"{shown(self.path)} is no table ({reason(error)}): write a CSV with a header") from None
         if not lines:
             return []
         names, rows = [name.strip() for name in lines[0]], []
@@ -93,28 +98,43 @@ class JsonLines:
 
     retold, patient = False, False
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.line = stream, 0
 
     def next(self, asked: str) -> Row | None:
         """As `Source.next`.
 
         Raises:
-            ReadingError: a line is no JSON object.
+            ReadingError: a line is no JSON object, or cannot be read.
         """
-        while text := self.stream.readline():
-            self.line += 1
-            if not text.strip():
-                continue
+        while data := self._read():
             place = f"line {self.line} of the input"
+            try:
+                text = data.decode().strip()
+            except UnicodeDecodeError as error:
+                raise ReadingError(f"{place}: its byte {error.start + 1} is not text in UTF-8; write it anew") from None
+            if not text:
+                continue
             try:
                 table = json.loads(text)
             except (ValueError, RecursionError):
                 table = None
             if not isinstance(table, dict):
-                raise ReadingError(f"{place} is {quoted(text.strip())}, but must be a JSON object of readings by name")
+                raise ReadingError(f"{place} is {quoted(text)}, but must be a JSON object of readings by name")
             return Row(table, place)
         return None
+
+    def _read(self) -> bytes:
+        """The next line; nothing at the end."""
+        self.line += 1
+        try:
+            data = self.stream.readline(LONGEST_LINE)
+        except OSError as error:
+            why = error.strerror or "not readable"
+            raise ReadingError(f"standard input cannot be read ({why}): name a file with --measurements") from None
+        if len(data) == LONGEST_LINE:
+            raise ReadingError(f"line {self.line} of the input has no end: write one JSON object a line")
+        return data
 
 
 class Prompt:
@@ -129,12 +149,14 @@ class Prompt:
         """As `Source.next`; None at the end of the input or for `stop`.
 
         Raises:
-            ReadingError: a word is no `name=value`.
+            ReadingError: a word is no `name=value`, or no text.
         """
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
         except EOFError:
             return None
+        except UnicodeDecodeError:
+            raise ReadingError("what was typed is not text in UTF-8: type it again") from None
         if text == "stop":
             return None
         table: dict[str, Any] = {}

@@ -7,7 +7,9 @@ and belief are functions of what was measured.
 import csv
 import hashlib
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +19,10 @@ import numpy as np
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, quoted, reason
-from grind_env.files import csv_cell, is_file, read_bytes, read_text, shown, write_atomically
+from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
+from grind_env.lock import alone
 from grind_env.policies.policy import Policy
+from grind_env.shop.advise.own import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, Readings, readings_of
 
 FORMAT = 1
@@ -90,6 +94,8 @@ def read_state(path: Path, origin: Origin) -> list[Step]:
         if document["format"] != FORMAT:
             raise StateError(f"{shown(path)} has format {quoted(document['format'])}, but {FORMAT} is read: {ANEW}")
         found = Origin(**document["origin"])
+        if not isinstance(document["steps"], list):
+            raise StateError(f"{shown(path)} is damaged: its steps are {quoted(document['steps'])} and no list: {ANEW}")
         steps = [
             Step(
                 time=str(step["time"]),
@@ -107,6 +113,26 @@ def read_state(path: Path, origin: Origin) -> list[Step]:
             what = "number of parts" if name == "parts" else name
             raise StateError(f"{shown(path)} was written with another {what}: {ANEW}")
     return steps
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Work with a state file as the only adviser that does, however the ones before have ended.
+
+    Raises:
+        StateError: another adviser works with it.
+        FileError: its folder cannot be written to.
+    """
+    place = Path(os.path.realpath(path))
+    taken = StateError(
+        f"another adviser works with {shown(path)}: go on there, or end it first, or name another file with --state"
+    )
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(alone(place.with_name(f".grind-{place.name}.lock"), taken))
+        except OSError as error:
+            raise FileError(f"{shown(path)} cannot be kept: {error.strerror or error}; name another file") from None
+        yield
 
 
 def write_state(path: Path, origin: Origin, steps: Sequence[Step]) -> None:
@@ -127,7 +153,7 @@ def write_log(path: Path, simulation: JobSimulation, steps: Sequence[Step]) -> N
     def write(partial: Path) -> None:
         with partial.open("w", encoding="utf-8", newline="") as file:
             rows = csv.writer(file)
-            rows.writerow(["time", "block", "part", "advised_E", "advised_D", "E", "D", *names])
+            rows.writerow([*LOG_COLUMNS, *names])
             for number, step in enumerate(steps):
                 told: dict[str, Any] = {
                     name: int(value) if isinstance(value, bool) else value

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import FILE, Writes
+from grind_env.shop.advise.own import LOG, STATE, VALUES
 from grind_env.shop.commands.arguments import JobFile, ProgramFile
 
 
@@ -14,16 +16,26 @@ def advise(
     policy: Annotated[
         str | None,
         typer.Option(help="By name, a constant such as E12D0, or a .safetensors file; look_ahead if not given."),
+        FILE,
     ] = None,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
     by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
-    measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part.")] = None,
+    measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of that file.")] = False,
-    state: Annotated[Path | None, typer.Option(help="State; PROGRAM with .advise.json if not given.")] = None,
-    write: Annotated[
-        Path | None, typer.Option(help="Write E and D as #101=..., #102=... into this file before each block.")
+    state: Annotated[
+        Path | None,
+        typer.Option(help="State; PROGRAM with .advise.json if not given. The log is the .csv file of its name."),
+        Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
     ] = None,
-    restart: Annotated[bool, typer.Option("--restart", help="Begin anew.")] = False,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write E and D as #101=..., #102=... into this file before each block; one that holds anything else "
+            "is not replaced."
+        ),
+        Writes(own=VALUES, always=True, called=True),
+    ] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Forget what the state has kept, and begin anew.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
 ) -> None:
     """Advise at the machine: E and D of the next cycle block from what was measured of those before, with the reason.
@@ -31,23 +43,26 @@ def advise(
     Readings are typed in, or come as JSON lines on standard input, or as rows of a CSV; all of them may be missing:
     mean_power, first_power, peak_power (W above idle), and of a finished part size_error, Ra, Ra_before (um), diameter
     (mm), new_lot, new_wheel (1 or 0); E and D where they were not the advised ones. It goes on where it was stopped,
-    and logs everything into a CSV beside its state.
+    and logs everything into a CSV beside its state, with which one adviser at a time works.
     """
     from grind_env.shop.advise.command import open_session
+    from grind_env.shop.advise.state import held
 
-    session = open_session(
-        program,
-        job,
-        policy=policy,
-        parts=parts,
-        by=by,
-        measurements=measurements,
-        follow=follow,
-        state=state,
-        values=write,
-        as_json=as_json,
-    )
-    if restart:
-        session.begin()
-    session.resume()
-    session.run()
+    assert state is not None  # the usual name has been filled in
+    with held(state):
+        session = open_session(
+            program,
+            job,
+            policy=policy,
+            parts=parts,
+            by=by,
+            measurements=measurements,
+            follow=follow,
+            state=state,
+            values=write,
+            as_json=as_json,
+        )
+        if restart:
+            session.begin()
+        session.resume()
+        session.run()

@@ -5,10 +5,12 @@ from typing import Annotated
 
 import typer
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file.")]
-JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given.")]
+from grind_env.arguments import JOB, PROGRAM, Asked, Writes
+
+ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
+JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]
-ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file.")]
+ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file."), Writes()]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search; the same seed finds the same.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
 Blocks = Annotated[
@@ -32,4 +34,5 @@ Interrupts = Annotated[
         help="The operator asks for a program in between, as in 9200@12.5: O9200 at 12.5 s on that clock, after which "
         "the axes return to where they were. 9200@12.5:1 is type 1, which goes on from where O9200 ends; repeatable.",
     ),
+    Asked(),
 ]

@@ -6,20 +6,23 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import ReportFile
 
 
 def calibrate(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the spindle's power, or a table of settings.")],
-    job: Annotated[Path, typer.Option(help="Job file.")],
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", help="Log of the spindle's power, or a table of settings."), FILE
+    ],
+    job: Annotated[Path, typer.Option(help="Job file."), JOB],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the catalogue to this .toml file.")
+        Path | None, typer.Option("--output", "-o", help="Write the catalogue to this .toml file."), Writes()
     ] = None,
     program: Annotated[
-        Path | None, typer.Option(help="Part program that was logged; without it LOG is a table of settings.")
+        Path | None, typer.Option(help="Part program that was logged; without it LOG is a table of settings."), PROGRAM
     ] = None,
-    gauge: Annotated[Path | None, typer.Option(help="What was measured of the parts, a row each.")] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="Which column is what, a .toml file.")] = None,
+    gauge: Annotated[Path | None, typer.Option(help="What was measured of the parts, a row each."), FILE] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="Which column is what, a .toml file."), FILE] = None,
     names: Annotated[
         str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
     ] = "auto",
@@ -47,14 +50,11 @@ def calibrate(
     """
     from rich.console import Console
 
-    from grind_env.files import check_target
     from grind_env.shop.calibrate.show import as_data, show
     from grind_env.shop.calls import calibrate as fit
     from grind_env.shop.report.calibrated import calibrated_report
     from grind_env.shop.report.document import prepare_page, write_page
 
-    if output is not None:
-        check_target(output, [each for each in (log, job, program, gauge, map_file) if each is not None])
     if report is not None:
         prepare_page(report)
     with Console(stderr=True).status("reading") as status:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, ReportFile, Runs, Seed
 
 NOT_BETTER, INFEASIBLE = 3, 4
@@ -40,7 +41,7 @@ def optimise(
     budget: Annotated[str, typer.Option(help="Time of the search: 60s, 2min.")] = "60s",
     seed: Seed = 1,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better.")
+        Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
     ] = None,
     report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
@@ -59,7 +60,6 @@ def optimise(
     """
     from rich.console import Console
 
-    from grind_env.files import check_target
     from grind_env.machine.job_file import job_beside, load_job
     from grind_env.shop.calls import optimise as search
     from grind_env.shop.optimise.outcome import Verdict
@@ -67,8 +67,6 @@ def optimise(
     from grind_env.shop.report.document import prepare_page, write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    if output is not None:
-        check_target(output, [program.with_suffix(".toml") if job is None else job])
     if report is not None:
         prepare_page(report)
     found = search(

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import (
     BlockDelete,
     Blocks,
@@ -14,13 +15,21 @@ from grind_env.shop.commands.arguments import (
     ProgramFile,
     Variables,
 )
+from grind_env.shop.report.document import SUFFIXES
+from grind_env.shop.report.own import PAGE
 
 
 def report(
     program: ProgramFile,
     job: JobFile = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The .html file; PROGRAM with .html if not given.")
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="The .html file; if not given, PROGRAM with .html, where nothing but such a report is replaced.",
+        ),
+        Writes(usual=SUFFIXES[0], own=PAGE),
     ] = None,
     block_delete: BlockDelete = False,
     blocks: Blocks = None,

@@ -6,8 +6,10 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import FILE, Keeps
 
-def init(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be.")]) -> None:
+
+def init(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()]) -> None:
     """Write a program, its job, a catalogue of the shop and a notebook into a folder; they run as they are.
 
     Nothing is overwritten.
@@ -35,7 +37,7 @@ def job(
 def catalogue(
     kind: Annotated[str | None, typer.Argument(help="material, wheel, dresser, fluid or machine.")] = None,
     name: Annotated[str | None, typer.Argument(help="An entry of that kind.")] = None,
-    file: Annotated[list[Path] | None, typer.Option(help="A catalogue of yours on top; repeatable.")] = None,
+    file: Annotated[list[Path] | None, typer.Option(help="A catalogue of yours on top; repeatable."), FILE] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List materials, wheels, dressers, fluids and machines, or show an entry: values, units, ranges and source."""

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
 
 
@@ -22,7 +23,7 @@ def sweep(
     depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
-    plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.

@@ -13,7 +13,7 @@ from grind_env.control import Programs, read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job, Part
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job_file import job_beside, load_job
 from grind_env.machine.settings import DRESS_SECONDS, D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT
@@ -158,9 +158,7 @@ def optimise(
         GrindError: the program cannot be run, or there is nothing to vary in it.
     """
     program = Path(program)
-    job = program.with_suffix(".toml") if job is None else Path(job)
-    if not job.is_file():
-        raise GrindError(f"there is no job {job} beside the program; name one with --job")
+    job = job_beside(program) if job is None else Path(job)
     programs, text = read_file(program), text_of(read_bytes(program))
     if unroll:
         text = unrolled(programs, text)

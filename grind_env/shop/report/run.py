@@ -34,6 +34,7 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.figures import run_figure, run_height
 from grind_env.shop.report.foundations import foundations, revisions
+from grind_env.shop.report.own import TITLE
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -85,7 +86,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
     ]
     revised = revisions(dict(zip(("program", "job"), files, strict=False)))
-    return page(f"Grinding report: {programs.name}", sections, revised)
+    return page(f"{TITLE}{programs.name}", sections, revised)
 
 
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":

@@ -1,11 +1,13 @@
 """A folder to begin with: a program, its job, the shop's catalogue and a notebook, which run as they are."""
 
-import functools
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
-from grind_env.files import FileError, read_text, shown, write_atomically
+from grind_env.files import FileError, read_text, shown
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
@@ -22,8 +24,8 @@ def start_folder(folder: Path) -> list[Path]:
     """Write the files into a folder, which is made if need be; returns them, the program first.
 
     Raises:
-        ExistsError: one of them is there already; nothing is then written.
-        FileError: the folder cannot be made or written to.
+        ExistsError: one of them is there already.
+        FileError: the folder cannot be made, or not all of them written; as before, nothing is then left of it.
     """
     example = example_values()
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
@@ -35,16 +37,40 @@ def start_folder(folder: Path) -> list[Path]:
     }
     paths = [folder / name for name in texts]
     for path in paths:
-        if path.exists() or path.is_symlink():
+        if _is_there(path):
             raise ExistsError(f"{shown(path)} is there already, and is not overwritten; name another folder")
+    made = [each for each in (folder, *folder.parents) if not _is_there(each)]
+    moved = list[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{shown(folder)} cannot be made: {error.strerror or error}; name another folder") from None
-    for path, text in zip(paths, texts.values(), strict=True):
-        write_atomically(path, functools.partial(_write, text))
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".grind-") as unfinished:
+            for name, text in texts.items():
+                Path(unfinished, name).write_text(text, encoding="utf-8")
+            for path in paths:
+                Path(unfinished, path.name).replace(path)
+                moved.append(path)
+    except BaseException as error:
+        _take_back(moved, made)
+        if isinstance(error, OSError | ValueError):  # of a name that no folder can have
+            why = getattr(error, "strerror", None) or error
+            raise FileError(f"{shown(folder)} cannot be made: {why}; make room, or name another folder") from None
+        raise
     return paths
 
 
-def _write(text: str, path: Path) -> None:
-    path.write_text(text, encoding="utf-8")
+def _is_there(path: Path) -> bool:
+    """Whether a name is taken, if only by a link that leads nowhere."""
+    try:
+        path.lstat()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _take_back(files: Sequence[Path], folders: Sequence[Path]) -> None:
+    """Remove files, and those folders that are then empty, the innermost of which comes first."""
+    with suppress(OSError):
+        for path in files:
+            path.unlink(missing_ok=True)
+        for folder in folders:
+            folder.rmdir()

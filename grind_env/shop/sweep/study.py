@@ -9,7 +9,7 @@ import numpy as np
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job_file import job_beside, load_job
 from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
@@ -176,9 +176,7 @@ def sweep(
         GrindError: the program cannot be run so.
     """
     program = Path(program)
-    job = program.with_suffix(".toml") if job is None else Path(job)
-    if not job.is_file():
-        raise GrindError(f"there is no job {job} beside the program; name one with --job")
+    job = job_beside(program) if job is None else Path(job)
     trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LOT_USE, LOTS))
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):

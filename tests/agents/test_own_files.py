@@ -1,0 +1,82 @@
+"""Commands of `python -m agents` replace files under names of their own only if they have written them."""
+
+from pathlib import Path
+
+import pytest
+
+from agents.application import app
+from agents.benchmark.results import CSV
+from agents.benchmark.results import TABLE as BENCHMARK
+from agents.cells import RESULTS
+from agents.commands.dress_study import FOLDER
+from agents.dressing.study import TABLE as STUDY
+from agents.learning.batches import PICTURE, draw
+from agents.learning.curve import Point
+from agents.reference.gap_table import check_gaps
+from agents.reference.scores import TABLE as SCORES
+from grind_env import examples
+from grind_env.policies.tuned import CONFIGS, TUNED_FILE
+from grind_env.scores import FILE, REFERENCES
+from grind_env.terminal import command
+
+PART = examples.FOLDER / "plate_g82.nc"
+JOB = PART.with_suffix(".toml")
+BY_COMMAND = {
+    "oracle6.csv": "dress-study --task oracle6 --results . --runs runs",
+    "oracle6.png": "dress-study --task oracle6 --results . --runs runs",
+    "gaps.csv": "gaps --task oracle6 --results . --runs runs",
+    "gaps.md": "gaps --task oracle6 --results . --runs runs",
+    "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --runs .",
+    "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
+    "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
+    "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
+    "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
+    "learning/plate_g82.toml": f"tune --program {PART} --kind ppo --configs . --runs runs",
+    "runs/oracle6/batches.png": "train --task oracle6 --compare-batches --runs runs",
+}
+
+
+@pytest.mark.parametrize("name", BY_COMMAND)
+def test_a_file_of_somebody_is_told_before_any_work(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = Path(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(JOB.read_bytes())
+    with pytest.raises(SystemExit) as ended, command("agents"):
+        app(BY_COMMAND[name].split())
+    said = capsys.readouterr()
+    assert (ended.value.code, said.err.count("\n")) == (2, 1)
+    assert path.name in said.err and (
+        "would be lost" in said.err or "not written over" in said.err or "dam" in said.err
+    )
+    assert path.read_bytes() == JOB.read_bytes()
+    assert [each for each in tmp_path.rglob("*") if each.is_file()] == [tmp_path / path]
+
+
+def test_what_is_checked_in_is_known_for_their_own() -> None:
+    for own, paths in (
+        (TUNED_FILE, CONFIGS.glob("*.toml")),
+        (REFERENCES, [FILE]),
+        (BENCHMARK, [RESULTS / CSV]),
+        (STUDY, FOLDER.glob("*.csv")),
+        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in ("benchmark", "gaps")]),
+    ):
+        found = list(paths)
+        assert found and all(own.fits(path) for path in found)
+    check_gaps(RESULTS)
+
+
+def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
+    point = Point(
+        steps=1,
+        **dict.fromkeys(("seconds", "reward", "cost", "score"), 1.0),
+        environment=0.0,
+        features=0.0,
+        policy=0.0,
+        optimisation=0.0,
+        aside=0.0,
+    )
+    (tmp_path / "batches.png").write_bytes(draw({"a": [point], "b": [point]}, "title"))
+    assert PICTURE.fits(tmp_path / "batches.png") and not PICTURE.fits(JOB)
