@@ -51,7 +51,7 @@ def ground(text: str, job: Job, **settings: Any) -> GrindingRecord:
     ("words", "setup"),
     [
         ("S1910 M03 M08", {}),
-        ("S1910 M04 M07", {}),
+        ("S1910 M03 M07", {}),
         ("S1500 M03 M08", {"wheel_speed": math.pi * 300.0 * 1500.0 / 60_000.0}),
         ("G96 S1500 M03 M08", {"wheel_speed": 25.0, "constant_surface_speed": True}),
         ("S1910 M03", {"fluid": CATALOGUE.fluid("dry")}),
