@@ -54,6 +54,7 @@ from grind_env.machine.record import (
     Table,
 )
 from grind_env.machine.running import Running
+from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.watch import Watch
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
@@ -75,7 +76,8 @@ class GrindingRun:
         strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
         dresses: `record.DRESS_ROW`.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
-        stages: as of the record, a row with each of `parts`.
+        stages: as of the record, a row with each of `parts`, like the next one.
+        unjudged: as of the record.
         blocks: as of the record.
         cycles: as of the record.
     """
@@ -90,6 +92,7 @@ class GrindingRun:
         self.watch = Watch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.stages: list[tuple[tuple[str, ...], ...]] = []
+        self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
         self.part = self._load(0.0)
@@ -109,6 +112,7 @@ class GrindingRun:
             self.dresses.table(),
             self.parts.table(),
             tuple(self.stages),
+            tuple(self.unjudged),
             tuple(self.watch.warnings),
             self.blocks,
             self.cycles,
@@ -157,6 +161,7 @@ class GrindingRun:
             self.watch.unload(stop)
             self.parts.add(self.part.row(self.unloaded_at - self.part.began))
             self.stages.append(tuple(self.part.passed))
+            self.unjudged.append(self.part.unjudged)
 
     def _change_worn_wheel(self) -> None:
         if self.mount.change_if_worn(self.part.p):
