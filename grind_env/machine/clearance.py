@@ -131,8 +131,12 @@ def _deepest(
     if max(abs(end[along] - start[along]) for along in (axis, cross_axis(axis))) <= CELL:
         return max(_deeper(reached, part, here, here, axis, radius) for here in (start, end))
     half = position_at(start, end, 0.5)
-    first = _deepest(reached, part, start, half, axis, radius, most)
-    return max(first, _deepest(reached, part, half, end, axis, radius, max(first, most)))
+    found = _deeper(reached, part, half, half, axis, radius)
+    # the deeper half first: most often the other one cannot come up to it
+    for piece in sorted(((start, half), (half, end)), key=lambda ends: min(each[plunge_axis(axis)] for each in ends)):
+        if found < bound:
+            found = max(found, _deepest(reached, part, *piece, axis, radius, max(found, most)))
+    return found
 
 
 def _deeper(reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:

@@ -42,7 +42,7 @@ def judged_moves(
     """
     inside, dressed = False, 0.0
     for move, found in moves:
-        depths, below, text = _grinds(part, job, move, axis, found), -math.inf, ""
+        depths, below, text = ground_by(part, job, move, axis, found), -math.inf, ""
         if depths is not None:
             yield FeedPass(move.line, depths)
         else:
@@ -57,7 +57,7 @@ def judged_moves(
                 yield move.line, "feed", beyond
 
 
-def _grinds(part: PartRun, job: Job, move: Motion, axis: int, found: bool) -> Depths | None:
+def ground_by(part: PartRun, job: Job, move: Motion, axis: int, found: bool) -> Depths | None:
     """Between which depths a move grinds the part, mm: none but a feed move of the program does."""
     if not isinstance(move, Line | Arc) or move.source not in PROGRAMMED:
         return None

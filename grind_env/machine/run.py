@@ -184,6 +184,8 @@ class GrindingRun:
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
                 "G76 or G77 cuts grooves"
             )
+        if self.unloaded_at is not None and self.watch.grind_next(PartRun(0, self.job, PartConditions(), 0.0)):
+            self._begin_cutting(event.time)
         self._unload(event.time)
         self.watch.end()
         for line, number in self.dressing.called(self.position, self.axis):

@@ -26,7 +26,7 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.mounting import first_diameter
-from grind_env.machine.obstacles import PROGRAMMED, FeedPass, judged_moves
+from grind_env.machine.obstacles import PROGRAMMED, FeedPass, ground_by, judged_moves
 from grind_env.machine.part import SLOWED, PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
@@ -134,6 +134,7 @@ class Watch:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._moves: list[Motion] = []  # not yet judged
         self._found = False  # where the wheel stands before them
+        self._axis: int | None = None  # along which the last cycle reciprocates
         self._told = Told()
         self._dressed = 0.0  # off the diameter of the wheel, mm
         self._eaten = False  # by them, as has been told
@@ -170,6 +171,7 @@ class Watch:
         """
         self._end_cycle()
         self._judge_stop(plan)
+        self._axis = plan.axis
         self._judge_moves(plan.axis)
         self._pick = self._stroke = None
         self._cycle = _Cycle(plan, deepest)
@@ -384,6 +386,8 @@ class Watch:
                     self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
                 if stop is not None and min(left, part.deepest) > SIZED and not self._muted:
                     self._taken_off = stop.line, part.deepest, left
+        elif self._axis is not None and not part.infeeds:
+            self._judge_moves(self._axis)
         if self._idle is not None and not self._judged:
             self.warn(self._idle[0], "air", self._idle[1])
         if len(part.passed) < len(part.job.part.stages):
@@ -398,6 +402,13 @@ class Watch:
         if self._muted:
             self._pending.clear()
         self._muted = False
+
+    def grind_next(self, part: PartRun) -> bool:
+        """Whether the moves since the last part was taken off grind the next one, which has had no cycle."""
+        if self._axis is None:
+            return False
+        moves = enumerate(self._moves)
+        return any(ground_by(part, self.job, move, self._axis, k > 0) is not None for k, move in moves)
 
     def _leave_unjudged(self) -> None:
         """Tell what has ground the part and is not simulated, and why nobody can judge it."""

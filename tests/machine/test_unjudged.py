@@ -104,6 +104,16 @@ def test_each_part_has_its_own_verdict() -> None:
     assert [bool(lines) for lines in lines_of(found)] == [False, True, False]
 
 
+def test_a_part_that_feed_moves_alone_grind_is_one() -> None:
+    by_feed = BACK + "G01 Y-.05 F500.\nG01 X230.\nG00 Y20.\n"
+    found = run(f"{CYCLE}{AWAY}M00\n{by_feed}")
+    assert lines_of(found) == [(), (10,)]
+    assert [survival > 0.99 for survival in found.parts["survival"]] == [True, False]
+    (warning,) = found.warnings
+    assert warning.startswith("test.nc:10: a feed move outside a cycle takes the wheel over the part 0.05 mm deep")
+    assert len(run(f"{CYCLE}{AWAY}M00\n{by_feed.replace('Y-.05', 'Y1.')}").parts) == 1
+
+
 STATION = AWAY + "G10 L2 P2 {}\nG55\n" + BACK + CYCLE + AWAY
 
 
