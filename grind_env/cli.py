@@ -129,7 +129,8 @@ def trace(
 ) -> None:
     """Print the motions of a program, one JSON object a line, in the order in which they end.
 
-    A pick follows the stroke at whose end it is made, whenever it ends.
+    A pick follows the stroke at whose end it is made, whenever it ends. What the control tells the operator goes to
+    standard error.
     """
     from grind_env import control
 
@@ -139,6 +140,8 @@ def trace(
             record = control.record(event)
             if record is not None:
                 print(json.dumps(record))
+            elif isinstance(event, control.Message):
+                print(printable(f"grind: {event.text}"), file=sys.stderr)
     except control.ControlError as error:
         print(json.dumps(control.error_record(error, program.name)))
         raise typer.Exit(BAD_INPUT) from None
