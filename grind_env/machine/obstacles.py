@@ -15,8 +15,9 @@ from grind_env.machine.mounting import first_diameter
 from grind_env.machine.part import PartRun
 from grind_env.machine.wheel_body import over_diamond
 
-PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
-"""Sources of the motions of the program itself."""
+WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
+"""Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only
+known whether they grind the part."""
 
 
 class FeedPass(NamedTuple):
@@ -45,12 +46,12 @@ def judged_moves(
         depths, below, text = ground_by(part, job, move, axis, found), -math.inf, ""
         if depths is not None:
             yield FeedPass(move.line, depths)
-        else:
+        elif move.source is not Source.INTERRUPT:
             below, text = _obstacle(part, job, move, axis, dressed, found)
         if text and not inside:
             yield move.line, "crash", text
         inside = depths is not None or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
-        if isinstance(move, Line):
+        if isinstance(move, Line) and move.source is not Source.INTERRUPT:
             dressed = max(dressed, below)
             beyond = beyond_feeds(move, axis, job.setup.machine)
             if beyond is not None:
@@ -58,8 +59,8 @@ def judged_moves(
 
 
 def ground_by(part: PartRun, job: Job, move: Motion, axis: int, found: bool) -> Depths | None:
-    """Between which depths a move grinds the part, mm: none but a feed move of the program does."""
-    if not isinstance(move, Line | Arc) or move.source not in PROGRAMMED:
+    """Between which depths a move grinds the part, mm; None if it is no feed move, or one of a dress."""
+    if not isinstance(move, Line | Arc) or move.source not in WATCHED:
         return None
     return pass_depths(part, move, axis, 0.5 * first_diameter(job), found=found)
 

@@ -26,7 +26,7 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.mounting import first_diameter
-from grind_env.machine.obstacles import PROGRAMMED, FeedPass, ground_by, judged_moves
+from grind_env.machine.obstacles import WATCHED, FeedPass, ground_by, judged_moves
 from grind_env.machine.part import SLOWED, PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
@@ -159,7 +159,7 @@ class Watch:
 
     def move(self, event: Motion) -> None:
         """The program moves the axes; whether it keeps clear shows with the cycle or the stroke that comes after."""
-        if event.source in PROGRAMMED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
+        if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
             self._moves.append(event)
 
     def start_cycle(self, plan: CyclePlan, deepest: float) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env import report
-from grind_env.control import read
+from grind_env.control import Interrupt, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
@@ -89,6 +90,13 @@ def test_a_feed_move_that_would_cut_is_not_judged(moves: str, depths: str) -> No
 def test_feed_moves_that_cut_nothing_change_no_verdict(moves: str) -> None:
     found = run(f"{CYCLE}G80\nG00 X-30.\n{moves}\nG00 Y20.\n")
     assert lines_of(found) == [()] and found.parts["survival"][0] > 0.99
+
+
+def test_what_an_operator_asks_for_in_between_counts_as_well() -> None:
+    text = f"{HEAD}{CYCLE}G80\nG04 P1.\nG00 Y20.\nM30\nO7\nG90 G01 X{{}} F9000.\nX230.\nM99\n"
+    asked = replace(job().control, interrupts=(Interrupt(7, at=14.5),))
+    found, clear = (harness.run(text.format(words), job(), control=asked) for words in ("-30.", "-30. Y1."))
+    assert lines_of(found) == [(10,)] and lines_of(clear) == [()]
 
 
 def test_what_comes_before_the_first_stroke_counts_as_well() -> None:
