@@ -443,11 +443,11 @@ class Watch:
         assert self.part is not None
         # of the first one in a row; above a part on which the spindle has stalled the wheel is not meant to grind
         if cycle.in_air and not self.part.stalled:
-            text, line = self._air(cycle, cycle.stroke), cycle.plan.line
+            text, line, told = self._air(cycle, cycle.stroke), cycle.plan.line, self._in_air
             if cycle.grinds_another:
-                text = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest))
+                text, told = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest)), told and bool(self._others)
                 self._others.setdefault(line, text)
-            if not self._in_air:
+            if not told:
                 self.warn(line, "air", text)
         self._in_air, self._judged = cycle.in_air, True
 

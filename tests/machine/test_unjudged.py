@@ -142,6 +142,15 @@ def test_a_second_station_is_not_judged_whatever_grinds_it() -> None:
     assert lines_of(run(CYCLE + AWAY + "G10 L2 P2 X300.\nG55\n" + BACK + feeding)) == [(10,)]
 
 
+def test_the_first_of_several_stations_is_told_and_all_are_named() -> None:
+    stations = "".join(STATION.format(offset) for offset in ("X300.", "X600."))
+    found = run(CYCLE + stations)
+    assert len(found.warnings) == 1 and lines_of(found) == [(10, 19)]
+    down = "G00 Y.3\n" + CYCLE.replace("Y-.05", "Y.1")  # which is told, but meant so
+    above, beside = run(down + STATION.format("X300.") + "G54\n" + BACK + CYCLE + AWAY).warnings
+    assert "the lowest is at Y0.1" in above and "may be those of another part" in beside
+
+
 def test_of_many_rounds_one_sentence_has_the_lines() -> None:
     again = "#1=0\nWHILE [#1 LT 100] DO 1\n" + BACK + CYCLE + "G80\nG00 Y20.\n#1=#1+1\nEND 1\n"
     found = run(CYCLE + AWAY + again)
