@@ -126,7 +126,7 @@ def require_same_ground(
         assert found == stepped
         return
     assert found.warnings == told_stepped(stepped)
-    assert found.stages == stepped.stages
+    assert found.stages == stepped.stages and found.unjudged == stepped.unjudged
     require_equal(found.strokes, stepped.strokes, tolerance)
     require_equal(found.dresses, stepped.dresses, tolerance)
     require_equal(found.parts, stepped.parts, tolerance)

@@ -64,7 +64,7 @@ class HeldOut:
 class Idle:
     """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
 
-    `full` is the power at which a meter in per cent shows 100, idling among it; None of other meters.
+    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters.
     """
 
     mean: float
