@@ -131,7 +131,8 @@ def trace(
 ) -> None:
     """Print the motions of a program, one JSON object a line, in the order in which they end.
 
-    A pick follows the stroke at whose end it is made, whenever it ends.
+    A pick follows the stroke at whose end it is made, whenever it ends. What the control tells the operator goes to
+    standard error.
     """
     from grind_env import control
 
@@ -141,6 +142,8 @@ def trace(
             record = control.record(event)
             if record is not None:
                 print(json.dumps(record))
+            elif isinstance(event, control.Message):
+                print(printable(f"grind: {event.text}"), file=sys.stderr)
     except control.ControlError as error:
         print(json.dumps(control.error_record(error, program.name)))
         raise typer.Exit(BAD_INPUT) from None
@@ -178,7 +181,9 @@ def run(
     the job says where it stands) do not bear is warned of.
 
     The limits that a part is beyond are named below the table, with the block and the stroke that were most beyond them
-    and the words to change. Exit status 1 means that a part is more likely scrap than good.
+    and the words to change. A part is not judged where the program grinds what is not simulated, such as by feed moves
+    over it, or in the air at a second station; the lines are named. Exit status 1 means that a part is more likely
+    scrap than good, or not judged.
 
     Columns of the table, a row for every part, or for successive parts that are alike: part (its number); time (with
     loading and dresses); strokes (of the table); dresses (executions of the dress program, where there are any);

@@ -14,7 +14,7 @@ from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prosp
 from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
-from grind_env.control.motions import CycleAhead, Event, Hold, ProgramEnd, ProgramStop, Source
+from grind_env.control.motions import CycleAhead, Event, Hold, Message, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
 from grind_env.control.rewriting import with_words
@@ -60,6 +60,8 @@ class Interpreter:
             yield from self.table.run_on()
         yield from self.table.stop()
         self.mover.modes = Modes()
+        for text in (*self.variables.unread(), *self.timeline.unserved(), *self.interruptions.unserved()):
+            yield Message(self.timeline.time, text)
         yield ProgramEnd(self.timeline.time, end)
 
     # ------------------------------------------------------------------------------------------ program flow

@@ -142,6 +142,14 @@ class Interruptions:
         if mover.tooling.worn_out:
             yield Message(timeline.time, "the wheel radius is below its minimum")
 
+    def unserved(self) -> Iterator[str]:
+        """What to say of each program interrupt that has been requested in vain, once the program is over."""
+        for request in self.requests:
+            yield (
+                f"O{request.program}, asked for at {request.at:g} s, is not run, for the program ends at "
+                f"{self.timeline.time:.1f} s; ask for it before"
+            )
+
     def _knows(self, number: int | None) -> bool:
         """Whether a dress program is known to do what it has done; it may have done it with other variables."""
         notes = self.known_dresses.get(number or 0)

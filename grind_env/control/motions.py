@@ -380,11 +380,14 @@ class Spindle:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09."""
+    """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09.
+
+    `turning` is 1 after M03, -1 after M04, which turns it the other way, and 0 after M05.
+    """
 
     time: float
     """When it happens, s."""
-    turning: bool
+    turning: int
     coolant: bool
 
 

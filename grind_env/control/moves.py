@@ -34,7 +34,7 @@ Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
 """Looks ahead along the way of execution."""
 
 
-SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = (3, 4), (5,), (7, 8), (9,)
+SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = {3: 1, 4: -1}, {5: 0}, (7, 8), (9,)
 """M codes of the wheel and of the coolant."""
 
 LENGTHS = frozenset("EFIJKQRXYZ")
@@ -69,7 +69,7 @@ class Mover:
         remembered: how many moves of the next one it will remember.
         spindle: speed of the wheel, revolutions per minute, and the surface speed that G96 holds, m/min, 0 under G97;
             None before the first S.
-        turning: whether M03 or M04 has set the wheel turning.
+        turning: 1 if M03 has set the wheel turning, -1 if M04 has, the other way, and 0 while it stands.
         coolant: whether M07 or M08 has turned the coolant on.
         detour: the programmed position after a type 1 interrupt, from which the next motion counts although the
             axes stand elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise.
@@ -85,7 +85,7 @@ class Mover:
         self.recorder: Recorder | None = None
         self.remembered = REMEMBERED
         self.spindle: tuple[float, float] | None = None
-        self.turning = self.coolant = False
+        self.turning, self.coolant = 0, False
         self.detour: Position | None = None
         self.passed: Position | None = None
         self._told: set[tuple[str, Place]] = set()
@@ -165,8 +165,8 @@ class Mover:
         """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
         before = self.turning, self.coolant
         for number in command.m:
-            if number in (SPINDLE_ON if on else SPINDLE_OFF):
-                self.turning = on
+            if number in (senses := SPINDLE_ON if on else SPINDLE_OFF):
+                self.turning = senses[number]
             elif number in (COOLANT_ON if on else COOLANT_OFF):
                 self.coolant = on
         if (self.turning, self.coolant) != before:

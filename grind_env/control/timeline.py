@@ -240,6 +240,14 @@ class Timeline:
         self.control.panel.dress_requested = False
         self.held = self.owed = False
 
+    def unserved(self) -> Iterator[str]:
+        """What to say of each dress that the operator has asked for in vain, once the program is over."""
+        for time in self._requests:
+            yield (
+                f"the dress asked for at {time:g} s is not made, for no stroke of a cycle comes after that: the "
+                f"program ends at {self.time:.1f} s; ask for it before"
+            )
+
     def _shown(self, time: float) -> Position:
         """Position of all axes at a time, picks taken as complete."""
         position = self.position if self._motion is None else self._motion.at(time)

@@ -1,6 +1,6 @@
 """The ``#`` variables of paramacros: local, common and system ones (20-13; numbers of system variables D)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from typing import Protocol, TypeAlias
 
@@ -44,8 +44,10 @@ class Variables:
         self._common: dict[int, Decimal] = {}
         self._found: dict[tuple[int, int], Value] | None = None
         self._written: set[tuple[int, int]] = set()
+        self._unread: dict[tuple[int, int], bool] = {}
         for number, value in given.items():
             self.write(number, rounded(Decimal(repr(float(value)))))
+        self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
 
     def read(self, number: int) -> Value:
         """The value of a variable; None of a vacant one, which #0 always is.
@@ -57,6 +59,8 @@ class Variables:
         if held is None:
             return None if number == 0 else self.system.read(number)
         value, key = held.get(number), self._key(number)
+        if self._unread.get(key) is False:
+            del self._unread[key]
         if self._found is not None and key not in self._written:
             self._found[key] = value
         return value
@@ -76,6 +80,8 @@ class Variables:
             self.system.write(number, value)
         else:
             self._written.add(self._key(number))
+            if self._key(number) in self._unread:
+                self._unread[self._key(number)] = True
             if value is None:
                 held.pop(number, None)
             else:
@@ -93,6 +99,12 @@ class Variables:
     def agree(self, notes: Notes) -> bool:
         """Whether what was noted still has its values."""
         return all(self._kept(level).get(number) == value for (level, number), value in notes.items())
+
+    def unread(self) -> Iterator[str]:
+        """What to say of each variable given at the start whose value nothing has read."""
+        for (_, number), overwritten in self._unread.items():
+            found = "the program assigns another one before it reads it" if overwritten else "nothing has read it"
+            yield f"#{number} was given a value at the start, but {found}; leave it out, or mend its number"
 
     def enter(self, arguments: Mapping[int, Decimal]) -> None:
         """Begin a macro: the local variables of its level keep what no argument assigns (20-13)."""

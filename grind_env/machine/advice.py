@@ -195,6 +195,28 @@ def beside_part(axis: str, swept: tuple[float, float], part: tuple[float, float]
     )
 
 
+def unsimulated_passes(lines: str, count: int, depths: tuple[float, float]) -> str:
+    """What to say of so many feed moves in some lines that grind the part between two depths, mm."""
+    moves = f"{count} feed moves outside a cycle take" if count > 1 else "a feed move outside a cycle takes"
+    return (
+        f"{moves} the wheel over the part {_deep(depths)}, where it grinds ({lines}), which is not simulated, so that "
+        "the part is not judged; let the strokes of a cycle take the stock off"
+    )
+
+
+def unsimulated_cycle(air: str, depths: tuple[float, float]) -> str:
+    """What to say of a cycle in the `air` that may grind another part, with strokes between two depths, mm."""
+    return (
+        f"{air}; its strokes, {_deep(depths)}, may be those of another part, which is not simulated, so that this one "
+        "is not judged; give every part a program and a job of its own"
+    )
+
+
+def _deep(depths: tuple[float, float]) -> str:
+    low, high = (f"{depth:.4g}" for depth in depths)
+    return f"{high} mm deep" if low == high else f"{low} to {high} mm deep"
+
+
 def stock_left(depth: float, stock: float) -> str:
     """What to say of a program that ends at a depth, mm, at which the tolerance is not kept."""
     return f"the part is ground to a depth of {depth:.4g} mm, but has {stock:.4g} mm of stock; go as deep"

@@ -1,5 +1,8 @@
 """Whether the moves of a program outside its cycles keep clear of part, table and diamond: only strokes grind the part.
 
+A feed move of the program over the part would grind it, too, where it is deeper than the surface that strokes have
+left: this is not simulated, and `pass_depths` finds it.
+
 The wheel is a body of its radius and its width. The part lies in the way from the depth on to which strokes have ground
 it, the table below the height of the part, and the diamond below its tip; where the last two stand, a job may say.
 
@@ -7,7 +10,12 @@ Moves of the program are judged with the cycle that comes after them, for its ax
 program that cuts grooves alone are not: a job says how long an infeed grinds, and not where on the part.
 """
 
-from grind_env.control import Motion, Position
+import itertools
+import math
+from collections.abc import Callable
+
+from grind_env.control import Arc, Motion, Position
+from grind_env.control.geometry import Circular
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.coverage import CELL
@@ -15,7 +23,14 @@ from grind_env.machine.part import PartRun
 from grind_env.machine.wheel_body import half_chord, position_at, rise
 
 CRASH = 0.005
-"""mm; a move that goes no deeper rubs: wheel and machine yield by as much, and a finishing pick is no more."""
+"""mm; a move that goes no deeper rubs: wheel and machine yield by as much, and a finishing pick is no more. Chords that
+stand for an arc are as near to it."""
+
+Depths = tuple[float, float]
+"""The lowest and the highest of some depths, mm."""
+
+Reached = Callable[[tuple[float, float], tuple[float, float]], float]
+"""As `PartRun.reached`."""
 
 
 def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> float:
@@ -31,12 +46,47 @@ def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found:
         radius: of the wheel, mm.
         found: whether it begins where the control takes the wheel to be, and not where an operator has left it.
     """
+    if found and lifts(motion, axis):
+        return 0.0
+    over = _over(part, motion.start if found else motion.end, motion.end, axis, radius)
+    return _deepest(part.reached, part, *over, axis, radius, CRASH) if over is not None else 0.0
+
+
+def pass_depths(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> Depths | None:
+    """Between which depths a feed move passes over the part where it grinds, mm; None if it grinds nothing.
+
+    It grinds where it goes deeper than the surface that strokes have left. Arguments as of `into_part`.
+    """
+    surface, plunge = part.job.part.surface, plunge_axis(axis)
+    depths: list[float] = []
+    if found and lifts(motion, axis) and not isinstance(motion, Arc):
+        return None
+    for start, end in _chords(motion) if found else [(motion.end, motion.end)]:
+        over = _over(part, start, end, axis, radius)
+        if over is None or _deepest(part.left_at, part, *over, axis, radius, DEPTH_TOLERANCE) <= DEPTH_TOLERANCE:
+            continue
+        depths += [surface - here[plunge] for here in over]
+    return (max(min(depths), 0.0), max(depths)) if depths else None
+
+
+def _chords(motion: Motion) -> list[tuple[Position, Position]]:
+    """A move as straight ones that keep within `CRASH` of it."""
+    if not isinstance(motion, Arc):
+        return [(motion.start, motion.end)]
+    path = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
+    step = 2.0 * math.acos(max(1.0 - CRASH / path.radius, 0.0))
+    count = math.ceil(path.angle / step)
+    points = [path.point(k / count) for k in range(count + 1)]
+    return list(itertools.pairwise(points))
+
+
+def _over(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> tuple[Position, Position] | None:
+    """The ends of what a straight move leads of the wheel over the part, below its surface; None if it is nothing."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
-    start, end = motion.start if found else motion.end, motion.end
     lying, width = part.job.part, part.job.setup.wheel.width
     lowest = min(start[plunge], end[plunge])
-    if lowest >= lying.surface or (found and lifts(motion, axis)):
-        return 0.0
+    if lowest >= lying.surface:
+        return None
     reach = half_chord(radius, lying.surface - lowest)
     # a wheel at the very edge does not touch
     sides = (
@@ -48,13 +98,13 @@ def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found:
         way = end[along] - start[along]
         if abs(way) < DEPTH_TOLERANCE:
             if not near + DEPTH_TOLERANCE < start[along] < far - DEPTH_TOLERANCE:
-                return 0.0
+                return None
             continue
         first, last = sorted(((near - start[along]) / way, (far - start[along]) / way))
         low, high = max(low, first), min(high, last)
     if (high - low) * _length(start, end) < DEPTH_TOLERANCE and start != end:
-        return 0.0
-    return _deepest(part, position_at(start, end, low), position_at(start, end, high), axis, radius)
+        return None
+    return position_at(start, end, low), position_at(start, end, high)
 
 
 def into_table(part: PartRun, motion: Motion, axis: int) -> float:
@@ -71,26 +121,33 @@ def lifts(motion: Motion, axis: int) -> bool:
     return end[plunge] >= start[plunge] and (start[axis], start[cross]) == (end[axis], end[cross])
 
 
-def _deepest(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
-    """How far a straight move over the part goes deeper than strokes have been, mm; of a harmless one a bound on it."""
-    bound = _deeper(part, start, end, axis, radius)  # as if it were as deep as its deeper end all the way
-    if bound <= CRASH:
+def _deepest(
+    reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float, most: float
+) -> float:
+    """How far a straight move over the part goes deeper than `reached`, mm; if it is no more than `most`, a bound."""
+    bound = _deeper(reached, part, start, end, axis, radius)  # as if it were as deep as its deeper end all the way
+    if bound <= most:
         return bound
     if max(abs(end[along] - start[along]) for along in (axis, cross_axis(axis))) <= CELL:
-        return max(_deeper(part, start, start, axis, radius), _deeper(part, end, end, axis, radius))
+        return max(_deeper(reached, part, here, here, axis, radius) for here in (start, end))
     half = position_at(start, end, 0.5)
-    return max(_deepest(part, start, half, axis, radius), _deepest(part, half, end, axis, radius))
+    found = _deeper(reached, part, half, half, axis, radius)
+    # the deeper half first: most often the other one cannot come up to it
+    for piece in sorted(((start, half), (half, end)), key=lambda ends: min(each[plunge_axis(axis)] for each in ends)):
+        if found < bound:
+            found = max(found, _deepest(reached, part, *piece, axis, radius, max(found, most)))
+    return found
 
 
-def _deeper(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
-    """How much deeper the deeper end of a straight move is than strokes have been in what the move sweeps, mm."""
+def _deeper(reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
+    """How much deeper the deeper end of a straight move is than `reached` in what the move sweeps, mm."""
     cross, plunge, lying = cross_axis(axis), plunge_axis(axis), part.job.part
     low, high = sorted((start[axis], end[axis]))
     near, far = lying.start, lying.start + lying.length
     ends = min(max(low, near), far), min(max(high, near), far)
-    reached = part.reached((start[cross], end[cross]), ends)
     beside = max(near - high, low - far, 0.0)
-    return lying.surface - min(start[plunge], end[plunge]) - rise(radius, beside) - reached
+    depth = lying.surface - min(start[plunge], end[plunge]) - rise(radius, beside)
+    return depth - reached((start[cross], end[cross]), ends)
 
 
 def _length(start: Position, end: Position) -> float:

@@ -1,15 +1,19 @@
 """A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 
 from grind_env.control import Control, Programs, execute
 from grind_env.control.operator import Panel
+from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingError, GrindingRun
+from grind_env.machine.unjudged import Unjudged, UnjudgedError
 
-__all__ = ["GrindingError", "grind"]
+__all__ = ["GrindingError", "grind", "refuse_unjudged"]
 
 
 def grind(
@@ -60,3 +64,22 @@ def grind(
         run.take(event)
         execution.set_wheel_radius(0.5 * run.mount.diameter)
     return run.record()
+
+
+def refuse_unjudged(programs: Programs, job: Job, variables: Mapping[int, float] | None = None) -> None:
+    """Refuse a program that grinds what is not simulated; other faults are for those who grind with it.
+
+    Args:
+        programs: what `control.read` or `control.read_file` returned.
+        job: part, set-up and wheel.
+        variables: values that `#` variables have at the start.
+
+    Raises:
+        UnjudgedError: a part of it is not judged.
+    """
+    found: list[Unjudged] = []
+    with suppress(GrindError):
+        record = grind(programs, job, control=replace(job.control, variables=variables or {}))
+        found += chain.from_iterable(record.unjudged)
+    if found:
+        raise UnjudgedError(f"{programs.name}:{found[0].lines[0]}: {found[0].why}")

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
-from grind_env.control import Line, Motion, Source
+from grind_env.control import Arc, Line, Motion, Source
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine import advice
-from grind_env.machine.clearance import CRASH, into_part, into_table
+from grind_env.machine.clearance import CRASH, Depths, into_part, into_table, pass_depths
 from grind_env.machine.dress_program import DEEPEST_INFEED
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_feeds
@@ -14,11 +15,22 @@ from grind_env.machine.mounting import first_diameter
 from grind_env.machine.part import PartRun
 from grind_env.machine.wheel_body import over_diamond
 
+WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
+"""Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only
+known whether they grind the part."""
+
+
+class FeedPass(NamedTuple):
+    """A feed move of the program that grinds the part, which is not simulated."""
+
+    line: int
+    depths: Depths
+
 
 def judged_moves(
     part: PartRun, job: Job, moves: Iterable[tuple[Motion, bool]], axis: int
-) -> Iterator[tuple[int, str, str]]:
-    """Line, subject and sentence of what is wrong with moves.
+) -> Iterator[tuple[int, str, str] | FeedPass]:
+    """Line, subject and sentence of what is wrong with moves, and the passes among them.
 
     Of several that run into something, one after the other, the first is told, and of those of a dress program, whose
     way back is its way out.
@@ -31,15 +43,26 @@ def judged_moves(
     """
     inside, dressed = False, 0.0
     for move, found in moves:
-        below, text = _obstacle(part, job, move, axis, dressed, found)
+        depths, below, text = ground_by(part, job, move, axis, found), -math.inf, ""
+        if depths is not None:
+            yield FeedPass(move.line, depths)
+        elif move.source is not Source.INTERRUPT:
+            below, text = _obstacle(part, job, move, axis, dressed, found)
         if text and not inside:
             yield move.line, "crash", text
-        inside = bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
-        if isinstance(move, Line):
+        inside = depths is not None or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
+        if isinstance(move, Line) and move.source is not Source.INTERRUPT:
             dressed = max(dressed, below)
             beyond = beyond_feeds(move, axis, job.setup.machine)
             if beyond is not None:
                 yield move.line, "feed", beyond
+
+
+def ground_by(part: PartRun, job: Job, move: Motion, axis: int, found: bool) -> Depths | None:
+    """Between which depths a move grinds the part, mm; None if it is no feed move, or one of a dress."""
+    if not isinstance(move, Line | Arc) or move.source not in WATCHED:
+        return None
+    return pass_depths(part, move, axis, 0.5 * first_diameter(job), found=found)
 
 
 def _obstacle(part: PartRun, job: Job, move: Motion, axis: int, dressed: float, found: bool) -> tuple[float, str]:

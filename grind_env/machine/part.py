@@ -19,6 +19,7 @@ from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
 from grind_env.machine.tally import NOTHING, has_stalled
+from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.zones import strip_centres
 from grind_env.process.cost import passed_limits, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -56,6 +57,7 @@ class PartRun:
         infeeds: into grooves so far.
         tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
         passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
+        unjudged: why it is not judged; empty if it is.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class PartRun:
         self.cutting = False
         self.deepest = 0.0
         self.passed: list[tuple[str, ...]] = []
+        self.unjudged: tuple[Unjudged, ...] = ()
         self.infeeds, self.tally = 0, NOTHING
         self._centres = strip_centres(job.part.across, job.part.width)
         strips = self._centres.size
@@ -161,9 +164,21 @@ class PartRun:
             edges: cross coordinates of the wheel's edge on the minus side, where it starts and ends.
             ends: coordinates along the table there.
         """
-        first, last = self._under(min(edges))[0], self._under(max(edges))[1]
+        return self._coverage.least_between(*self._swept(edges), ends)
+
+    def left_at(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
+        """Least depth of the surface that strokes have left there, mm; arguments as of `reached`.
+
+        Wheel and machine yield, so that it is not as deep as the strokes.
+        """
+        first, last = self._swept(edges)
+        return min(self._coverage.least_between(first, last, ends), float(self._S[first:last].min()))
+
+    def _swept(self, edges: tuple[float, float]) -> tuple[int, int]:
+        """The first strip that a wheel sweeps on its way between two edges, and the one after the last."""
+        first, last = int(self._under(min(edges))[0]), int(self._under(max(edges))[1])
         first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
-        return self._coverage.least_between(first, max(last, first + 1), ends)
+        return first, max(last, first + 1)
 
     def _under(self, edge: Any) -> tuple[Any, Any]:
         """The first strip under a wheel, or under each of many, whose edge lies there, and the one after the last."""
@@ -289,7 +304,7 @@ class PartRun:
             job.limits,
             job.rates,
             job.part.scrap_cost,
-            0.0 if unground > 0.0 else self._earlier,
+            0.0 if unground > 0.0 or self.unjudged else self._earlier,
         )
         return (
             self.number,

@@ -16,6 +16,7 @@ from grind_env.kernel.columns import dtype_of
 from grind_env.machine.compiled import PartVerdict
 from grind_env.machine.job import Job
 from grind_env.machine.passes import TableStroke, WheelSeen
+from grind_env.machine.unjudged import Unjudged
 from grind_env.presenter import html, presenter
 from grind_env.process.state import StrokeResult
 
@@ -171,6 +172,8 @@ class GrindingRecord:
         parts: dtype `PART_ROW`, in these units.
         stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
             `process.cost.Limits`).
+        unjudged: of each part, why it is not judged: what the program grinds of it that is not simulated. Such a part
+            is not good; empty for one that is judged.
         warnings: sentences on what the program does not do as it should.
         blocks: N word of the block in each line that has ground, or the line again.
         cycles: the cycle of each line with one, as it was run last.
@@ -182,6 +185,7 @@ class GrindingRecord:
     dresses: Table
     parts: Table
     stages: tuple[tuple[tuple[str, ...], ...], ...]
+    unjudged: tuple[tuple[Unjudged, ...], ...]
     warnings: tuple[str, ...]
     blocks: Mapping[int, int]
     cycles: Mapping[int, CyclePlan]

@@ -54,6 +54,7 @@ from grind_env.machine.record import (
     Table,
 )
 from grind_env.machine.running import Running
+from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.watch import Watch
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
@@ -76,7 +77,8 @@ class GrindingRun:
         dresses: `record.DRESS_ROW`.
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
-        stages: as of the record, a row with each of `parts`.
+        stages: as of the record, a row with each of `parts`, like the next one.
+        unjudged: as of the record.
         blocks: as of the record.
         cycles: as of the record.
     """
@@ -92,6 +94,7 @@ class GrindingRun:
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.plunged = bytearray()
         self.stages: list[tuple[tuple[str, ...], ...]] = []
+        self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
         self.part = self._load(0.0)
@@ -113,6 +116,7 @@ class GrindingRun:
             self.dresses.table(),
             self.parts.table(),
             tuple(self.stages),
+            tuple(self.unjudged),
             tuple(self.watch.warnings),
             self.blocks,
             self.cycles,
@@ -162,6 +166,7 @@ class GrindingRun:
             self.watch.unload(stop)
             self.parts.add(self.part.row(self.unloaded_at - self.part.began))
             self.stages.append(tuple(self.part.passed))
+            self.unjudged.append(self.part.unjudged)
 
     def _change_worn_wheel(self) -> None:
         if self.mount.change_if_worn(self.part.p):
@@ -202,6 +207,8 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self.let_part_go()
+        if self.unloaded_at is not None and self.watch.grind_next(PartRun(0, self.job, PartConditions(), 0.0)):
+            self._begin_cutting(event.time)
         self._unload(event.time)
         self.watch.end()
         for line, number in self.dressing.called(self.position, self.axis):

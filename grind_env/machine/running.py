@@ -73,7 +73,7 @@ class Running:
         self.setup = job.setup
         self._known: dict[tuple[Speed, bool], Setup] = {}
         self._commanded: Speed | None = None
-        self._turning = self._flowing = False
+        self._turning, self._flowing = 0, False
         self._put_in_force()
 
     @property
@@ -108,7 +108,12 @@ class Running:
     @property
     def turns(self) -> bool:
         """Whether the wheel turns."""
-        return self.by_hand or (self._turning and self.speed.surface > 0.0)
+        return self.by_hand or (self._turning != 0 and self.speed.surface > 0.0)
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether M04 turns it, the other way than M03."""
+        return not self.by_hand and self._turning < 0
 
     @property
     def is_dry(self) -> bool:
@@ -172,9 +177,17 @@ class Told:
 
     def __init__(self) -> None:
         self._told: set[tuple[Speed | None, bool]] = set()
+        self._reversed = False
 
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
         """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
+        if running.is_reversed and not self._reversed:
+            self._reversed = True
+            yield (
+                "wheel sense",
+                "M04 turns the wheel the other way than M03, for which its flange, guard and nozzle are made; write "
+                'M03, or say spindle = "always on" in [setup] of the job if it is to turn so',
+            )
         speed, dry = running.commanded, running.is_dry
         if (speed, dry) in self._told:
             return

@@ -45,6 +45,7 @@ from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
 from grind_env.machine.dress_program import missed_pass
 from grind_env.machine.dressing import DressRuns
+from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.running import Running
@@ -96,10 +97,12 @@ def script_of(
         variables: values that `#` variables have at the start (`Control.variables`).
 
     Raises:
+        UnjudgedError: it grinds what is not simulated.
         ScriptError: its strokes depend on more than the program.
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
+    refuse_unjudged(programs, job, variables)
     refuse_unlike_parts(programs, job)
     writer = functools.partial(_Writer, programs, job, variables or {})
     as_it_is = writer()

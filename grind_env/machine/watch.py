@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.control import (
+    Arc,
     Control,
     CyclePlan,
     CycleStrokes,
@@ -16,7 +17,6 @@ from grind_env.control import (
     Motion,
     Pick,
     ProgramStop,
-    Source,
     Stroke,
 )
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT, depth_after_pick, picks_to
@@ -26,11 +26,12 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.mounting import first_diameter
-from grind_env.machine.obstacles import judged_moves
+from grind_env.machine.obstacles import WATCHED, FeedPass, ground_by, judged_moves
 from grind_env.machine.part import SLOWED, PartRun
 from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.machine.running import Running, Told
+from grind_env.machine.unjudged import Unjudged, lines_said
 from grind_env.process import state
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
@@ -41,6 +42,9 @@ SHARE = 0.1
 
 OVERTRAVEL = 2.0
 """mm; by which a table has to go beyond the part at least: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
+
+ANEW = 0.5
+"""Of the depth ground before a cycle: one that plunges from above that share and finds nothing begins another part."""
 
 SIZED = 0.001
 """mm; stock that nobody leaves on a part that is taken off, and by which depths are the same to one who gauges."""
@@ -70,6 +74,7 @@ class _Cycle:
         highest: depth of its highest stroke, mm.
         deepest: depth of its deepest stroke, mm.
         over: whether one has passed over the part.
+        crossed: whether the wheel has gone across between strokes that came one by one.
         removed: depth ground off, mm.
     """
 
@@ -80,18 +85,30 @@ class _Cycle:
     highest: float = math.inf
     deepest: float = -math.inf
     over: bool = False
+    crossed: bool = False
     removed: float = 0.0
 
     @property
     def is_idle(self) -> bool:
         """Whether it has only set the table going above what there is to grind, as a G81 may do for a later cycle."""
-        return not self.plan.plunges and self.in_air and self.highest == self.deepest
+        elsewhere = self.crossed and not self.over and self.deepest > DEPTH_TOLERANCE
+        return not self.plan.plunges and self.in_air and self.highest == self.deepest and not elsewhere
 
     @property
     def in_air(self) -> bool:
         """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
         return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
+
+    @property
+    def grinds_another(self) -> bool:
+        """Whether it is a cycle in the air that may be meant for another part, which is not simulated.
+
+        It lies beside the part, or plunges anew as if nothing had been ground. One that sparks out, or repeats what was
+        the last of its depth, is none; nor is one that comes down on a part before it has been ground.
+        """
+        again = self.before > 0.0 and self.highest < self.deepest and self.highest <= ANEW * self.before
+        return self.in_air and (again or not self.over)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,12 +150,15 @@ class Watch:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._moves: list[Motion] = []  # not yet judged
         self._found = False  # where the wheel stands before them
+        self._axis: int | None = None  # along which the last cycle reciprocates
         self._told = Told()
         self._dressed = 0.0  # off the diameter of the wheel, mm
         self._eaten = False  # by them, as has been told
         self._pending: list[tuple[int, str, str]] = []  # of the part that M00 took off, unless M01 was meant
         self._taken_off: tuple[int, float, float] | None = None  # line of that M00, depth and stock left, mm
         self._muted = False  # until the part is off: what is wrong with it follows from what has been told
+        self._passes: list[FeedPass] = []  # over the part
+        self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
     def warn(self, line: int, subject: str, text: str) -> None:
         """Warn once of each subject in each block; line 0 is the program as a whole."""
@@ -155,7 +175,7 @@ class Watch:
 
     def move(self, event: Motion) -> None:
         """The program moves the axes; whether it keeps clear shows with the cycle or the stroke that comes after."""
-        if event.source in (Source.PROGRAM, Source.COMPENSATION) and event.start != event.end:
+        if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
             self._moves.append(event)
 
     def start_cycle(self, plan: CyclePlan, deepest: float) -> None:
@@ -167,6 +187,7 @@ class Watch:
         """
         self._end_cycle()
         self._judge_stop(plan)
+        self._axis = plan.axis
         self._judge_moves(plan.axis)
         self._pick = self._stroke = None
         self._cycle = _Cycle(plan, deepest)
@@ -288,6 +309,9 @@ class Watch:
         """Count strokes of the cycle, up to its last one so far."""
         assert self._cycle is not None
         cycle, self._stroke = self._cycle, last
+        if cycle.stroke is not None:
+            cross = cross_axis(last.axis)
+            cycle.crossed = cycle.crossed or cycle.stroke.middle[cross] != last.middle[cross]
         cycle.stroke = last
         cycle.highest, cycle.deepest = min(cycle.highest, made.highest), max(cycle.deepest, made.deepest)
         cycle.over, cycle.removed = cycle.over or made.ground > -math.inf, cycle.removed + made.removed
@@ -396,6 +420,8 @@ class Watch:
                     self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
                 if stop is not None and min(left, part.deepest) > SIZED and not self._muted:
                     self._taken_off = stop.line, part.deepest, left
+        elif self._axis is not None and not part.infeeds:
+            self._judge_moves(self._axis)
         if self._idle is not None and not self._judged:
             self.warn(self._idle[0], "air", self._idle[1])
         if len(part.passed) < len(part.job.part.stages):
@@ -403,12 +429,36 @@ class Watch:
             self._pending.append((0, "stages", text))
         if part.missed:
             self.warn(0, "missed", advice.missed_surface(part.job.part.surface))
+        self._leave_unjudged()
         self._moves.clear()
         self._found = self._in_air = self._judged = False
         self._idle = None
         if self._muted:
             self._pending.clear()
         self._muted = False
+
+    def grind_next(self, part: PartRun) -> bool:
+        """Whether the moves since the last part was taken off grind the next one, which has had no cycle."""
+        if self._axis is None:
+            return False
+        moves = enumerate(self._moves)
+        return any(ground_by(part, self.job, move, self._axis, k > 0) is not None for k, move in moves)
+
+    def _leave_unjudged(self) -> None:
+        """Tell what has ground the part and is not simulated, and why nobody can judge it."""
+        assert self.part is not None
+        found = []
+        if self._passes:
+            lines = sorted({each.line for each in self._passes})
+            low, high = zip(*(each.depths for each in self._passes), strict=True)
+            text = advice.unsimulated_passes(lines_said(lines), len(self._passes), (min(low), max(high)))
+            self.warn(lines[0], "pass", text)
+            found.append(Unjudged(tuple(lines), text))
+        if self._others:
+            lines = sorted(self._others)
+            found.append(Unjudged(tuple(lines), self._others[lines[0]]))
+        self.part.unjudged = tuple(found)
+        self._passes, self._others = [], {}
 
     def end(self) -> None:
         """The program is over."""
@@ -425,8 +475,13 @@ class Watch:
             return
         assert self.part is not None
         # of the first one in a row; above a part on which the spindle has stalled the wheel is not meant to grind
-        if cycle.in_air and not self._in_air and not self.part.stalled:
-            self.warn(cycle.plan.line, "air", self._air(cycle, cycle.stroke))
+        if cycle.in_air and not self.part.stalled:
+            text, line, told = self._air(cycle, cycle.stroke), cycle.plan.line, self._in_air
+            if cycle.grinds_another:
+                text, told = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest)), told and bool(self._others)
+                self._others.setdefault(line, text)
+            if not told:
+                self.warn(line, "air", text)
         self._in_air, self._judged = cycle.in_air, True
 
     def _air(self, cycle: _Cycle, stroke: Stroke) -> str:
@@ -453,8 +508,11 @@ class Watch:
     def _judge_way(self, file: str, moves: Iterable[tuple[Motion, bool]], axis: int) -> None:
         """Warn of moves, each with whether it is known where it begins."""
         assert self.part is not None
-        for line, subject, text in judged_moves(self.part, self.job, moves, axis):
-            self._warn(file, line, subject, text)
+        for found in judged_moves(self.part, self.job, moves, axis):
+            if isinstance(found, FeedPass):
+                self._passes.append(found)
+            else:
+                self._warn(file, *found)
 
     def _outside(self) -> Iterator[tuple[Motion, bool]]:
         """The moves that no stroke has run beside, and whether it is known where each of them begins."""

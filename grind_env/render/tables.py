@@ -1,7 +1,7 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from grind_env.errors import printable
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.unjudged import Unjudged, lines_said, runs, unjudged_lines
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.reasons import reason, shares
 
@@ -50,6 +51,9 @@ SENTENCES = {
     "earlier stage": "not good in an earlier stage",
 }
 """What is printed of causes that are no limits, by their word."""
+
+UNKNOWN = "–"
+"""In place of how likely a part is good that is not judged."""
 
 NONE_GOOD = 0.005
 """Good parts below which they count as none."""
@@ -107,6 +111,8 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
         name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
         for name, (_, form) in columns.items()
     }
+    goods = zip(cells["survival"], record.unjudged, strict=True)
+    cells["survival"] = [UNKNOWN if unjudged else text for text, unjudged in goods]
     headings = tuple(heading for heading, _ in columns.values())
     return PartTable(tuple(columns), headings, _joined(record, job, cells))
 
@@ -114,16 +120,28 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
     """The limits that parts are beyond."""
     bad: dict[str, list[int]] = {}
-    for part, stages in zip(record.parts, record.stages, strict=True):
-        for words in beyond(causes(part, job), stages):
-            bad.setdefault(words, []).append(int(part["part"]))
+    for words, part in _bad(record, job):
+        bad.setdefault(words, []).append(part)
+    unjudged = _unjudged(record)
     found = []
     for words, numbers in bad.items():
-        limit = SENTENCES.get(words, f"beyond the limit of {words}")
+        limit = words if words in unjudged else SENTENCES.get(words, f"beyond the limit of {words}")
         cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
         sentence = f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}"
-        found.append(Fault(sentence, reason(cause, numbers, record, job)))
+        found.append(Fault(sentence, unjudged.get(words) or reason(cause, numbers, record, job)))
     return found
+
+
+def _bad(record: GrindingRecord, job: Job) -> Iterator[tuple[str, int]]:
+    """The words for what keeps parts from being good, each with the number of one."""
+    for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True):
+        for words in beyond(causes(part, job), stages, unjudged):
+            yield words, int(part["part"])
+
+
+def _unjudged(record: GrindingRecord) -> dict[str, str]:
+    """Why parts are not judged, by the words for it."""
+    return {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
 
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
@@ -203,22 +221,15 @@ def _aligned(texts: Sequence[str], places: Sequence[int]) -> str:
     return "".join(text.rjust(end - start) for text, start, end in zip(texts, starts, places, strict=False))
 
 
-def runs(numbers: Sequence[int]) -> str:
-    """Ascending numbers as text, three or more in a row as the first and the last of them."""
-    rows: list[list[int]] = []
-    for number in numbers:
-        if rows and number == rows[-1][-1] + 1:
-            rows[-1].append(number)
-        else:
-            rows.append([number])
-    return ", ".join(f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
-
-
 def totals(record: GrindingRecord) -> str:
     """Parts, time and cost of a run in one line."""
     parts, cost, good = len(record.parts), record.parts["total_cost"].sum(), float(record.parts["survival"].sum())
     infeeds = record.parts["infeeds"].sum()
-    share = f"1 part, good with {100.0 * good:.1f} %" if parts == 1 else f"{parts} parts, {good:.2f} good ones expected"
+    unjudged = sum(map(bool, record.unjudged))
+    if parts == 1:
+        share = "1 part, not judged" if unjudged else f"1 part, good with {100.0 * good:.1f} %"
+    else:
+        share = f"{parts} parts, {good:.2f} good ones expected{f', {unjudged} not judged' if unjudged else ''}"
     price = f"{record.cost_per_good_part:.2f} $ per good part" if good >= NONE_GOOD else "no good part"
     grooves = f"; {infeeds} infeeds of grooves" if infeeds else ""
     return f"{share}; {record.seconds:.1f} s, {cost:.2f} $, {price}{grooves}"
@@ -237,10 +248,20 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
     return (*passed, *(name for name, is_so in others.items() if is_so))
 
 
-def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]]) -> list[str]:
-    """The words for what keeps a part from being good: its `causes`, and the limits that it passed in its stages."""
+def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
+    """The words for what keeps a part from being good: its `causes`, and the limits that it passed in its stages.
+
+    Of a part that is not judged it is that alone, with the lines of the program.
+    """
+    if unjudged:
+        return [not_judged(unjudged)]
     named = [f"{CAUSES[limit][0]} in stage {number}" for number, passed in enumerate(stages, 1) for limit in passed]
     return [CAUSES[name][0] for name in reasons if name != "earlier" or not named] + named
+
+
+def not_judged(found: Sequence[Unjudged]) -> str:
+    """What is said of a part that is not judged."""
+    return f"not judged ({lines_said(unjudged_lines(found))})"
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
@@ -250,8 +271,8 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     parts have been most beyond a limit, and what to do.
     """
     bad: dict[str, list[int]] = {}
-    for part in record.parts:
-        for cause in causes(part, job):
+    for part, unjudged in zip(record.parts, record.unjudged, strict=True):
+        for cause in () if unjudged else causes(part, job):
             bad.setdefault(cause, []).append(int(part["part"]))
     names = record.parts.dtype.names or ()
     return {
@@ -260,13 +281,14 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
         "parts": [
-            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(causes(part, job), stages)}
-            for part, stages in zip(record.parts, record.stages, strict=True)
+            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(causes(part, job), stages, unjudged)}
+            for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True)
         ],
         "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
         "reasons": {
             CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := reason(cause, numbers, record, job))
-        },
+        }
+        | _unjudged(record),
         "warnings": list(record.warnings),
     }
 

@@ -111,11 +111,12 @@ def test_m_words_act_before_or_after_the_motion() -> None:
 
 
 def test_wheel_and_coolant_are_switched_where_their_words_stand() -> None:
-    def switched(text: str) -> list[tuple[bool, bool]]:
+    def switched(text: str) -> list[tuple[int, bool]]:
         return [(event.turning, event.coolant) for event in run(text) if isinstance(event, Switch)]
 
     assert switched("S500 M03\nM08\nM09\nM05") == [(True, False), (True, True), (True, False), (False, False)]
-    assert switched("M04 M07\nM03 M08\nM30") == [(True, True)]  # on already
+    assert switched("M03 M07\nM03 M08\nM30") == [(1, True)]  # on already
+    assert switched("M03\nM04\nM05") == [(1, False), (-1, False), (0, False)]  # the other way
     assert switched("M03 M05") == [(True, False), (False, False)]
     # a dress program does not give back what it switches
     dress = "\nM30\nO9\nM09 G00 X1.\nM99"

@@ -60,7 +60,9 @@ def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:
     env: Any = gym.make(environment_id(name)).unwrapped
     env.reset(seed=2, options={"context": "nominal"})
     infos = [env.step(env.codec.encode(9000.0 + 1000.0 * k, k % 2)[0])[4] for k in range(5)]
-    return np.array([[info[each] for each in RATIOS] for info in infos]), machine_record(env)
+    record = machine_record(env)
+    assert not any(record.unjudged)
+    return np.array([[info[each] for each in RATIOS] for info in infos]), record
 
 
 @pytest.mark.parametrize("name", OF_PARTS)

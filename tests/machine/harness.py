@@ -38,6 +38,9 @@ N10 M99
 """
 """Two passes of 0.02 mm at 191 mm/min."""
 
+LONG_AFTER = (1e12,)
+"""s; an operator who asks for a dress at such a time has every stroke stepped."""
+
 DRESS_NUMBERS = {"dress_passes": 2.0, "dress_feed": 191.0 / 60.0, "dress_depth": 0.02}
 """The same for the compiled loops."""
 
@@ -86,6 +89,13 @@ def run(
     conditions: tuple[PartConditions, ...] = (),
 ) -> GrindingRecord:
     return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+
+
+def told_stepped(record: GrindingRecord) -> tuple[str, ...]:
+    """The warnings of a record with a dress asked for `LONG_AFTER`, but that this one is not made."""
+    late = [warning for warning in record.warnings if f"asked for at {LONG_AFTER[0]:g} s is not made" in warning]
+    assert len(late) == 1
+    return tuple(warning for warning in record.warnings if warning not in late)
 
 
 def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:

@@ -14,7 +14,8 @@ from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import STROKE_ROW
-from grind_env.render.tables import COLUMNS, print_record, runs
+from grind_env.machine.unjudged import runs
+from grind_env.render.tables import COLUMNS, print_record
 from tests.machine import harness
 from tests.machine.harness import DRESS
 from tests.speed_control import write_parts
@@ -118,7 +119,7 @@ def test_of_very_many_rows_the_first_and_the_last_are_printed(capsys: pytest.Cap
     one = run_grind(read_file(PLATE), settings)
     parts = np.repeat(one.parts, 1000)
     parts["part"], parts["seconds"] = np.arange(1, 1001), np.arange(1000.0)
-    many = replace(one, parts=parts, stages=one.stages * 1000)
+    many = replace(one, parts=parts, stages=one.stages * 1000, unjudged=one.unjudged * 1000)
     print_record(many, settings, "many.nc", Console())
     out = capsys.readouterr().out
     assert "... 940 more rows, which --json has" in out

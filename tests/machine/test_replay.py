@@ -215,7 +215,6 @@ RETURN = ("G01 Y-.016 Z-18. F300.", "G00 Y.984", "G04 X.5", "G01 Y-.016 F3.")
 END = ("G80", "G00 Y20.", "M30")
 UNTOUCHED = ("G80", "G00 Y20.", "M00", "G00 X-30.", "G01 Y0 F500.", "G81 X230. I-30. E12000.")
 ODD: dict[str, tuple[str, dict[str, float]]] = {
-    "a wheel beside the part grinds nothing": (written_by_hand(PLUNGE, *END, z="-30."), {}),
     "a traverse that is taken over ends where its last stroke was": (
         written_by_hand(TRAVERSE, PLUNGE.replace(" P9100", ""), *END, z="0"),
         {"width": 40.0},

@@ -20,13 +20,12 @@ from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.running import Running, Told
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
 BY_PROGRAM = {"spindle": "by program", "coolant": "by program"}
 AGAIN = "G82 Y-.08 J-.01\n"
-LONG_AFTER = (1e9,)
 
 
 def programmed(**changes: Any) -> Job:
@@ -51,7 +50,7 @@ def ground(text: str, job: Job, **settings: Any) -> GrindingRecord:
     ("words", "setup"),
     [
         ("S1910 M03 M08", {}),
-        ("S1910 M04 M07", {}),
+        ("S1910 M03 M07", {}),
         ("S1500 M03 M08", {"wheel_speed": math.pi * 300.0 * 1500.0 / 60_000.0}),
         ("G96 S1500 M03 M08", {"wheel_speed": 25.0, "constant_surface_speed": True}),
         ("S1910 M03", {"fluid": CATALOGUE.fluid("dry")}),
@@ -80,12 +79,23 @@ def test_words_act_from_where_they_stand_on(between: str, setup: dict[str, Any])
     assert warning.startswith(f"test.nc:{found.strokes['line'][-1]}: ")
 
 
+def test_a_wheel_turned_the_other_way_is_told_once() -> None:
+    found, usual = ground(program("S1910 M04 M08"), programmed()), ground(program("S1910 M03 M08"), programmed())
+    assert found.strokes.tobytes() == usual.strokes.tobytes()
+    (warning,) = found.warnings
+    assert warning.startswith("test.nc:4: M04 turns the wheel the other way than M03")
+    (warning,) = ground(program("S1910 M03 M08", "M04"), programmed()).warnings
+    assert warning.startswith(f"test.nc:{found.strokes['line'][-1]}: M04")
+    assert ground(program("S1910 M04 M08 M03"), programmed()).warnings == ()
+    assert ground(program("S1910 M04"), by_hand()).warnings == ()
+
+
 @pytest.mark.parametrize("words", ["S1910 M03 M08", "S1500 M03", "G96 S1800 M03 M08"])
 @pytest.mark.parametrize("between", ["", "M09", "S1800 M08"])
 def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: str) -> None:
     text = program(words, between)
     found, stepped = ground(text, programmed()), ground(text, programmed(), operator_dress_at=LONG_AFTER)
-    assert found.warnings == stepped.warnings
+    assert found.warnings == told_stepped(stepped)
     for name in found.strokes.dtype.names or ():
         np.testing.assert_allclose(found.strokes[name], stepped.strokes[name], 1e-9, 1e-12, err_msg=name)
 
@@ -181,7 +191,7 @@ def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() ->
     np.testing.assert_array_equal(found.strokes["A"], undressed.strokes["A"])
     assert (np.diff(found.strokes["ds"]) <= 0.0).all()
     stepped = run(HEAD + text + "M30\n", missed, control=replace(missed.control, operator_dress_at=LONG_AFTER))
-    assert stepped.warnings == found.warnings
+    assert told_stepped(stepped) == found.warnings
     np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
 
 

@@ -80,11 +80,10 @@ def warnings_of(text: str, **part: Any) -> tuple[str, ...]:
 LIFT = "G80\nG00 Y20.\n"
 
 
-@pytest.mark.parametrize("move", ["G00 Y-.1", "G01 Y-.1 F500.", "G00 Z10. Y-.1"])
+@pytest.mark.parametrize("move", ["G00 Y-.1", "G00 Z10. Y-.1"])
 def test_a_move_into_the_part_warns_once(move: str) -> None:
     (warning,) = warnings_of(f"G00 Y2.\nG00 X100.\n{move}\nG00 X-30.\n" + CYCLE.replace("Y-.05", "Y-.15"))
-    assert warning.startswith("test.nc:5: a ")
-    assert ("rapid" if "G00" in move else "feed move") in warning
+    assert warning.startswith("test.nc:5: a rapid ")
     assert "takes the wheel 0.1 mm into the part; come down beside it" in warning
 
 

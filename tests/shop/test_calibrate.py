@@ -1,5 +1,6 @@
 """What a calibration promises, on blemished logs of a machine whose constants are known."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,16 @@ def test_the_catalogue_file_gives_the_fitted_job(plates):
     assert catalogue.machine("default").idle_power == pytest.approx(found.idle.mean, abs=1.0)
     left = catalogue.machine("default").power_limit - catalogue.machine("default").idle_power
     assert left == pytest.approx(7500.0)
+
+
+def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, tmp_path):
+    """A load meter shows 100 % at the limit, and not above it: its idling spindle takes a share of that."""
+    found = plates[1]
+    in_percent = dataclasses.replace(found, idle=dataclasses.replace(found.idle, full=7600.0))
+    write_catalogue(in_percent, tmp_path / "shop.toml")
+    machine = load_catalogue(tmp_path / "shop.toml").machine("default")
+    assert machine.power_limit == pytest.approx(7600.0, abs=1.0)
+    assert machine.idle_power == pytest.approx(found.idle.mean, abs=1.0)
 
 
 @pytest.mark.parametrize("seed", [0, 4, 9])

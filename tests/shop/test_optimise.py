@@ -81,7 +81,7 @@ def test_the_same_seed_finds_the_same() -> None:
 
 def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
-    options = ["--vary", "E", "--bounds", "E=3000..3500", "--parts", "2", "--margin", "temp=5", "-o", output]
+    options = ["--vary", "E", "--bounds", "E=8000..9000", "--parts", "2", "-o", output]
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 3
     assert "no better program found" in capsys.readouterr().out
     assert not output.exists()
@@ -120,6 +120,11 @@ def test_the_time_ends_the_search_and_says_so() -> None:
         (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
         (["--margin", "heat=.5"], "there are power, temp, Ra, size"),
+        (
+            ["--margin", "power=85"],
+            "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",
+        ),
+        (["--margin", "Ra=1.2"], "write a number up to 1"),
         (["--budget", "soon"], "write 60s or 2min"),
         (["--keep", "N51"], "N51 is no cycle block"),
     ],

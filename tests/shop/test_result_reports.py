@@ -77,7 +77,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("options", "expected"),
     [
         (["--budget", "1000s"], 0),
-        (["--vary", "E", "--bounds", "E=3000..3500", "--margin", "temp=5"], 3),
+        (["--vary", "E", "--bounds", "E=8000..9000"], 3),
         (["--vary", "E", "--margin", "Ra=.2"], 4),
     ],
 )

@@ -86,6 +86,7 @@ def test_units_of_power(tmp_path, unit, said, watts):
     rows = [(f"{k}", f"{20 + k % 5}") for k in range(60)]
     log = read_log(written(tmp_path, [("time [s]", f"load [{unit}]"), *rows]), MACHINE, read_map(path))
     np.testing.assert_allclose(log.power, watts * (20 + np.arange(60) % 5))
+    assert log.full == (9000.0 if unit == "%" else None)
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,7 @@ def calibrate(
         errors=errors_of(fitted, data, fitted.used),
         held_out=held_out,
         quality=found.quality,
-        idle=_idle(seen, math.exp(fitted.scales["power"])) if rows.known_scale else None,
+        idle=_idle(seen, math.exp(fitted.scales["power"]), rows.full) if rows.known_scale else None,
         by_stroke=seen.by_stroke,
         remarks=(
             *rows.remarks,
@@ -340,9 +340,10 @@ def _last(parts: int) -> str:
     return f"the last of {parts} parts" if last == 1 else f"the last {last} of {parts} parts"
 
 
-def _idle(seen: Observations, scale: float) -> Idle:
+def _idle(seen: Observations, scale: float, full: float | None) -> Idle:
     idle = seen.idle[np.isfinite(seen.idle)] / scale
-    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()))
+    whole = None if full is None else full / scale
+    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole)
 
 
 def _labels(seen: Observations, pattern: Pattern) -> list[str]:

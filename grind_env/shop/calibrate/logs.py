@@ -41,6 +41,7 @@ class Log:
         unit: of the power in the log.
         sure_of_time: whether the unit of time is stated, and not to be found out.
         remarks: what was made of the file, as sentences.
+        full: power at which a meter in per cent shows 100, W; None of other meters.
     """
 
     time: Floats
@@ -51,6 +52,7 @@ class Log:
     unit: str
     sure_of_time: bool
     remarks: tuple[str, ...]
+    full: float | None = None
 
     @property
     def interval(self) -> float:
@@ -113,7 +115,8 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     if sure:
         remarks += _gaps(time)
     power, unit, spread, known = _watts(sheet, columns["power"], raw, machine, said, remarks)
-    return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks))
+    full = (said.number("log", "rated_power") or machine.power_limit) if unit == "%" else None
+    return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks), full)
 
 
 def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:

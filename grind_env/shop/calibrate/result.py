@@ -62,11 +62,15 @@ class HeldOut:
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them."""
+    """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
+
+    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters.
+    """
 
     mean: float
     low: float
     high: float
+    full: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,12 +213,17 @@ def write_catalogue(found: Calibration, path: Path) -> None:
 
 
 def _idle_rows(job: Job, idle: Idle) -> list[str]:
-    """What is left above idle stays what it was: that is what the limit of grinding has been."""
+    """What is left above idle stays what it was: that is what the limit of grinding has been.
+
+    A meter in per cent shows the whole power: its 100 % is the limit, and the idling spindle takes its share of that.
+    """
     machine = job.setup.machine
-    left = machine.power_limit - machine.idle_power
+    before = machine.power_limit - machine.idle_power
+    left = before if idle.full is None else round(idle.full) - round(idle.mean)
+    origin = "as before" if idle.full is None else f"of the {idle.full:.0f} W that the meter shows as 100 %"
     return [
         f"idle_power = {idle.mean:.0f}  # {idle.low:.0f} to {idle.high:.0f} W under the strokes",
-        f"power_limit = {left + round(idle.mean):.0f}  # leaves {left:.0f} W for grinding, as before",
+        f"power_limit = {left + round(idle.mean):.0f}  # leaves {left:.0f} W for grinding, {origin}",
     ]
 
 

@@ -32,7 +32,7 @@ class Wishes:
         bounds: lowest and highest value by word, in the units of the program; lead in mm or inches a revolution.
         steps: of which values are multiples, likewise.
         kept: N words of the cycle blocks that stay as they are.
-        margins: share of its limit that 95 parts of 100 must keep, by name; 1 for those not named.
+        margins: share of its limit that 95 parts of 100 must keep, by name, 1 at most; 1 for those not named.
     """
 
     words: tuple[str, ...] = USUAL
@@ -68,7 +68,7 @@ def wishes_of(
         bounds={name: range_of("--bounds", name, text) for name, text in _pairs("--bounds", bounds, WORDS)},
         steps={name: _positive("--round", name, text) for name, text in _pairs("--round", steps, WORDS)},
         kept=frozenset(_label(text) for text in _parts(keep)),
-        margins={name: float(_positive("--margin", name, text)) for name, text in _pairs("--margin", margins, LIMITS)},
+        margins={name: _share("--margin", name, text) for name, text in _pairs("--margin", margins, LIMITS)},
     )
 
 
@@ -134,6 +134,17 @@ def _positive(option: str, name: str, text: str) -> Decimal:
     if re.fullmatch(_NUMBER, text) is None or not Decimal(text) > 0:
         raise WishError(f"{option}: {quoted(text)} is no value of {name}; write a number above 0")
     return Decimal(text)
+
+
+def _share(option: str, name: str, text: str) -> float:
+    share = _positive(option, name, text)
+    if share > 1:
+        meant = share / 100 if 10 <= share <= 100 else Decimal("0.85")
+        raise WishError(
+            f"{option}: {name}={text} is {text} times the limit, and no share of it; write a number up to 1, such as "
+            f"{name}={f'{meant:f}'.removeprefix('0')}"
+        )
+    return float(share)
 
 
 def _label(text: str) -> int:

@@ -92,6 +92,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     survival = record.parts["survival"]
     scrap, risky = int((survival < SCRAP_BELOW).sum()), int((survival < SAFE).sum())
+    unjudged = sum(map(bool, record.unjudged))
     count = survival.size
     level: Level = "bad" if scrap else "poor" if risky else "good"
     whole = "the part" if count == 1 else f"all {count} parts"
@@ -100,6 +101,8 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
         "poor": f"{risky} of {count} parts may be scrap." if count > 1 else "The part may be scrap.",
         "good": f"The program grinds {whole} within the limits.",
     }[level]
+    if unjudged:
+        headline = f"{unjudged} of {count} parts are not judged." if count > 1 else "The part is not judged."
     found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
     told = len(record.warnings)
     warned = [f"{told} warning{'s' * (told > 1)}, listed below."] if told else []

@@ -1,0 +1,50 @@
+"""What a program grinds that is not simulated: feed moves over the part, and cycles in the air, on what may be another.
+
+A part with any of it is not judged: what is known of it is not what it will be, and it never counts as good.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from grind_env.errors import GrindError
+
+MOST_RUNS = 4
+"""Of lines that are named; of more the first and the last line."""
+
+
+class UnjudgedError(GrindError):
+    """A program that grinds what is not simulated, so that nothing can be said of its parts."""
+
+
+class Unjudged(NamedTuple):
+    """Why a part is not judged."""
+
+    lines: tuple[int, ...]
+    """Of the program, ascending."""
+    why: str
+    """What they do, and what to do about it."""
+
+
+def unjudged_lines(found: Sequence[Unjudged]) -> tuple[int, ...]:
+    """All lines for which a part is not judged, ascending."""
+    return tuple(sorted({line for each in found for line in each.lines}))
+
+
+def runs(numbers: Sequence[int]) -> str:
+    """Ascending numbers as text, three or more in a row as the first and the last of them."""
+    rows: list[list[int]] = []
+    for number in numbers:
+        if rows and number == rows[-1][-1] + 1:
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
+
+
+def lines_said(lines: Iterable[int]) -> str:
+    """Lines as text, such as `lines 3, 7 to 12`."""
+    numbers = sorted(set(lines))
+    if len(numbers) == 1:
+        return f"line {numbers[0]}"
+    text = runs(numbers)
+    return f"lines {text if text.count(',') < MOST_RUNS else f'{numbers[0]} to {numbers[-1]}'}"
