@@ -9,6 +9,7 @@ import numpy as np
 
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.contexts import EVERY
 from grind_env.envs.model import MemberModel
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array, Decision
@@ -70,7 +71,8 @@ def follow(
     problem: Problem | str,
     *,
     beside: Sequence[Policy | str] = (),
-    split: str = "evaluation",
+    seeds: str = "evaluation",
+    split: str = EVERY,
     episodes: int = 64,
 ) -> Followed:
     """Run a policy through episodes and write every block down.
@@ -82,11 +84,13 @@ def follow(
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
         beside: other policies, likewise.
-        split: of the seeds, one of `evaluation.SPLITS`.
+        seeds: one of `evaluation.SEEDS`.
+        split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
         episodes: how many.
 
     Raises:
-        GrindError: there is no such problem, policy or split, or two policies beside it have the same name.
+        GrindError: there is no such problem, policy or split, there are no such seeds, or two policies beside it have
+            the same name.
         BeliefError: its steps are no compiled blocks, which a belief could follow.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
@@ -95,7 +99,7 @@ def follow(
     twice = [name for name, count in Counter(each.name for each in all_of_them[1:]).items() if count > 1]
     if twice:
         raise GrindError(f"several policies beside it are called {quoted(twice[0])}; give each a name of its own")
-    state = start_episodes(simulation, episode_seeds(split, episodes))
+    state = start_episodes(simulation, episode_seeds(seeds, episodes), split)
     filtered = WheelBelief(MemberModel(simulation))
     filtered.begin(episodes)
     for each in all_of_them:

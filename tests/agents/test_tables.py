@@ -156,7 +156,7 @@ def test_the_section_of_a_page():
 def test_the_page_names_the_command_that_makes_such_results():
     rows = [*table_of("rush", [3.0, 4.0]), *table_of("blades", [3.0, 4.0]), *table_of("slot", [])]
     text = page(judged(rows))
-    tail = "--episodes 40 --test-episodes 0 --results agents/results"
+    tail = "--episodes 40 --interpolation-episodes 0 --results agents/results"
     assert f"python -m agents benchmark --tasks blades,rush --kinds ppo --seeds 2 {tail}\n" in text
     assert f"python -m agents benchmark --tasks slot --kinds '' --seeds 0 {tail}\n" in text
 

@@ -82,7 +82,7 @@ def cut(seed: int) -> float:
 
 def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
     followers = []
-    for options in ({}, {"context": "nominal"}, {"split": "test"}):
+    for options in ({}, {"context": "nominal"}, {"split": "interpolation"}):
         rng = np.random.default_rng(0)
         job_drawn(rng, 9, 1.0, given_of(options))
         followers.append(rng.random())
@@ -125,7 +125,7 @@ def test_a_context_holds_until_another_is_given() -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
-    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": [None, "test", "train"]}
+    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": ["all", "interpolation", "inner"]}
     vector, singles = JobVectorEnv(num_envs=3, autoreset_mode=mode), [JobEnv() for _ in range(3)]
     begun = vector.reset(seed=4, options=options)[0]
     for i, env in enumerate(singles):

@@ -6,7 +6,7 @@ import pytest
 
 from grind_env.envs.wrappers import BeliefFilter
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import SPLITS, episode_seeds, evaluate
+from grind_env.policies.evaluation import SEEDS, episode_seeds, evaluate
 from grind_env.policies.follow import follow
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
@@ -32,7 +32,7 @@ def test_truth_and_belief_are_what_the_environment_shows():
         full = gym.make(FLAGSHIP, observation="full", action="dict")
         believing = BeliefFilter(gym.make(FLAGSHIP, action="dict"))
         action = {"E": np.array([6000.0], np.float32), "D": 1}
-        shown, believed = (env.reset(seed=SPLITS["evaluation"] + k)[0] for env in (full, believing))
+        shown, believed = (env.reset(seed=SEEDS["evaluation"] + k)[0] for env in (full, believing))
         names = [entry.name for entry in believing.unwrapped.observation_info()] + ["belief_wear_flat"]
         for block in range(60):
             truth = full.unwrapped.simulation.read(shown[None])

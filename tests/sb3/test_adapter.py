@@ -78,7 +78,7 @@ def test_the_adapter_takes_wrapped_environments(wrap):
 
 @pytest.mark.parametrize("wrap", WRAPPERS.values())
 def test_wrapped_environments_take_options_one_by_one(wrap):
-    options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}]
+    options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}]
     env = SB3VecEnv(wrap(native()))
     env.seed(7)
     env.set_options(options)
@@ -154,7 +154,7 @@ def test_the_adapter_takes_options_as_dummy_vec_env_does():
     action, shown = np.zeros((3, 2), np.float32), []
     # what an environment is not told anew holds on
     for options in (
-        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}],
+        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}],
         [{}, {"context": {"kA": 0.5}}, {}],
         {"context": "nominal"},
     ):
