@@ -10,7 +10,7 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError, quoted
-from grind_env.policies.choices import Array
+from grind_env.policies.choices import Array, Decision
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.presenter import html
@@ -125,6 +125,15 @@ def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int], split
     return roll_out(policy, simulation, start_episodes(simulation, seeds, split))
 
 
+def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:
+    """What the coming blocks make of a decision, which goes through the action space; each of shape (N,).
+
+    Raises:
+        ActionError: if it has an E or a D that the environment does not have.
+    """
+    return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
+
+
 def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Evaluation:
     """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
 
@@ -141,7 +150,7 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Eval
     policy.begin(simulation, n)
     while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
         decision = policy.act(simulation.observe(episodes), reveal(policy.sees, simulation, episodes))
-        choice = simulation.taken(episodes, codec.decode(codec.encode(*decision)))
+        choice = done(decision, simulation, codec, episodes)
         outcomes, _ = simulation.step(episodes, *choice, active=running)
         totals += outcomes[:, [COST, GOOD, FINISHED]]
         over = np.ones(n, bool)

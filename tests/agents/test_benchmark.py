@@ -135,10 +135,12 @@ def test_a_plan_that_cannot_be(policies, kinds, seeds, sentence):
 def test_a_cell_is_what_an_evaluation_says(tmp_path):
     measured = measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
     policy = make_policy("adaptive_rule", ORACLE)
-    for split, run, count in (("all", measured.evaluation, 3), ("interpolation", measured.interpolation, 2)):
-        expected = evaluate(policy, ORACLE, episode_seeds("evaluation", count), split)
-        assert np.array_equal(run.cost, expected.cost)
-        assert np.array_equal(run.executions, expected.executions)
+    # what is kept of one split is not taken for another on the same seeds
+    for found in (measured, measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
+        for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
+            expected = evaluate(policy, ORACLE, episode_seeds("evaluation", count), split)
+            assert np.array_equal(run.cost, expected.cost)
+            assert np.array_equal(run.executions, expected.executions)
     assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)
     assert (
         measure(Cell(PROBLEM, "random"), replace(TINY, runs=tmp_path, interpolation_episodes=0)).interpolation is None
@@ -148,7 +150,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
     cell, request = Cell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=600)
     first = measure(cell, request)
-    assert first.steps >= 600
+    assert (first.steps >= 600, first.trained_on) == (True, "inner")
     assert first.train_seconds > 0.0
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
     assert len(files) == 1
@@ -233,6 +235,9 @@ def test_new_results_replace_old_ones():
     assert costs["oracle6", "ppo", 1] == [2.0, 2.0]
     assert costs["slot", "random", None] == [9.0]
     assert len(costs) == 6
+    # as are those whose interpolation was judged on other seeds, as it was once
+    before = [replace(each, interpolation_seeds="3000000..3000000") for each in old]
+    assert [each.key for each in merged(before, new)] == [("oracle6", "ppo", 1)]
     # of three episodes: what is of two cannot stay beside it
     assert [each.key for each in merged(old, [found("ppo", 1.0, 1.0, 1.0, seed=2)])] == [("oracle6", "ppo", 2)]
 

@@ -218,7 +218,7 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"coolant_ageing": 2.0}}, "power_limited has a coolant that does not age: coolant_ageing cannot"),
     *(
         ({"split": name}, f"split is {name!r}, but must be one of all, inner, interpolation: it names contexts")
-        for name in ("training", "validation", "evaluation", "outer", None, ["inner"])
+        for name in ("training", "validation", "evaluation", "outer", None, 3)
     ),
     ({"split": "train"}, "split is 'train', which is called 'inner' now"),
     ({"split": "test"}, "split is 'test', which is called 'interpolation' now"),

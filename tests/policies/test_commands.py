@@ -60,7 +60,7 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
 def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Grind) -> None:
     command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
     assert json.loads(grind(*command, "--json")[1])["paired"] is False
-    assert "episodes of seeds 5 to 6" in grind(*command)[1]
+    assert "2 episodes, seeds 5 to 6, split all:" in grind(*command)[1]
     assert "unpaired" in grind(*command)[1]
 
 
@@ -71,7 +71,7 @@ def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind
     problem = find_problem(env)
     wanted = run(Fixed(15.0, 1), problem.simulation(), [seed])
     assert status == 0
-    assert f"seed {seed}: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
+    assert f"seed {seed}, split all: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
     assert f"; {int(wanted.executions.sum())} dress executions," in out
     program = path.read_text(encoding="utf-8")
     assert not check(read(program)).errors
