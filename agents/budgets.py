@@ -4,7 +4,7 @@ It stands alone, so that the command line can show these numbers without loading
 """
 
 TUNING_EPISODES = 48
-"""Episodes of each split that a scripted policy is tuned on."""
+"""Episodes on training and on validation seeds that a scripted policy is tuned on."""
 TUNING_EVALUATIONS = 700
 """Evaluations of one CMA-ES run."""
 TUNING_STARTS = 4

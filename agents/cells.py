@@ -18,10 +18,10 @@ import numpy as np
 
 from agents.provenance import ROOT
 from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.contexts import SPLITS
+from grind_env.envs.contexts import EVERY, split_ranges
 from grind_env.envs.names import OTHERS
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, split_of, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
@@ -43,9 +43,6 @@ UNPROBED = (
     "grind_env.kernel.layers",
 )
 """Where else lies what decides what a policy sees or does, and what the probe of a problem does not run."""
-RANGES_OF = {"test": SPLITS["test"]}
-"""What the contexts of a split of seeds are drawn from, where it is not everything."""
-
 DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 """Where the code of policies lies, and of what trains them."""
 
@@ -58,6 +55,7 @@ def kept_evaluation(
     seeds: range,
     folder: Path = RUNS,
     *,
+    split: str = EVERY,
     fresh: bool = False,
     advance: Advance = lambda episodes: None,
 ) -> Evaluation:
@@ -67,7 +65,9 @@ def kept_evaluation(
         policy: the policy; its repr tells its parameters.
         problem: what it grinds.
         seeds: of the episodes.
-        folder: chunks are kept below, in `<problem>/cells/<policy>/<first seed>.npz`.
+        folder: chunks are kept below, in `<problem>/cells/<policy>/<first seed>.npz`, those of other splits than `all`
+            in `<policy>/<split>/`.
+        split: that contexts are drawn from.
         fresh: run also what is kept.
         advance: called with the number of episodes of each chunk that is done.
     """
@@ -76,14 +76,15 @@ def kept_evaluation(
     made_of = sources(type(policy).__module__), sources(type(simulation).__module__)
     decides = f"{made_of} {behaviour(simulation)} {policy!r}"
     code = hashlib.sha256(decides.encode()).hexdigest()
-    drawn_from = RANGES_OF.get(split_of(seeds.start))
+    drawn_from = split_ranges(split)
+    place = place / split if drawn_from else place
     chunks = []
     for first in range(0, len(seeds), CHUNK):
         part = seeds[first : first + CHUNK]
         path, fingerprint = place / f"{part.start}.npz", f"{code} {part}" + (f" {drawn_from}" if drawn_from else "")
         result = None if fresh else kept(path, fingerprint)
         if result is None:
-            result = evaluate(policy, simulation, part)
+            result = evaluate(policy, simulation, part, split)
             keep(path, fingerprint, result)
         chunks.append(result)
         advance(len(part))

@@ -15,11 +15,16 @@ def provenance(seeds: range) -> dict[str, str | int]:
     """What the results were made with."""
     return {
         "task_version": TASK_VERSION,
-        "seeds": f"{seeds.start}..{seeds.stop - 1}",
+        "seeds": shown_seeds(seeds),
         "commit": commit(),
         "python": platform.python_version(),
         **{package: installed(package) for package in ("grind_env", "numpy", "numba", "stable_baselines3", "torch")},
     }
+
+
+def shown_seeds(seeds: range) -> str:
+    """The first and the last one."""
+    return f"{seeds.start}..{seeds.stop - 1}"
 
 
 def installed(package: str) -> str:

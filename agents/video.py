@@ -11,9 +11,9 @@ from PIL import Image
 
 from agents.budgets import PICTURES
 from grind_env.control.rules import dresses_due
+from grind_env.envs.contexts import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
-from grind_env.policies.evaluation import split_of
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
@@ -54,10 +54,10 @@ class Film:
             )
 
 
-def watch(policy: Policy, problem: Problem, seed: int, frames: int) -> Iterator[View]:
+def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[View]:
     """The views of an episode: before the first step, then `frames` of each step, the last of them at rest."""
     env: Any = problem.make().unwrapped
-    observation, _ = env.reset(seed=seed, options={"split": "test"} if split_of(seed) == "test" else None)
+    observation, _ = env.reset(seed=seed, options={"split": split})
     policy.begin(env.simulation, 1)
     view = _titled(env.view(), policy)
     yield view
@@ -94,7 +94,9 @@ def _in_motion(before: View, after: View, k: int, frames: int) -> View:
     return replace(before, part=replace(part, left=left), text=after.text, motion=motion)
 
 
-def record(policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None) -> int:
+def record(
+    policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None, split: str = EVERY
+) -> int:
     """Write an animation of the policies, side by side, on the episode of a seed.
 
     Args:
@@ -103,17 +105,18 @@ def record(policies: Sequence[Policy], problem: Problem, seed: int, path: Path, 
         seed: of the episode.
         path: a .gif file.
         film: settings.
+        split: that the contexts of the episode are drawn from.
 
     Returns:
         Size of the file, bytes.
 
     Raises:
-        GrindError: for another suffix, or if the file would be larger than `film.most_bytes`.
+        GrindError: for another suffix or split, or if the file would be larger than `film.most_bytes`.
     """
     film = Film() if film is None else film
     if path.suffix != ".gif":
         raise GrindError(f"{path}: an animation is written as .gif; name such a file")
-    films = zip(*(watch(policy, problem, seed, film.frames) for policy in policies), strict=True)
+    films = zip(*(watch(policy, problem, seed, film.frames, split) for policy in policies), strict=True)
     pictures = _same_colours([np.hstack([render(view, TALL) for view in views]) for views in films])
     milliseconds = [round(1000.0 / film.fps)] * len(pictures)
     milliseconds[-1] = round(1000.0 * film.hold)

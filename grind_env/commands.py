@@ -39,6 +39,7 @@ Configs = Annotated[
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
 ]
+Split = Annotated[str, typer.Option(help="Contexts: all, inner, or interpolation between those of inner.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""
@@ -57,8 +58,11 @@ def evaluate(
     job: JobFile = None,
     parts: Parts = 1,
     episodes: Annotated[int, typer.Option(min=2, help="Number of episodes.")] = 64,
-    split: Annotated[str, typer.Option(help="Seeds: training, validation, evaluation or test.")] = "evaluation",
-    first_seed: Annotated[int | None, typer.Option(min=0, help="First of other seeds than those of a split.")] = None,
+    seeds: Annotated[
+        str | None, typer.Option(help="Seeds: training, validation or evaluation, which is the default.")
+    ] = None,
+    split: Split = "all",
+    first_seed: Annotated[int | None, typer.Option(min=0, help="First of seeds of one's own instead.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -74,7 +78,7 @@ def evaluate(
 
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust)
-    found = judge(chosen, problem, split=split, episodes=episodes, first_seed=first_seed)
+    found = judge(chosen, problem, seeds=seeds, split=split, episodes=episodes, first_seed=first_seed)
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
@@ -87,6 +91,7 @@ def play(
     job: JobFile = None,
     parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 2_000_000,
+    split: Split = "all",
     program: Annotated[
         Path | None,
         typer.Option(
@@ -114,7 +119,7 @@ def play(
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust)
     shown = None if program is not None else "human" if window else "ansi"
-    played = play_episode(plays, problem, seed, shown)
+    played = play_episode(plays, problem, seed, split, shown)
     if program is None:
         print(printable(played.program.replace("\r\n", "\n")))
     else:
@@ -126,7 +131,7 @@ def play(
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
-        f"{printable(plays.name)}, seed {seed}: "
+        f"{printable(plays.name)}, seed {seed}, split {split}: "
         f"{played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
         f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
     )

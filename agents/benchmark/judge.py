@@ -22,6 +22,8 @@ from grind_env.scores import find_reference
 
 CLIP = -100.0
 """Lower scores count as this one in aggregates (scenarios, section 2)."""
+INTERPOLATION = "interpolation_"
+"""What the names of columns begin with that are of contexts of that split."""
 
 
 class Sampled:
@@ -29,7 +31,7 @@ class Sampled:
 
     Args:
         results: of one task and the same episodes; at least one.
-        test: take the episodes of the test contexts.
+        interpolation: take the episodes with contexts of that split.
 
     Attributes:
         results: the results that have such episodes.
@@ -37,8 +39,8 @@ class Sampled:
         good: likewise, mean number of good parts.
     """
 
-    def __init__(self, results: Iterable[Result], test: bool = False) -> None:
-        prefix = "test_" if test else ""
+    def __init__(self, results: Iterable[Result], interpolation: bool = False) -> None:
+        prefix = INTERPOLATION if interpolation else ""
         self.results = list(results)
         values = np.array(
             [np.asarray(getattr(each, f"{prefix}{name}"), float) for name in ("cost", "good") for each in self.results]
@@ -79,10 +81,10 @@ class Sampled:
         return self.cost[0] / self.good[0], self.cost[1] / self.good[1]
 
 
-def sampled_test(results: Iterable[Result]) -> Sampled | None:
-    """The results of a task on the test contexts; None if there are none."""
-    tested = [each for each in results if each.test_episodes]
-    return Sampled(tested, test=True) if tested else None
+def sampled_interpolation(results: Iterable[Result]) -> Sampled | None:
+    """The results of a task with contexts of the split `interpolation`; None if there are none."""
+    found = [each for each in results if each.interpolation_episodes]
+    return Sampled(found, interpolation=True) if found else None
 
 
 def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interval | None:
@@ -110,7 +112,7 @@ def judged(results: Sequence[Result]) -> list[Result]:
     for _, of_task in groupby(results, key=lambda each: each.task):
         group = list(of_task)
         columns: list[dict[str, Any]] = [{} for _ in group]
-        for prefix, sampled in (("", Sampled(group)), ("test_", sampled_test(group))):
+        for prefix, sampled in (("", Sampled(group)), (INTERPOLATION, sampled_interpolation(group))):
             if sampled is None:
                 continue
             found = {

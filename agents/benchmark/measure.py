@@ -6,6 +6,8 @@ from agents.benchmark.plan import Cell, Request
 from agents.benchmark.trained import from_file
 from agents.cells import Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
+from agents.learning.settings import settings_of
+from grind_env.envs.contexts import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import make_policy
@@ -18,15 +20,17 @@ class Measured:
     Attributes:
         cell: the cell.
         sees: what the policy sees.
-        evaluation: on the evaluation split.
-        test: on the test contexts, if asked for.
+        evaluation: on the evaluation seeds, split `all`.
+        interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
+        trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
         curve: learning curve of the agent; empty of a policy that is not trained.
     """
 
     cell: Cell
     sees: Sees
     evaluation: Evaluation
-    test: Evaluation | None = None
+    interpolation: Evaluation | None = None
+    trained_on: str | None = None
     curve: tuple[Point, ...] = ()
 
     @property
@@ -58,6 +62,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     """
     problem, simulation, curve = cell.problem, cell.problem.simulation(), []
     policy: Policy
+    trained_on = None
     if cell.seed is None:
         policy = make_policy(cell.policy, simulation, request.configs)
     else:
@@ -66,17 +71,19 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
 
         path = trained_agent(problem, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
         policy = from_file(path, simulation, cell.name)
+        trained_on = settings_of(problem, cell.policy).split
         if curve_path(path).exists():
             curve = read_curve(curve_path(path))
 
     def run(split: str, count: int) -> Evaluation:
-        seeds = episode_seeds(split, count)
-        return kept_evaluation(policy, problem, seeds, request.runs, fresh=request.fresh, advance=advance)
+        seeds = episode_seeds("evaluation", count)
+        return kept_evaluation(policy, problem, seeds, request.runs, split=split, fresh=request.fresh, advance=advance)
 
     return Measured(
         cell=cell,
         sees=policy.sees,
-        evaluation=run("evaluation", request.episodes),
-        test=run("test", request.test_episodes) if request.test_episodes else None,
+        evaluation=run(EVERY, request.episodes),
+        interpolation=run("interpolation", request.interpolation_episodes) if request.interpolation_episodes else None,
+        trained_on=trained_on,
         curve=tuple(curve),
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from agents.cells import RUNS
-from agents.learning.settings import LAST_SEED, settings_folder, settings_for
+from agents.learning.settings import LAST_SEED, settings_of
 from grind_env.envs.names import task_names
 from grind_env.errors import quoted
 from grind_env.policies.problem import Problem, find_problem
@@ -18,7 +18,7 @@ CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job
 FLAGSHIP = "power_limited"
 LONG = (REFERENCE, "mpc")
 """Policies that take long to run."""
-EPISODES, TEST_EPISODES = 128, 64
+EPISODES, INTERPOLATION_EPISODES = 128, 64
 
 
 class Cell(NamedTuple):
@@ -47,8 +47,8 @@ class Request:
     """How cells are measured.
 
     Attributes:
-        episodes: of the evaluation split.
-        test_episodes: of the test contexts; 0 for none.
+        episodes: of the evaluation seeds, split `all`.
+        interpolation_episodes: of the same seeds with contexts of the split `interpolation`; 0 for none.
         steps: training steps; those of the kind by default.
         runs: folder of what is kept.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
@@ -56,7 +56,7 @@ class Request:
     """
 
     episodes: int = EPISODES
-    test_episodes: int = TEST_EPISODES
+    interpolation_episodes: int = INTERPOLATION_EPISODES
     steps: int | None = None
     runs: Path = RUNS
     configs: Path | None = None
@@ -65,7 +65,7 @@ class Request:
     @property
     def size(self) -> int:
         """Episodes of a cell."""
-        return self.episodes + self.test_episodes
+        return self.episodes + self.interpolation_episodes
 
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
@@ -108,7 +108,7 @@ def planned(
     cells = []
     for problem in problems:
         for kind in kinds:
-            settings_for(kind, problem.name, settings_folder(problem.simulation().task))
+            settings_of(problem, kind)
             cells += [Cell(problem, kind, seed) for seed in range(seeds)]
         cells += [Cell(problem, name) for name in names[problem] if name in wanted]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))

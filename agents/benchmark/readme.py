@@ -132,10 +132,15 @@ def made_by(results: Sequence[Result]) -> list[str]:
     for task in tasks_of(results):
         for given in options([each for each in results if each.task == task]):
             tasks.setdefault(given, []).append(task)
-    seeds = ", ".join(dict.fromkeys(each.seeds for each in results))
-    commits = ", ".join(dict.fromkeys(each.commit for each in results))
+    facts: dict[str, list[str | None]] = {
+        "evaluation seeds": [each.seeds for each in results],
+        "interpolation judged on seeds": [each.interpolation_seeds for each in results],
+        "agents trained on split": [each.trained_on for each in results],
+        "commit": [each.commit for each in results],
+    }
+    found = {name: ", ".join(dict.fromkeys(value for value in of if value)) for name, of in facts.items()}
     return [
-        f"Made by (evaluation seeds {seeds}; commit {commits}):",
+        f"Made by ({'; '.join(f'{name} {text}' for name, text in found.items() if text)}):",
         "",
         "```sh",
         *(f"python -m agents benchmark --tasks {','.join(of)} {given}" for given, of in tasks.items()),
@@ -149,7 +154,8 @@ def options(results: Sequence[Result]) -> list[str]:
     first = results[0]
     return [
         f"--kinds {','.join(kind for kind in trained if trained[kind] == seeds) or repr('')} --seeds {seeds}"
-        f" --episodes {first.episodes} --test-episodes {first.test_episodes} --results agents/results"
+        f" --episodes {first.episodes} --interpolation-episodes {first.interpolation_episodes}"
+        " --results agents/results"
         for seeds in sorted(set(trained.values()) or {0}, reverse=True)
     ]
 

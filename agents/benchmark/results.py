@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from agents.benchmark.measure import Measured
-from agents.provenance import provenance
+from agents.provenance import provenance, shown_seeds
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
 from grind_env.policies.evaluation import Evaluation, episode_seeds
@@ -63,18 +63,21 @@ class Result:
     D_mean: float
     """Dress executions a block."""
     dresses_per_part: float
-    test_episodes: int
-    """On the test contexts, as the columns that follow."""
-    test_cost_per_good_part: float | None = None
-    test_cost_per_good_part_low: float | None = None
-    test_cost_per_good_part_high: float | None = None
-    test_score: float | None = None
-    test_score_low: float | None = None
-    test_score_high: float | None = None
-    test_cost_ratio: float | None = None
-    test_cost_ratio_low: float | None = None
-    test_cost_ratio_high: float | None = None
-    test_scrap: float | None
+    interpolation_episodes: int
+    """With contexts of the split `interpolation`, as the columns that follow; those before are of the split `all`."""
+    interpolation_cost_per_good_part: float | None = None
+    interpolation_cost_per_good_part_low: float | None = None
+    interpolation_cost_per_good_part_high: float | None = None
+    interpolation_score: float | None = None
+    interpolation_score_low: float | None = None
+    interpolation_score_high: float | None = None
+    interpolation_cost_ratio: float | None = None
+    interpolation_cost_ratio_low: float | None = None
+    interpolation_cost_ratio_high: float | None = None
+    interpolation_scrap: float | None
+    interpolation_seeds: str | None
+    trained_on: str | None
+    """Split that the contexts of the training were drawn from."""
     steps: int | None
     """Of the training."""
     train_seconds: float | None
@@ -93,8 +96,8 @@ class Result:
     """$ of every episode, shape (episodes,); single precision."""
     good: Episodes
     """Expected good parts of every episode."""
-    test_cost: Episodes
-    test_good: Episodes
+    interpolation_cost: Episodes
+    interpolation_good: Episodes
 
     @property
     def key(self) -> tuple[str, str, int | None]:
@@ -102,9 +105,10 @@ class Result:
         return self.task, self.policy, self.seed
 
 
-EPISODES = ("cost", "good", "test_cost", "test_good")
+EPISODES = ("cost", "good", "interpolation_cost", "interpolation_good")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
-WHOLE, TEXT = ("seed", "episodes", "test_episodes", "steps", "task_version"), ("task", "policy", "kind", "sees")
+WHOLE = ("seed", "episodes", "interpolation_episodes", "steps", "task_version")
+TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "trained_on")
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -122,7 +126,7 @@ SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(
 
 def result_of(measured: Measured) -> Result:
     """The row of a cell, without what depends on other cells; see `judge.judged`."""
-    cell, run, test = measured.cell, measured.evaluation, measured.test
+    cell, run, between = measured.cell, measured.evaluation, measured.interpolation
     speeds = run.speeds / 1000.0
     low, high = np.nanpercentile(speeds, [10.0, 90.0])
     facts: dict[str, Any] = dict(provenance(episode_seeds("evaluation", len(run.cost))))
@@ -139,16 +143,18 @@ def result_of(measured: Measured) -> Result:
         E_p90=float(high),
         D_mean=run.dresses,
         dresses_per_part=float(np.nansum(run.executions) / run.finished.sum()),
-        test_episodes=0 if test is None else len(test.cost),
-        test_scrap=None if test is None else test.scrap,
+        interpolation_episodes=0 if between is None else len(between.cost),
+        interpolation_scrap=None if between is None else between.scrap,
+        interpolation_seeds=None if between is None else shown_seeds(episode_seeds("evaluation", len(between.cost))),
+        trained_on=measured.trained_on,
         steps=measured.steps,
         train_seconds=measured.train_seconds,
         seconds_to_95=measured.seconds_to_95,
         **facts,
         cost=single(run, "cost"),
         good=single(run, "good"),
-        test_cost=single(test, "cost"),
-        test_good=single(test, "good"),
+        interpolation_cost=single(between, "cost"),
+        interpolation_good=single(between, "good"),
     )
 
 
@@ -160,7 +166,7 @@ def single(run: Evaluation | None, name: str) -> Episodes:
 
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
     """New results in place of old ones; old ones of other episodes of the same task cannot be compared, and go."""
-    episodes = {each.task: (each.seeds, each.test_episodes) for each in new}
+    episodes = {each.task: episodes_of(each) for each in new}
     replaced = {each.key for each in new}
     kept = [
         each
@@ -170,9 +176,9 @@ def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
     return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
 
 
-def episodes_of(result: Result) -> tuple[str, int]:
+def episodes_of(result: Result) -> tuple[str, str | None]:
     """Which episodes a result is of."""
-    return result.seeds, result.test_episodes
+    return result.seeds, result.interpolation_seeds
 
 
 def read_results(folder: Path) -> list[Result]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
-from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled_test
+from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled_interpolation
 from agents.benchmark.plan import CORE
 from agents.benchmark.results import Result
 from grind_env.policies.statistics import Interval
@@ -22,7 +22,7 @@ HEADINGS = (
     "E m/min",
     "dresses/part",
     "score (95 %)",
-    "test contexts",
+    "interpolation",
     "training s",
 )
 NONE = "–"
@@ -47,8 +47,9 @@ class Summary:
     score: Interval | None
     ratio: Interval | None
     """Cost over that of the best fixed plan."""
-    test_score: Interval | None
-    test_ratio: Interval | None
+    interpolation_score: Interval | None
+    """With contexts of the split `interpolation`, as the ratio that follows."""
+    interpolation_ratio: Interval | None
     train_seconds: float | None
 
     def cells(self, ratio: bool) -> tuple[str, ...]:
@@ -62,7 +63,7 @@ class Summary:
             f"{self.speed:.1f}",
             f"{self.dresses:.2f}",
             shown(self.ratio if ratio else self.score, ratio),
-            brief(self.test_ratio if ratio else self.test_score, ratio),
+            brief(self.interpolation_ratio if ratio else self.interpolation_score, ratio),
             NONE if self.train_seconds is None else f"{self.train_seconds:.0f}",
         )
 
@@ -99,7 +100,7 @@ def tasks_of(results: Sequence[Result]) -> list[str]:
 def summaries(results: Sequence[Result], task: str) -> list[Summary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
-    sampled, test = Sampled(group), sampled_test(group)
+    sampled, between = Sampled(group), sampled_interpolation(group)
     costs, scores, ratios = sampled.costs(), sampled.scores(), sampled.ratios()
     lines = []
     for policy in dict.fromkeys(each.policy for each in group):
@@ -119,8 +120,8 @@ def summaries(results: Sequence[Result], task: str) -> list[Summary]:
                 dresses=float(np.mean([each.dresses_per_part for each in of_policy])),
                 score=over_runs(scores, runs),
                 ratio=over_runs(ratios, runs),
-                test_score=None if test is None else over_runs(test.scores(), test.runs(policy)),
-                test_ratio=None if test is None else over_runs(test.ratios(), test.runs(policy)),
+                interpolation_score=None if between is None else over_runs(between.scores(), between.runs(policy)),
+                interpolation_ratio=None if between is None else over_runs(between.ratios(), between.runs(policy)),
                 train_seconds=float(np.mean(seconds)) if seconds else None,
             )
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from agents.benchmark.plan import EPISODES, FLAGSHIP, TEST_EPISODES, Request, chosen_problems, planned
+from agents.benchmark.plan import EPISODES, FLAGSHIP, INTERPOLATION_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
 from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.commands import Configs, JobFile, Parts
@@ -51,7 +51,9 @@ def benchmark(
     seeds: Annotated[int, typer.Option(min=0, help="Agents to train of each kind.")] = 1,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
-    test_episodes: Annotated[int, typer.Option(min=0, help="Episodes of test contexts; 0 for none.")] = TEST_EPISODES,
+    interpolation_episodes: Annotated[
+        int, typer.Option(min=0, help="Evaluation episodes with contexts of the split interpolation; 0 for none.")
+    ] = INTERPOLATION_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     configs: Configs = None,
@@ -85,7 +87,12 @@ def benchmark(
     chosen = chosen_problems(tasks, job, parts)
     cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
     request = Request(
-        episodes=episodes, test_episodes=test_episodes, steps=steps, runs=runs, configs=configs, fresh=fresh
+        episodes=episodes,
+        interpolation_episodes=interpolation_episodes,
+        steps=steps,
+        runs=runs,
+        configs=configs,
+        fresh=fresh,
     )
     try:
         found, failed = work_on_all(cells, request, jobs, console, measure)

@@ -5,9 +5,10 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE
-from grind_env.commands import Configs, JobFile, NamedProblem, Parts
+from grind_env.commands import Configs, JobFile, NamedProblem, Parts, Split
+from grind_env.envs.contexts import EVERY
 from grind_env.errors import printable
-from grind_env.policies.evaluation import SPLITS, episode_seeds
+from grind_env.policies.evaluation import SEEDS, episode_seeds
 from grind_env.policies.problem import find_problem
 
 
@@ -22,7 +23,8 @@ def dataset(
     parts: Parts = 1,
     policy: Annotated[str, typer.Option(help="A policy, the file of an agent, or a constant."), FILE] = "adaptive_rule",
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 200,
-    split: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SPLITS)}.")] = "training",
+    seeds: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SEEDS)}.")] = "training",
+    split: Split = EVERY,
     trust: Annotated[
         bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
     ] = False,
@@ -46,9 +48,9 @@ def dataset(
 
         unzip = load_zip
     acts = chosen_policy(policy, problem.simulation(), configs, unzip)
-    path = make_dataset(acts, problem, episode_seeds(split, episodes), fresh=fresh)
+    path = make_dataset(acts, problem, episode_seeds(seeds, episodes), split, fresh=fresh)
     steps = minari.MinariDataset(path / "data").total_steps
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    said = f"{dataset_id(problem, acts)}: {episodes} episodes, {steps} steps, {size / 1e6:.1f} MB, in {path}"
-    print(printable(said))
+    what = f"{episodes} episodes, {seeds} seeds, split {split}, {steps} steps, {size / 1e6:.1f} MB"
+    print(printable(f"{dataset_id(problem, acts)}: {what}, in {path}"))
     print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(problem, acts)!r})")

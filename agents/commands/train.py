@@ -9,7 +9,7 @@ import typer
 
 from agents.cells import RUNS
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
-from agents.learning.settings import DEFAULTS, LAST_SEED
+from agents.learning.settings import DEFAULTS, LAST_SEED, settings_of
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.errors import printable
@@ -37,6 +37,9 @@ def train(
     steps: Annotated[
         int | None, typer.Option(min=1, help="Environment steps, in whole rollouts; by default those of the kind.")
     ] = None,
+    split: Annotated[
+        str | None, typer.Option(help="Contexts of the training: all, inner or interpolation; by default inner.")
+    ] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the results."), Keeps()] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Train anew, from the first step.")] = False,
     compare: Annotated[
@@ -53,15 +56,16 @@ def train(
     from agents.learning.train import trained_agent
 
     problem = find_problem(task, job, parts)
+    contexts = settings_of(problem, "ppo" if compare else kind, split=split).split
     try:
         if compare:
             picture = runs / problem.name / "batches.png"
             check_own(picture, PICTURE, "--runs")
-            image = compare_batches(problem, seed, steps, runs, fresh)
+            image = compare_batches(problem, seed, steps, runs, fresh, split)
             write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
-            print(printable(f"learning curves: {picture}"))
+            print(printable(f"learning curves, trained on split {contexts}: {picture}"))
             return
-        path = trained_agent(problem, kind, seed, steps, runs, fresh)
+        path = trained_agent(problem, kind, seed, steps, runs, fresh, split=split)
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted; {again} goes on from the last checkpoint", file=sys.stderr)
@@ -73,4 +77,4 @@ def train(
         + (f"; score {last.score:.1f}, 95 % of it from {seconds_to(points):.0f} s on" if isfinite(last.score) else "")
     )
     print("time: " + ", ".join(f"{100.0 * getattr(last, name) / last.seconds:.0f} % {name}" for name in SPENT))
-    print(printable(f"trained agent: {path}"))
+    print(printable(f"agent trained on split {contexts}: {path}"))

@@ -30,7 +30,7 @@ def tuning(
     ] = None,
     evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = TUNING_EVALUATIONS,
     starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = TUNING_STARTS,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each split.")] = TUNING_EPISODES,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes, training and validation each.")] = TUNING_EPISODES,
     kind: Annotated[str | None, typer.Option(help="Tune the settings of this kind of learned agent instead.")] = None,
     trials: Annotated[int, typer.Option(min=1, help="Trainings of a learned agent.")] = TRIALS,
     steps: Annotated[int, typer.Option(min=1, help="Environment steps of each of them.")] = TRIAL_STEPS,

@@ -7,9 +7,10 @@ import typer
 
 from agents.budgets import PICTURES
 from grind_env.arguments import FILE, Writes
-from grind_env.commands import Configs, JobFile, NamedProblem, Parts
+from grind_env.commands import Configs, JobFile, NamedProblem, Parts, Split
+from grind_env.envs.contexts import EVERY
 from grind_env.errors import printable
-from grind_env.policies.evaluation import SPLITS
+from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import find_problem
 
 
@@ -27,7 +28,8 @@ def video(
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SPLITS["evaluation"],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SEEDS["evaluation"],
+    split: Split = EVERY,
     pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
     configs: Configs = None,
 ) -> None:
@@ -37,5 +39,5 @@ def video(
 
     problem = find_problem(task, job, parts)
     policies = [named_policy(name, problem.simulation(), configs) for name in (left, right)]
-    size = record(policies, problem, seed, output, Film(frames=pictures))
+    size = record(policies, problem, seed, output, Film(frames=pictures), split)
     print(printable(f"{output}: {size / 1e6:.1f} MB"))

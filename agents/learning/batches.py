@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from agents.cells import RUNS
 from agents.learning.curve import Point, curve_path, read_curve
-from agents.learning.settings import Number, Settings, settings_folder, settings_for
+from agents.learning.settings import Number, Settings, settings_of
 from agents.learning.train import train
 from grind_env.policies.problem import Problem
 from grind_env.render.plots import BLUE, ORANGE
@@ -31,7 +31,12 @@ def small_batches(settings: Settings) -> Settings:
 
 
 def compare_batches(
-    problem: Problem, seed: int, steps: int | None = None, folder: Path = RUNS, fresh: bool = False
+    problem: Problem,
+    seed: int,
+    steps: int | None = None,
+    folder: Path = RUNS,
+    fresh: bool = False,
+    split: str | None = None,
 ) -> bytes:
     """Train PPO with its own batches and with those of Stable-Baselines3, and draw both curves as PNG.
 
@@ -41,9 +46,9 @@ def compare_batches(
         steps: environment steps of each; by default those of the settings.
         folder: of the results; interrupted, the same call goes on.
         fresh: train anew.
+        split: contexts of the training episodes; by default those of the settings.
     """
-    large = settings_for("ppo", problem.name, settings_folder(problem.simulation().task))
-    large = replace(large, steps=large.steps if steps is None else steps)
+    large = settings_of(problem, "ppo", steps, split)
     curves = [
         read_curve(curve_path(train(problem, "ppo", seed, settings, folder, fresh=fresh)))
         for settings in (large, small_batches(large))

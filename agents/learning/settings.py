@@ -5,19 +5,21 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
+from grind_env.envs.contexts import split_ranges
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.policies.learned.view import Actions, MemoryKind
+from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import ConfigError, tuned_folder
 from grind_env.toml import read_toml
 
 CONFIGS = Path(__file__).parents[1] / "configs" / "learning"
 
 TRAINING_SEEDS, SEED_STRIDE = 100_000, 1_000
-"""First env seed (of the training split) and the distance between those of two training seeds."""
+"""First env seed (one of the training seeds) and the distance between those of two training seeds."""
 
 LAST_SEED = 398
-"""Training seeds beyond it would reach into the validation split."""
+"""Training seeds of agents; beyond it env seeds would reach into those of validation."""
 
 Number = float | int
 
@@ -28,6 +30,7 @@ class Settings:
 
     Raises:
         ConfigError: if there is no such memory or form of actions, or a number is out of its range.
+        ContextError: if there is no such split.
     """
 
     algorithm: str
@@ -39,6 +42,8 @@ class Settings:
     actions: Actions
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic."""
+    split: str = "inner"
+    """Contexts of the training episodes; of `inner`, so that those of `interpolation` are new to the agent."""
     worst_reward: float = -10.0
     """Rewards below are cut, so that one scrapped part does not drown an update."""
     hyper: Mapping[str, Number]
@@ -47,6 +52,7 @@ class Settings:
     def __post_init__(self) -> None:
         # in one order, so that equal settings read the same
         object.__setattr__(self, "hyper", dict(sorted(self.hyper.items())))
+        split_ranges(self.split)
         for name, legal in (("memory", get_args(MemoryKind)), ("actions", get_args(Actions))):
             if getattr(self, name) not in legal:
                 raise ConfigError(f"{name} is {quoted(getattr(self, name))}, but must be one of {', '.join(legal)}")
@@ -122,6 +128,20 @@ DEFAULTS: dict[str, Settings] = {
 def settings_folder(task: Task) -> Path:
     """Where the settings that were tuned for a task lie; those for a user's file with its other parameters."""
     return tuned_folder(task) / "learning" if task.file else CONFIGS
+
+
+def settings_of(problem: Problem, kind: str, steps: int | None = None, split: str | None = None) -> Settings:
+    """The settings of a kind for a problem, with other steps or another split where these are given.
+
+    Raises:
+        GrindError: if there is no such kind or split, or the file of its settings is damaged.
+    """
+    settings = settings_for(kind, problem.name, settings_folder(problem.simulation().task))
+    return replace(
+        settings,
+        steps=settings.steps if steps is None else steps,
+        split=settings.split if split is None else split,
+    )
 
 
 def settings_for(kind: str, name: str, folder: Path = CONFIGS) -> Settings:

@@ -4,7 +4,6 @@ import hashlib
 import inspect
 import shutil
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -25,8 +24,7 @@ from agents.learning.settings import (
     SEED_STRIDE,
     TRAINING_SEEDS,
     Settings,
-    settings_folder,
-    settings_for,
+    settings_of,
 )
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent, Validation
@@ -53,6 +51,7 @@ def trained_agent(
     folder: Path = RUNS,
     fresh: bool = False,
     *,
+    split: str | None = None,
     quiet: bool = False,
 ) -> Path:
     """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
@@ -68,15 +67,13 @@ def trained_agent(
         steps: environment steps; by default those of the settings.
         folder: of the results.
         fresh: train even if the agent or a checkpoint is there.
+        split: contexts of the training episodes; by default those of the settings.
         quiet: show no progress.
 
     Raises:
-        GrindError: if there is no such kind, its settings do not fit, or its checkpoint is damaged.
+        GrindError: if there is no such kind or split, its settings do not fit, or its checkpoint is damaged.
     """
-    settings = settings_for(kind, problem.name, settings_folder(problem.simulation().task))
-    if steps is not None:
-        settings = replace(settings, steps=steps)
-    return train(problem, kind, seed, settings, folder, fresh=fresh, quiet=quiet)
+    return train(problem, kind, seed, settings_of(problem, kind, steps, split), folder, fresh=fresh, quiet=quiet)
 
 
 def train(
@@ -123,7 +120,9 @@ def train(
 
 def new_model(problem: Problem, kind: str, seed: int, settings: Settings, log: Path | None = None) -> BaseAlgorithm:
     """An agent that has not been trained, in its environment."""
-    env = LearnerVecEnv(problem, settings.envs, settings.memory, settings.actions, settings.worst_reward)
+    env = LearnerVecEnv(
+        problem, settings.envs, settings.memory, settings.actions, settings.split, settings.worst_reward
+    )
     model = build(settings, env, seed, log)
     # after the algorithm has seeded it, the env gets seeds of its own, far from those of evaluation
     env.seed(TRAINING_SEEDS + SEED_STRIDE * seed)

@@ -68,6 +68,7 @@ class LearnerVecEnv(SB3VecEnv):
         envs: number of episodes side by side.
         memory: what the features remember.
         actions: form of the actions.
+        split: that the contexts of all episodes are drawn from.
         worst_reward: rewards below are cut, so that one scrapped part does not drown an update.
     """
 
@@ -79,11 +80,12 @@ class LearnerVecEnv(SB3VecEnv):
         envs: int,
         memory: MemoryKind = "belief",
         actions: Actions = "grid",
+        split: str = "inner",
         worst_reward: float = -10.0,
     ) -> None:
         env = problem.make_vec(envs, action=FORMS[actions], autoreset_mode="SameStep")
-        # lots, wheels and coolants of the test split stay unseen; the split holds for all later episodes
-        env.reset(options={"split": "train"})
+        # it holds for all later episodes
+        env.reset(options={"split": split})
         self.notes = Notes()
         self.view = LearnerView(env.simulation, memory, actions)
         self.worst_reward = worst_reward

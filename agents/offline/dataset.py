@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from agents.cells import RUNS
-from agents.offline.writer import PLACE, Content, Recorded, write_apart
+from agents.offline.writer import PLACE, SPLIT, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.contexts import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.lock import alone
@@ -40,11 +41,11 @@ NAMESPACE = "namespace_metadata.json"
 REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "good", "finished"))
 
 
-def recorded(policy: Policy, problem: Problem, seeds: Sequence[int]) -> Recorded:
+def recorded(policy: Policy, problem: Problem, seeds: Sequence[int], split: str = EVERY) -> Recorded:
     """Run a policy through the episode of each seed, side by side, and keep what it saw, did and earned."""
     simulation, n = problem.simulation(), len(seeds)
     codec = ActionCodec(simulation.task)
-    episodes = start_episodes(simulation, seeds)
+    episodes = start_episodes(simulation, seeds, split)
     observations, actions, outcomes = [simulation.observe(episodes)], [], []
     steps = np.zeros(n, np.int64)
     policy.begin(simulation, n)
@@ -70,12 +71,13 @@ def dataset_id(problem: Problem, policy: Policy) -> str:
     return f"grind/{NOT_IN_FOLDERS.sub('-', problem.name)}/{NOT_IN_IDS.sub('-', policy.name)}-v{VERSION}"
 
 
-def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool = False) -> Path:
+def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY, *, fresh: bool = False) -> Path:
     """Record a policy and store the dataset, whole or not at all; see `datasets_folder`.
 
     Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
-    sees. Every episode has its seed: `env.reset(seed=...)` and its actions give the same rewards again. Infos hold
-    `cost`, the probability of scrap, for safe reinforcement learning; the first entry is that of the reset.
+    sees. Every episode has its seed: `env.reset(seed=..., options={"split": ...})` and its actions give the same
+    rewards again; the metadata name the split. Infos hold `cost`, the probability of scrap, for safe reinforcement
+    learning; the first entry is that of the reset.
 
     Killed at any moment, the same call goes on to the same dataset. A dataset of the very same episodes stays.
 
@@ -83,13 +85,14 @@ def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool 
         policy: what acts.
         problem: what it grinds.
         seeds: of the episodes.
+        split: that their contexts are drawn from.
         fresh: put it in place of a dataset of that id.
 
     Returns:
         Folder of the dataset.
 
     Raises:
-        GrindError: if there is a dataset of that id with other episodes and `fresh` is not asked for.
+        GrindError: if there is a dataset of that id with other episodes and `fresh` is not asked for, or no such split.
         FileError: if there is no room for it; that is seen before the recording.
     """
     name, folder = dataset_id(problem, policy), datasets_folder().absolute()
@@ -100,14 +103,14 @@ def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool 
         path.parent.mkdir(parents=True, exist_ok=True)
         with alone(path.with_name(f".grind-{path.name}.lock")) as lock, workshop(path) as unfinished:
             if path.exists() and not fresh:
-                if not holds(path, seeds, recorded(policy, problem, seeds)):
+                if not holds(path, seeds, split, recorded(policy, problem, seeds, split)):
                     raise GrindError(
                         f"there is a dataset {name} in {folder} already: --fresh puts a new one in its place"
                     )
                 return path
             with reserved(unfinished / "room", size):
-                data = recorded(policy, problem, seeds)
-            content = Content(name, problem, simulation.task.title, policy.name, policy.sees, seeds, data)
+                data = recorded(policy, problem, seeds, split)
+            content = Content(name, problem, simulation.task.title, policy.name, policy.sees, seeds, split, data)
             write_apart(content, unfinished, lock)
             _put_in_place(unfinished, folder, path)
     except OSError as error:
@@ -118,12 +121,13 @@ def make_dataset(policy: Policy, problem: Problem, seeds: range, *, fresh: bool 
     return path
 
 
-def holds(path: Path, seeds: range, data: Recorded) -> bool:
+def holds(path: Path, seeds: range, split: str, data: Recorded) -> bool:
     """Whether a dataset has these very episodes."""
     import minari
 
     try:
         stored = minari.MinariDataset(path / "data")
+        drawn_from = stored.storage.metadata.get(SPLIT, EVERY)
         kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
         found: list[tuple[Any, ...]] = [
             (e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()
@@ -136,7 +140,7 @@ def holds(path: Path, seeds: range, data: Recorded) -> bool:
         for i, n in enumerate(data.steps.tolist())
     ]
     same = (np.array_equal(a, b) for old, each in zip(found, new, strict=False) for a, b in zip(old, each, strict=True))
-    return kept == list(seeds) and len(found) == len(new) and all(same)
+    return drawn_from == split and kept == list(seeds) and len(found) == len(new) and all(same)
 
 
 def datasets_folder() -> Path:

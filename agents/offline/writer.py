@@ -24,6 +24,8 @@ from grind_env.scores import find_reference
 
 PLACE = "MINARI_DATASETS_PATH"
 """Environment variable that names the folder in which Minari keeps datasets."""
+SPLIT = "split"
+"""Entry of the metadata."""
 NUMBER = re.compile(r"errno[ =]+(\d+)", re.IGNORECASE)
 """By which HDF5 and Python tell why a file cannot be written."""
 
@@ -53,6 +55,8 @@ class Content(NamedTuple):
     policy: str
     sees: str
     seeds: range
+    split: str
+    """That the contexts are drawn from."""
     data: Recorded
 
 
@@ -118,12 +122,15 @@ def write(content: Content) -> None:
             eval_env=spec,
             algorithm_name=content.policy,
             code_permalink=str(made_with["commit"]),
-            description=f"{content.title}: {n} episodes of {content.policy}, which sees {content.sees}. Scores are"
-            " those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that knows the whole episode.",
+            description=f"{content.title}: {n} episodes of {content.policy}, which sees {content.sees}, on split"
+            f" {content.split}. Scores are those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that"
+            " knows the whole episode.",
             requirements=[f"grind_env=={made_with['grind_env']}"],
             **scale,
         )
-    dataset.storage.update_metadata({"policy": content.policy, "policy_sees": content.sees, "made_with": made_with})
+    dataset.storage.update_metadata(
+        {"policy": content.policy, "policy_sees": content.sees, SPLIT: content.split, "made_with": made_with}
+    )
 
 
 def environment_spec(problem: Problem) -> EnvSpec:

@@ -78,7 +78,7 @@ class Tuner:
     Args:
         simulation: of the problem.
         storage: URL of the database of the studies, one for each policy and start.
-        episodes: number of episodes of each split.
+        episodes: number of episodes on training, and on validation seeds, of the split `all`.
         fresh: whether to throw away what the studies hold.
         advance: called with the number of points that have been evaluated, or were kept.
     """
@@ -92,13 +92,13 @@ class Tuner:
         advance: Advance = lambda points: None,
     ) -> None:
         self.simulation, self.task = simulation, simulation.task
-        self.seeds = {split: episode_seeds(split, episodes) for split in ("training", "validation")}
-        self._episodes = {split: start_episodes(self.simulation, seeds) for split, seeds in self.seeds.items()}
+        self.seeds = {name: episode_seeds(name, episodes) for name in ("training", "validation")}
+        self._episodes = {name: start_episodes(self.simulation, seeds) for name, seeds in self.seeds.items()}
         self._storage, self._fresh, self._advance = storage, fresh, advance
 
-    def cost(self, policy: Policy, split: str = "training") -> float:
+    def cost(self, policy: Policy, seeds: str = "training") -> float:
         """Mean cost of an episode, $."""
-        return float(roll_out(policy, self.simulation, self._episodes[split]).cost.mean())
+        return float(roll_out(policy, self.simulation, self._episodes[seeds]).cost.mean())
 
     def costs(self, policies: Sequence[Policy]) -> list[float]:
         """Mean costs of a training episode under several policies, $."""
@@ -251,7 +251,7 @@ def tune(
         names: policies; those of `tunable` by default.
         evaluations: of each CMA-ES run.
         starts: number of CMA-ES runs of a rule.
-        episodes: of the training and of the validation split.
+        episodes: on training and on validation seeds.
         storage: URL of the database that keeps the trials, so that a search that was killed goes on; by default an
             SQLite file `<task>/tune.db` below `runs`.
         folder: of the files; by default that of `tuned_folder`.

@@ -14,6 +14,7 @@ The same decision can be taken in four forms (`action=...` of the environments):
 With a pre-dress a third component, factor or key says whether the block begins with a dress (G82.1).
 """
 
+import math
 from collections.abc import Mapping
 from numbers import Real
 from typing import Any, NamedTuple
@@ -35,6 +36,9 @@ KEYS = ("E", "D", "predress")
 
 NO_DRESS = float(np.float32(1.0 / 3.0))
 """Highest component of a `box` that chooses D = 0; 1/3 as single precision has it."""
+
+IN_BOX = "lie between -1 and 1: clip it first"
+"""What a component of a `box` must do."""
 
 LONGEST = 200
 """Characters of what a message repeats."""
@@ -108,8 +112,7 @@ class ActionCodec:
 
     def _columns(self) -> list[Column]:
         if self.action == "box":
-            legal = "lie between -1 and 1: clip it first"
-            return [Column(name, -1.0, 1.0, False, legal) for name in self.names]
+            return [Column(name, -1.0, 1.0, False, IN_BOX) for name in self.names]
         if self.action == "discrete":
             return [_whole(" and ".join(self.names), int(np.prod(self.sizes)))]
         columns = [_whole(name, size) for name, size in zip(self.names, self.sizes, strict=True)]
@@ -174,7 +177,7 @@ class ActionCodec:
         if bad >= 0:
             i, k = divmod(bad, len(self.columns))
             column = self.columns[k]
-            raise ActionError(f"action {i} has {plain(values[i, k])} for {column.name}, but must {column.legal}")
+            raise illegal(i, column.name, float(values[i, k]), column.legal)
         if self.action == "discrete":
             return self._of_numbers(np.stack(np.unravel_index(values[:, 0].astype(np.int64), self.sizes), axis=1))
         if self.action == "multidiscrete":
@@ -280,6 +283,23 @@ def check_shape(values: Table, shape: tuple[int, ...], names: str) -> None:
     """
     if values.shape != shape:
         raise ActionError(f"the action has shape {values.shape}, but must have shape {shape}: {names}")
+
+
+def illegal(number: int, name: str, value: float, legal: str) -> ActionError:
+    """The error of an action with a number that is not legal.
+
+    Args:
+        number: of the action in its batch.
+        name: of its number.
+        value: which is not legal.
+        legal: what it must do. That is no remedy for NaN, which stays what it is where others are clipped.
+    """
+    if math.isnan(value):
+        return ActionError(
+            f"action {number} has nan for {name}, which is no number: mend what chose it, such as a network whose"
+            " training has diverged"
+        )
+    return ActionError(f"action {number} has {plain(value)} for {name}, but must {legal}")
 
 
 def plain(value: float) -> str:

@@ -1,9 +1,9 @@
 """What a user can fix of an episode: a context of named factors, and the split that the other factors are drawn from.
 
-`env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "train"})` fixes the factors named and
-draws the rest from the training split. Both hold for later episodes too, until a reset names others; None removes a
-context or a split. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to chance. For the vector
-environment either may be a list, one entry for each sub-environment.
+`env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "inner"})` fixes the factors named and
+draws the rest from the split `inner`. Both hold for later episodes too, until a reset names others; None removes a
+context, and the split `all` holds nothing out. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to
+chance. For the vector environment either may be a list, one entry for each sub-environment.
 
 A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise;
 the context of `grind/Wen-v0` has one key of its own, `"case"`, and there are no splits of two cases.
@@ -16,8 +16,9 @@ have.
 
 Splits hold out ranges of the factors: the distribution of every log-normal factor (lot, wheel, coolant) is cut into ten
 ranges of equal probability, and an episode of a split draws its factors from the ranges of `SPLITS` only. So every
-single lot, wheel and coolant of a test episode is new to an agent that was trained on the training split, while all
-splits reach over the same span. A split is no split of seeds: a seed still makes one episode, in each split another.
+single lot, wheel and coolant of the split `interpolation` is new to an agent that was trained on `inner`, and lies
+between factors that it has met. A split is given by its name and implied by nothing, no seed either: a seed makes one
+episode, in each split another.
 """
 
 import math
@@ -30,10 +31,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.tasks import Task, TaskError
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted
 
-SPLITS: Mapping[str, tuple[int, ...]] = {"train": (0, 3, 4, 5, 6, 9), "validation": (2, 7), "test": (1, 8)}
-"""Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each."""
+EVERY = "all"
+"""The split that holds nothing out, from which is drawn what no split is named for."""
+SPLITS: Mapping[str, tuple[int, ...]] = {EVERY: (), "inner": (0, 3, 4, 5, 6, 9), "interpolation": (1, 8)}
+"""Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each.
+
+`all` is the whole distribution, with no range held out. Ranges 2 and 7 are in neither `inner` nor `interpolation`.
+"""
+RENAMED = {"train": "inner", "test": "interpolation"}
+"""Splits that had another name."""
 RANGES = 10
 
 NORMAL = np.linspace(-5.0, 5.0, 2001)
@@ -113,7 +121,7 @@ class Given:
     Attributes:
         fixed: numbers of the context.
         kinds: index of the kind of every block, shape (blocks,); None if the task decides.
-        ranges: of the split; empty for the whole distribution.
+        ranges: of the split; empty for `all`.
     """
 
     fixed: Fixed = FREE
@@ -163,7 +171,7 @@ def read_options(
             fixed, kinds = _context(task, value, without_effect(task) if barred is None else barred)
             given = replace(given, fixed=fixed, kinds=kinds)
         elif name == "split":
-            given = replace(given, ranges=_split(value))
+            given = replace(given, ranges=split_ranges(value))
         else:
             raise ContextError(f"there is no reset option {name!r}; legal are context, split")
     return given
@@ -218,12 +226,20 @@ def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArra
     return np.asarray(np.interp((np.array(ranges)[which] + (u - which)) / RANGES, PROBABILITY, NORMAL))
 
 
-def _split(name: Any) -> tuple[int, ...]:
-    if name is None:
-        return ()
-    if not isinstance(name, str) or name not in SPLITS:
-        raise ContextError(f"split is {name!r}, but must be one of {', '.join(SPLITS)}, or None")
-    return SPLITS[name]
+def split_ranges(name: Any) -> tuple[int, ...]:
+    """The ranges of a split; none for `all`.
+
+    Raises:
+        ContextError: if there is no such split.
+    """
+    if isinstance(name, str) and name in SPLITS:
+        return SPLITS[name]
+    if isinstance(name, str) and name in RENAMED:
+        raise ContextError(f"split is {name!r}, which is called {RENAMED[name]!r} now")
+    raise ContextError(
+        f"split is {quoted(name)}, but must be one of {', '.join(SPLITS)}: it names contexts; training, validation and"
+        " evaluation are seeds"
+    )
 
 
 def _context(task: Task, context: Any, barred: Mapping[str, str]) -> tuple[Fixed, tuple[int, ...] | None]:

@@ -15,10 +15,7 @@ def html(found: Evaluation | Judgement) -> str:
     if found.score is not None:
         how = "score" if found.paired else "score, unpaired"
         rows.append([how, f"{found.score.value:.1f}", f"{found.score.low:.1f} to {found.score.high:.1f}"])
-    title = (
-        f"{found.policy} (sees {found.sees}) in {found.problem}, {found.evaluation.cost.size} episodes of {found.split}"
-    )
-    return fragment(title, table(HEADINGS, rows))
+    return fragment(found.title, table(HEADINGS, rows))
 
 
 def _rows(run: Evaluation) -> list[list[str]]:

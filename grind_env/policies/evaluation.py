@@ -7,43 +7,43 @@ import numpy as np
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.contexts import SPLITS as CONTEXT_SPLITS
-from grind_env.envs.contexts import Given
+from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
 from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError, quoted
-from grind_env.policies.choices import Array
+from grind_env.policies.choices import Array, Decision
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.presenter import html
 
-SPLITS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000, "test": 3_000_000}
-"""First seed of each split. A seed makes one episode, `env.reset(seed=...)` the same one; in `test` it is drawn from
-the test contexts, as by `env.reset(seed=..., options={"split": "test"})`."""
+SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
+"""First of the seeds of each purpose, which are frozen. A seed makes one episode, `env.reset(seed=...)` the same one;
+it says nothing of contexts: a split names these (`grind_env.envs.contexts`)."""
 
-CONTEXTS = {"test": Given(ranges=CONTEXT_SPLITS["test"])}
-"""What is given of the episodes of a split."""
-
-SPLIT_SIZE = 500_000
+SEEDS_EACH = 500_000
+"""How many there are of each."""
 
 COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good", "finished"))
 
 
-def episode_seeds(split: str, count: int) -> range:
-    """The first `count` seeds of one of `SPLITS`; no seed is in two of them.
+def episode_seeds(seeds: str, count: int) -> range:
+    """The first `count` seeds of one of `SEEDS`; no seed is in two of them.
 
     Raises:
-        GrindError: if there is no such split, or if it has fewer seeds.
+        GrindError: if there are no seeds of that name, or fewer.
 
     Example:
         >>> from grind_env.policies.evaluation import episode_seeds
         >>> episode_seeds("evaluation", 64)
         range(2000000, 2000064)
     """
-    if split not in tuple(SPLITS):
-        raise GrindError(f"there is no split {quoted(split)}: the splits are {', '.join(SPLITS)}")
-    if not 1 <= count <= SPLIT_SIZE:
-        raise GrindError(f"{count} episodes are asked for, but the {split} split has 1 to {SPLIT_SIZE}")
-    return range(SPLITS[split], SPLITS[split] + count)
+    if seeds not in tuple(SEEDS):
+        raise GrindError(
+            f"there are no seeds {quoted(seeds)}: the seeds are {', '.join(SEEDS)}; contexts are named by the split,"
+            f" {', '.join(SPLITS)}"
+        )
+    if not 1 <= count <= SEEDS_EACH:
+        raise GrindError(f"{count} episodes are asked for, but there are 1 to {SEEDS_EACH} {seeds} seeds")
+    return range(SEEDS[seeds], SEEDS[seeds] + count)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,20 +106,32 @@ class Evaluation:
         return html("evaluations", self)
 
 
-def start_episodes(simulation: Simulation, seeds: Sequence[int]) -> Episodes:
-    """The episodes of the seeds, at their first block."""
-    given = [CONTEXTS.get(split_of(seed), Given()) for seed in seeds]
+def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Episodes:
+    """The episodes of the seeds with contexts of a split, at their first block.
+
+    Raises:
+        ContextError: if there is no such split.
+    """
+    given = [Given(ranges=split_ranges(split))] * len(seeds)
     return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
 
 
-def split_of(seed: int) -> str:
-    """The split that a seed belongs to, or the last one before it."""
-    return max((first, split) for split, first in SPLITS.items() if first <= max(seed, 0))[1]
+def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
+    """Run the policy once through the episode of each seed, with contexts of a split.
+
+    Raises:
+        ContextError: if there is no such split.
+    """
+    return roll_out(policy, simulation, start_episodes(simulation, seeds, split))
 
 
-def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> Evaluation:
-    """Run the policy once through the episode of each seed."""
-    return roll_out(policy, simulation, start_episodes(simulation, seeds))
+def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:
+    """What the coming blocks make of a decision, which goes through the action space; each of shape (N,).
+
+    Raises:
+        ActionError: if it has an E or a D that the environment does not have.
+    """
+    return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
 
 
 def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Evaluation:
@@ -138,7 +150,7 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Eval
     policy.begin(simulation, n)
     while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
         decision = policy.act(simulation.observe(episodes), reveal(policy.sees, simulation, episodes))
-        choice = simulation.taken(episodes, codec.decode(codec.encode(*decision)))
+        choice = done(decision, simulation, codec, episodes)
         outcomes, _ = simulation.step(episodes, *choice, active=running)
         totals += outcomes[:, [COST, GOOD, FINISHED]]
         over = np.ones(n, bool)

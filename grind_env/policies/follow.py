@@ -9,11 +9,13 @@ import numpy as np
 
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.contexts import EVERY
 from grind_env.envs.model import MemberModel
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array, Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
-from grind_env.policies.evaluation import episode_seeds, start_episodes
+from grind_env.policies.evaluation import done, episode_seeds, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem, find_problem
@@ -70,7 +72,8 @@ def follow(
     problem: Problem | str,
     *,
     beside: Sequence[Policy | str] = (),
-    split: str = "evaluation",
+    seeds: str = "evaluation",
+    split: str = EVERY,
     episodes: int = 64,
 ) -> Followed:
     """Run a policy through episodes and write every block down.
@@ -82,11 +85,14 @@ def follow(
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
         beside: other policies, likewise.
-        split: of the seeds, one of `evaluation.SPLITS`.
+        seeds: one of `evaluation.SEEDS`.
+        split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
         episodes: how many.
 
     Raises:
-        GrindError: there is no such problem, policy or split, or two policies beside it have the same name.
+        GrindError: there is no such problem, policy or split, there are no such seeds, or two policies beside it have
+            the same name.
+        ActionError: the policy decides an E or a D that the environment does not have.
         BeliefError: its steps are no compiled blocks, which a belief could follow.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
@@ -95,11 +101,12 @@ def follow(
     twice = [name for name, count in Counter(each.name for each in all_of_them[1:]).items() if count > 1]
     if twice:
         raise GrindError(f"several policies beside it are called {quoted(twice[0])}; give each a name of its own")
-    state = start_episodes(simulation, episode_seeds(split, episodes))
+    state = start_episodes(simulation, episode_seeds(seeds, episodes), split)
     filtered = WheelBelief(MemberModel(simulation))
     filtered.begin(episodes)
     for each in all_of_them:
         each.begin(simulation, episodes)
+    codec = ActionCodec(simulation.task)
     rows: list[list[Array]] = []
     while (running := np.flatnonzero(~simulation.over(state))).size > 0:
         seen = simulation.observe(state)
@@ -108,8 +115,9 @@ def follow(
         first, later = OF_WHEEL[0]
         growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
         before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]
-        outcomes, _ = simulation.step(state, *said[0], active=running)
-        row = [*(values for decision in said for values in decision), *before, outcomes[:, COST]]
+        chosen = Decision(*done(said[0], simulation, codec, state))
+        outcomes, _ = simulation.step(state, *chosen, active=running)
+        row = [*(values for decision in (chosen, *said[1:]) for values in decision), *before, outcomes[:, COST]]
         over = np.ones(episodes, bool)
         over[running] = False
         rows.append([np.where(over, np.nan, values) for values in row])

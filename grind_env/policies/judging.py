@@ -5,8 +5,9 @@ from typing import Any, get_args
 
 import numpy as np
 
+from grind_env.envs.contexts import EVERY
 from grind_env.errors import GrindError, quoted
-from grind_env.policies.evaluation import SPLITS, Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, roll_out, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
@@ -16,8 +17,8 @@ from grind_env.policies.tuned import ConfigError
 from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
 
-REFERENCE_SPLIT = "evaluation"
-"""Whose first episodes the reference scores are of."""
+REFERENCE_SEEDS = "evaluation"
+"""Whose first episodes, of the split `all`, the reference scores are of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,8 @@ class Judgement:
         policy: its name.
         sees: what it is shown.
         problem: name of the environment.
-        split: of the episodes; a text on their seeds if they are of none.
+        seeds: of the episodes: their name, or the first and the last one of one's own.
+        split: that their contexts are drawn from.
         evaluation: episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
         paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
@@ -38,10 +40,18 @@ class Judgement:
     policy: str
     sees: Sees
     problem: str
+    seeds: str
     split: str
     evaluation: Evaluation
     score: Interval | None
     paired: bool
+
+    @property
+    def title(self) -> str:
+        """What was run, and on which episodes."""
+        seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
+        count = len(self.evaluation.cost)
+        return f"{self.policy} (sees {self.sees}) in {self.problem}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
         """The figures by name, for JSON."""
@@ -49,6 +59,7 @@ class Judgement:
         found: dict[str, Any] = {
             "policy": self.policy,
             "sees": self.sees,
+            "seeds": self.seeds,
             "split": self.split,
             "episodes": len(run.cost),
             "cost_per_good_part": cost.value,
@@ -66,12 +77,13 @@ class Judgement:
     def __str__(self) -> str:
         cost, run = self.evaluation.cost_per_good_part, self.evaluation
         lines = [
-            f"{self.policy} (sees {self.sees}) in {self.problem}, {len(run.cost)} episodes of {self.split}:",
+            f"{self.title}:",
             f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f}), {100 * run.scrap:.2f} % scrap,"
             f" E {run.speed:.1f} m/min, D {run.dresses:.2f}",
         ]
         if self.score is not None:
-            how = "paired" if self.paired else "unpaired: on other episodes than the reference scores"
+            others = f"unpaired: an anchor is of other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
+            how = "paired" if self.paired else others
             lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
         return "\n".join(lines)
 
@@ -83,7 +95,8 @@ def evaluate(
     policy: Policy | str,
     problem: Problem | str,
     *,
-    split: str = "evaluation",
+    seeds: str | None = None,
+    split: str = EVERY,
     episodes: int = 64,
     first_seed: int | None = None,
 ) -> Judgement:
@@ -92,12 +105,14 @@ def evaluate(
     Args:
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
-        split: of the seeds, one of `SPLITS`.
+        seeds: one of `SEEDS`; by default the evaluation seeds.
+        split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
         episodes: how many.
         first_seed: of seeds of one's own instead.
 
     Raises:
-        GrindError: there is no such problem, policy or split, or the policy decides what the environment does not have.
+        GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
+            environment does not have.
 
     Example:
         >>> from grind_env import evaluate
@@ -113,13 +128,17 @@ def evaluate(
         raise GrindError(f"{episodes} episodes have no interval: evaluate 2 at least")
     if first_seed is not None and first_seed < 0:
         raise GrindError(f"the first seed is {first_seed}: give 0 or more")
-    seeds = episode_seeds(split, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
+    if first_seed is not None and seeds is not None:
+        raise GrindError(f"seeds is {quoted(seeds)}, and the first seed is {first_seed}: give one of both")
+    named = REFERENCE_SEEDS if seeds is None else seeds
+    chosen = episode_seeds(named, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = problem.simulation()
     policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
     _check_policy(policy)
-    start = start_episodes(simulation, seeds)
+    start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start)
-    known, score, paired = find_reference(problem.id), None, seeds.start == SPLITS[REFERENCE_SPLIT]
+    known, score = find_reference(problem.id), None
+    paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:
             plans = [make_policy(name, simulation) for name in FIXED_PLANS if name == known.fixed_plan]
@@ -128,8 +147,8 @@ def evaluate(
             fixed = None
         paired = paired and fixed is not None
         score = _score(run, fixed, known, simulation.task.reference_cost)
-    named = split if first_seed is None else f"seeds {seeds.start} to {seeds.stop - 1}"
-    return Judgement(policy.name, policy.sees, problem.name, named, run, score, paired)
+    said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
+    return Judgement(policy.name, policy.sees, problem.name, said, split, run, score, paired)
 
 
 def _check_policy(policy: Any) -> None:

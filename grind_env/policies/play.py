@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from grind_env.envs.contexts import EVERY
 from grind_env.machine.job import Job
-from grind_env.policies.evaluation import split_of
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 
@@ -31,22 +31,26 @@ class Played:
     """Time on the machine, s."""
 
 
-def play(policy: Policy, problem: Problem, seed: int, render_mode: str | None = None) -> Played:
+def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None) -> Played:
     """Run a policy through the episode of a seed, in the environment that anybody else would step.
 
     Args:
         policy: decides.
         problem: what it grinds.
-        seed: of the episode; one of the split `"test"` draws it from the test contexts, as `evaluate` does.
+        seed: of the episode.
+        split: that its contexts are drawn from, as `evaluate` does.
         render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
             None to show nothing.
+
+    Raises:
+        GrindError: there is no such split, or the policy decides what the environment does not have.
     """
     env: Any = problem.make(render_mode=render_mode).unwrapped
     simulation, codec = env.simulation, env.codec
     policy.begin(simulation, 1)
     executions = 0
     try:
-        observation, _ = env.reset(seed=seed, options={"split": "test"} if split_of(seed) == "test" else None)
+        observation, _ = env.reset(seed=seed, options={"split": split})
         over = False
         while not over:
             decision = policy.act(observation[None], reveal(policy.sees, simulation, env.episodes))

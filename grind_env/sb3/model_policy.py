@@ -60,10 +60,16 @@ class ModelPolicy:
         """That many episodes begin.
 
         Raises:
-            GrindError: the model was trained on another task.
+            GrindError: the model was trained on another task, or its training has diverged.
         """
         if simulation.task != self.task:
             raise GrindError(f"{self.name} was trained for {self.task.name}, not for {simulation.task.name}")
+        # what such weights make is NaN, of which a distribution of torch says nothing in a sentence and argmax nothing
+        if not all(np.isfinite(each.numpy(force=True)).all() for each in self.model.policy.state_dict().values()):
+            raise GrindError(
+                f"{self.name} has weights that are no finite numbers: its training has diverged; train it anew, with a"
+                " lower learning rate"
+            )
         # of its own, because a training that goes on has episodes in it
         self.memory = deepcopy(self._memory)
         if self.memory is not None:

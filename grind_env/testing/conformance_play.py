@@ -211,9 +211,10 @@ def raises(call: Callable[[], object]) -> bool:
 
 def outside(space: spaces.Space[Any]) -> list[float]:
     """Numbers that no entry of the actions in a space may have."""
-    if isinstance(space, spaces.Box):
+    if isinstance(space, spaces.Box) and space.dtype.kind == "f":
         beyond = float(space.high.flat[0]) + 1.0
-        return [value for value in (float("nan"), beyond) if np.isfinite(beyond) and space.dtype.kind == "f"]
+        # NaN is in no box, not even in one without bounds
+        return [float("nan"), *([beyond] if np.isfinite(beyond) else [])]
     if isinstance(space, spaces.Discrete):
         return [float(space.start + space.n)]
     if isinstance(space, spaces.MultiDiscrete):

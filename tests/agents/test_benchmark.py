@@ -27,7 +27,7 @@ from grind_env.policies.tuned import ConfigError
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
 ORACLE = PROBLEM.simulation()
-TINY = Request(episodes=3, test_episodes=2)
+TINY = Request(episodes=3, interpolation_episodes=2)
 QUIET = Console(quiet=True)
 
 
@@ -36,21 +36,21 @@ def evaluation(*cost):
     return Evaluation(np.array(cost), np.full(n, 2.0), np.full(n, 4.0), np.full((n, 2), 9000.0), np.ones((n, 2)))
 
 
-def found(policy, *cost, seed=None, task="oracle6", test=None, sees="measurements"):
+def found(policy, *cost, seed=None, task="oracle6", between=None, sees="measurements"):
     return result_of(
         Measured(
             cell=Cell(find_problem(task), policy, seed),
             sees=sees,
             evaluation=evaluation(*cost),
-            test=test and evaluation(*test),
+            interpolation=between and evaluation(*between),
         )
     )
 
 
 ANCHORS = [
-    found("constant", 4.0, 6.0, test=(8.0,)),
-    found("interval", 5.0, 6.0, test=(3.0,)),
-    found("hindsight", 2.0, 2.0, test=(2.0,), sees="future"),
+    found("constant", 4.0, 6.0, between=(8.0,)),
+    found("interval", 5.0, 6.0, between=(3.0,)),
+    found("hindsight", 2.0, 2.0, between=(2.0,), sees="future"),
 ]
 
 
@@ -135,18 +135,22 @@ def test_a_plan_that_cannot_be(policies, kinds, seeds, sentence):
 def test_a_cell_is_what_an_evaluation_says(tmp_path):
     measured = measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
     policy = make_policy("adaptive_rule", ORACLE)
-    for split, run, count in (("evaluation", measured.evaluation, 3), ("test", measured.test, 2)):
-        expected = evaluate(policy, ORACLE, episode_seeds(split, count))
-        assert np.array_equal(run.cost, expected.cost)
-        assert np.array_equal(run.executions, expected.executions)
+    # what is kept of one split is not taken for another on the same seeds
+    for found in (measured, measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
+        for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
+            expected = evaluate(policy, ORACLE, episode_seeds("evaluation", count), split)
+            assert np.array_equal(run.cost, expected.cost)
+            assert np.array_equal(run.executions, expected.executions)
     assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)
-    assert measure(Cell(PROBLEM, "random"), replace(TINY, runs=tmp_path, test_episodes=0)).test is None
+    assert (
+        measure(Cell(PROBLEM, "random"), replace(TINY, runs=tmp_path, interpolation_episodes=0)).interpolation is None
+    )
 
 
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
     cell, request = Cell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=600)
     first = measure(cell, request)
-    assert first.steps >= 600
+    assert (first.steps >= 600, first.trained_on) == (True, "inner")
     assert first.train_seconds > 0.0
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
     assert len(files) == 1
@@ -173,22 +177,23 @@ def test_the_numbers_of_a_row():
     run = evaluation(3.0, 5.0)
     run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]
     row = result_of(Measured(cell=Cell(SLOT, "ppo", 3), sees="measurements", evaluation=run, curve=curve))
-    assert (row.kind, row.seed, row.episodes, row.test_episodes, row.test_scrap) == ("learned", 3, 2, 0, None)
+    assert (row.kind, row.seed, row.episodes, row.seeds) == ("learned", 3, 2, "2000000..2000001")
+    assert (row.interpolation_episodes, row.interpolation_scrap, row.interpolation_seeds) == (0, None, None)
     assert (row.scrap, row.E_mean, row.E_p10, row.E_p90) == (0.5, 6.5, 5.3, 7.7)
     assert (row.D_mean, row.dresses_per_part) == (1.0, 0.5)
     assert (row.steps, row.train_seconds, row.seconds_to_95) == (30, 60.0, 40.0)
-    assert row.seeds == "2000000..2000001"
     assert [found(name, 1.0).kind for name in ("handbook", "mpc", "hindsight")] == ["scripted", "planner", "planner"]
 
 
 def test_scores_are_anchored_at_the_best_fixed_plan_of_the_same_episodes():
-    rows = {each.policy: each for each in judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0, test=(2.5,))])}
+    rows = {each.policy: each for each in judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0, between=(2.5,))])}
     assert rows["constant"].score == 0.0
     assert rows["hindsight"].score == 100.0
     assert rows["interval"].score == pytest.approx(-100.0 / 6.0)
     assert (rows["ppo"].score, rows["ppo"].cost_per_good_part, rows["ppo"].cost_ratio) == (50.0, 1.75, 0.7)
-    # the other plan is better on the test contexts
-    assert (rows["ppo"].test_score, rows["interval"].test_score, rows["constant"].test_score) == (50.0, 0.0, -500.0)
+    # the other plan is better in the contexts between
+    scores = [rows[name].interpolation_score for name in ("ppo", "interval", "constant")]
+    assert scores == [50.0, 0.0, -500.0]
     # resamples: (3.5, 3.5) of constant (4, 4), (4, 6), (6, 6)
     assert (rows["ppo"].score_low, rows["ppo"].score_high) == (25.0, pytest.approx(62.5))
 
@@ -223,13 +228,16 @@ def test_results_are_read_as_they_were_written(tmp_path):
 
 
 def test_new_results_replace_old_ones():
-    old = [*ANCHORS, found("ppo", 3.0, 3.0, seed=0, test=(2.0,)), found("ppo", 3.0, 3.0, seed=1, test=(2.0,))]
-    new = [found("ppo", 2.0, 2.0, seed=1, test=(2.0,))]
+    old = [*ANCHORS, found("ppo", 3.0, 3.0, seed=0, between=(2.0,)), found("ppo", 3.0, 3.0, seed=1, between=(2.0,))]
+    new = [found("ppo", 2.0, 2.0, seed=1, between=(2.0,))]
     costs = {each.key: each.cost.tolist() for each in merged([*old, found("random", 9.0, task="slot")], new)}
     assert costs["oracle6", "ppo", 0] == [3.0, 3.0]
     assert costs["oracle6", "ppo", 1] == [2.0, 2.0]
     assert costs["slot", "random", None] == [9.0]
     assert len(costs) == 6
+    # as are those whose interpolation was judged on other seeds, as it was once
+    before = [replace(each, interpolation_seeds="3000000..3000000") for each in old]
+    assert [each.key for each in merged(before, new)] == [("oracle6", "ppo", 1)]
     # of three episodes: what is of two cannot stay beside it
     assert [each.key for each in merged(old, [found("ppo", 1.0, 1.0, 1.0, seed=2)])] == [("oracle6", "ppo", 2)]
 
@@ -312,7 +320,7 @@ def wait_until(condition, patience=120.0):
 
 def test_command_line(tmp_path, monkeypatch, capsys):
     runs = ("--runs", tmp_path)
-    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", "--episodes", 3, "--test-episodes", 2, *runs)
+    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", "--episodes", 3, "--interpolation-episodes", 2, *runs)
     assert run(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed

@@ -103,7 +103,7 @@ def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
     loaded = minari.load_dataset("grind/oracle6/full-state-rule-v0")
     metadata = loaded.storage.metadata
     assert (metadata["policy"], metadata["policy_sees"]) == ("full_state_rule", "state")
-    assert metadata["made_with"]["seeds"] == "0..2"
+    assert (metadata["made_with"]["seeds"], metadata["split"]) == ("0..2", "all")
     assert metadata["code_permalink"] == metadata["made_with"]["commit"]
     returns = np.array([episode.rewards.sum() for episode in loaded.iterate_episodes()])
     assert 100.0 * minari.get_normalized_score(loaded, returns) == pytest.approx(
@@ -144,12 +144,13 @@ def test_a_dataset_that_is_there_already_stays_as_it_is(folder: Path):
 def test_other_numbers_under_the_same_id_are_another_dataset(folder: Path):
     path = make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
     data = recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
-    assert holds(path, SEEDS, data)
+    assert holds(path, SEEDS, "all", data)
+    assert not holds(path, SEEDS, "inner", data)
     for name in data._fields:
         other = np.copy(getattr(data, name))
         other.flat[-1] -= 1.0 if name == "steps" else 0.5
-        assert not holds(path, SEEDS, data._replace(**{name: other}))
-    assert not holds(path.parent, SEEDS, data)
+        assert not holds(path, SEEDS, "all", data._replace(**{name: other}))
+    assert not holds(path.parent, SEEDS, "all", data)
 
 
 def files(path: Path) -> dict[Path, tuple[bytes, int]]:
@@ -219,7 +220,7 @@ def test_what_is_asked_for_is_what_a_dataset_takes(task: str, policy: str, monke
 
 def test_a_fault_that_is_no_full_disk_keeps_its_name(folder: Path):
     content = Content(
-        "no id", PROBLEM, "", "", "", SEEDS, recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
+        "no id", PROBLEM, "", "", "", SEEDS, "all", recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
     )
     with alone(folder / "lock") as lock, pytest.raises(RuntimeError, match="Malformed dataset ID"):
         write_apart(content, folder, lock)

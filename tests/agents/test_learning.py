@@ -34,7 +34,7 @@ def test_features_are_those_of_the_episodes_one_by_one(memory: MemoryKind):
         view = LearnerView(SIMULATION, memory)
         view.begin(1)
         plain = native(1)
-        view.features(plain.reset(seed=11 + i, options={"split": "train"})[0])
+        view.features(plain.reset(seed=11 + i, options={"split": "inner"})[0])
         for k, action in enumerate(actions):
             features, _, done, infos = alone.step(action[i : i + 1])
             assert np.array_equal(features[0], together[k + 1][i])
@@ -52,7 +52,7 @@ def test_the_reward_is_shifted_and_cut():
     env, plain = LearnerVecEnv(PROBLEM, 3, "estimates", worst_reward=-2.0), native()
     env.seed(5)
     env.reset()
-    plain.reset(seed=5, options={"split": "train"})
+    plain.reset(seed=5, options={"split": "inner"})
     view = LearnerView(SIMULATION, "estimates")
     for action in np.random.default_rng(2).integers(0, [24, 4], (30, 3, 2)):
         decision = view.decide(action)
@@ -64,7 +64,7 @@ def test_notes_are_the_means_of_what_the_environment_tells():
     env, plain = LearnerVecEnv(PROBLEM, 3, "estimates"), native()
     env.seed(5)
     env.reset()
-    plain.reset(seed=5, options={"split": "train"})
+    plain.reset(seed=5, options={"split": "inner"})
     view = LearnerView(SIMULATION, "estimates")
     infos, decisions, finished = [], [], 0
     for action in np.random.default_rng(4).integers(0, [24, 4], (40, 3, 2)):

@@ -156,9 +156,17 @@ def test_the_section_of_a_page():
 def test_the_page_names_the_command_that_makes_such_results():
     rows = [*table_of("rush", [3.0, 4.0]), *table_of("blades", [3.0, 4.0]), *table_of("slot", [])]
     text = page(judged(rows))
-    tail = "--episodes 40 --test-episodes 0 --results agents/results"
+    tail = "--episodes 40 --interpolation-episodes 0 --results agents/results"
     assert f"python -m agents benchmark --tasks blades,rush --kinds ppo --seeds 2 {tail}\n" in text
     assert f"python -m agents benchmark --tasks slot --kinds '' --seeds 0 {tail}\n" in text
+
+
+def test_the_page_names_the_seeds_and_the_split_of_the_training():
+    bare, *others = table_of("slot", [5.0])
+    assert "interpolation judged" not in page(judged([bare, *others]))
+    agent = replace(bare, policy="dqn", seed=1, trained_on="inner", interpolation_seeds="3000000..3000063")
+    said = f"Made by (evaluation seeds {bare.seeds}; interpolation judged on seeds 3000000..3000063;"
+    assert f"{said} agents trained on split inner; commit {bare.commit}):" in page(judged([agent, bare, *others]))
 
 
 def test_rows_of_another_task_version_are_not_read(tmp_path):
@@ -193,6 +201,12 @@ def test_checked_in_episodes_belong_to_no_training():
         first, last = map(int, each.seeds.split(".."))
         assert 2_000_000 <= first <= last < 2_500_000
         assert last - first + 1 == each.episodes == len(each.cost)
+        if each.interpolation_seeds is not None:
+            first, last = map(int, each.interpolation_seeds.split(".."))
+            # before the seeds of evaluation judged the split, too, it had seeds of its own
+            assert first in (2_000_000, 3_000_000)
+            assert last - first + 1 == each.interpolation_episodes == len(each.interpolation_cost)
+        assert (each.trained_on is not None) == (each.kind == "learned")
 
 
 @pytest.mark.parametrize("column", ["score", "cost"])

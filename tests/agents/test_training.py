@@ -19,7 +19,7 @@ from agents.learning.settings import CONFIGS, DEFAULTS, LAST_SEED, SEED_STRIDE, 
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import SPLIT_SIZE, SPLITS, episode_seeds, evaluate
+from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, evaluate
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import UNIFORM_PLANS, make_policy
@@ -131,31 +131,42 @@ def test_the_name_of_an_agent_stands_for_all_that_decides():
         fingerprint(PROBLEM, "ppo", TINY, 1),
         fingerprint(PROBLEM, "ppo_stack", TINY, 0),
         fingerprint(PROBLEM, "ppo", replace(TINY, steps=145), 0),
+        fingerprint(PROBLEM, "ppo", replace(TINY, split="all"), 0),
         fingerprint(PROBLEM, "ppo", replace(TINY, hyper={**TINY.hyper, "gamma": 0.5}), 0),
         fingerprint(find_problem("slot"), "ppo", TINY, 0),
         fingerprint(changed(PROBLEM, reference_cost=2.0), "ppo", TINY, 0),
     }
-    assert len(names) == 7
+    assert len(names) == 8
     assert fingerprint(PROBLEM, "ppo", replace(TINY, hyper=dict(reversed(TINY.hyper.items()))), 0) in names
 
 
 @pytest.mark.parametrize("seed", [0, 3, LAST_SEED])
-def test_an_agent_trains_on_the_training_split_and_on_seeds_of_its_own(seed: int):
+def test_an_agent_trains_on_inner_contexts_and_on_seeds_of_its_own(seed: int):
     problem, plates = find_problem("power_limited"), gym.make_vec("grind/PowerLimited-v0", num_envs=4)
     model = new_model(problem, "ppo", seed, TINY)
     assert model.env is not None
     features = np.asarray(model.env.reset())
     seeds = [TRAINING_SEEDS + SEED_STRIDE * seed + i for i in range(4)]
-    observations, _ = plates.reset(seed=seeds, options={"split": "train"})
+    observations, _ = plates.reset(seed=seeds, options={"split": "inner"})
     # the features begin with what is measured
     assert np.array_equal(features[:, : observations.shape[1]], observations)
     assert len(np.unique(observations, axis=0)) == 4
-    # far from the seeds of tuning, validation, evaluation and test
-    assert SPLITS["training"] + SPLIT_SIZE >= seeds[-1] >= TRAINING_SEEDS > TUNED_ON
+    # far from the seeds of tuning, validation and evaluation
+    assert SEEDS["training"] + SEEDS_EACH >= seeds[-1] >= TRAINING_SEEDS > TUNED_ON
+
+
+def test_the_split_of_a_training_can_be_named():
+    problem, plates = find_problem("power_limited"), gym.make_vec("grind/PowerLimited-v0", num_envs=4)
+    model = new_model(problem, "ppo", 0, replace(TINY, split="all"))
+    assert model.env is not None
+    observations, _ = plates.reset(seed=[TRAINING_SEEDS + i for i in range(4)])
+    assert np.array_equal(np.asarray(model.env.reset())[:, : observations.shape[1]], observations)
+    with pytest.raises(GrindError, match="split is 'train', which is called 'inner' now"):
+        replace(TINY, split="train")
 
 
 @pytest.mark.parametrize("seed", [-1, LAST_SEED + 1])
-def test_a_seed_beyond_the_training_split_is_refused(seed: int, tmp_path: Path):
+def test_a_seed_beyond_those_of_training_is_refused(seed: int, tmp_path: Path):
     with pytest.raises(GrindError, match="training has seeds from 0 to"):
         trained_agent(PROBLEM, "ppo", seed, 20, tmp_path)
 
@@ -172,10 +183,15 @@ def test_the_train_command_trains_and_keeps(app: typer.Typer, tmp_path: Path, ca
     arguments = ["train", "--task", "oracle6", "--kind", "dqn", "--steps", "400", "--runs", str(tmp_path)]
     app(arguments, standalone_mode=False)
     (path,) = (tmp_path / "oracle6").glob("dqn-0-*.safetensors")
-    assert str(path) in capsys.readouterr().out
+    assert f"agent trained on split inner: {path}\n" in capsys.readouterr().out
     made = path.stat().st_mtime_ns
     app(arguments, standalone_mode=False)
     assert path.stat().st_mtime_ns == made
+    app([*arguments, "--split", "all"], standalone_mode=False)
+    (other,) = set((tmp_path / "oracle6").glob("dqn-0-*.safetensors")) - {path}
+    assert f"agent trained on split all: {other}\n" in capsys.readouterr().out
+    splits = {json.loads(text)["settings"]["split"] for text in described(tmp_path / "oracle6")}
+    assert splits == {"inner", "all"}
 
 
 def test_an_interrupted_training_says_how_it_goes_on(

@@ -155,16 +155,16 @@ def test_validation_decides_between_starts(tmp_path, monkeypatch):
     asked = []
     cost = tune.Tuner.cost
 
-    def spied(self, policy, split="training"):
-        asked.append((repr(policy), split))
-        return cost(self, policy, split)
+    def spied(self, policy, seeds="training"):
+        asked.append((repr(policy), seeds))
+        return cost(self, policy, seeds)
 
     monkeypatch.setattr(tune.Tuner, "cost", spied)
     settings = {"evaluations": 10, "starts": 3, "episodes": 1}
     found = tune.tune(ORACLE, ["power_threshold"], folder=tmp_path, runs=tmp_path, **settings)
     # one candidate a start, and the chosen one again for the file
-    assert [split for _, split in asked].count("validation") == 4
-    candidates = [policy for policy, split in asked if split == "validation"]
+    assert [seeds for _, seeds in asked].count("validation") == 4
+    candidates = [policy for policy, seeds in asked if seeds == "validation"]
     assert candidates[3] in candidates[:3]
     assert found["power_threshold"].training_seeds == [0, 1]
     assert found["power_threshold"].validation_seeds == [500000, 1]

@@ -164,10 +164,10 @@ def test_a_context_holds_until_another_is_given() -> None:
     assert growth(seed=0) > 5
     assert growth(seed=0, options={"context": {"kA": 1.0}}) == 1
     assert growth() == 1
-    assert growth(options={"split": "test"}) == 1
+    assert growth(options={"split": "interpolation"}) == 1
     assert growth(options={"context": None}) > 5
-    assert env.given.ranges == SPLITS["test"]
-    assert growth(options={"split": None}) > 5
+    assert env.given.ranges == SPLITS["interpolation"]
+    assert growth(options={"split": "all"}) > 5
     assert env.given == Given()
 
 
@@ -175,7 +175,7 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
     contexts = [{"stock": 0.8, "sequence": ["plate"]}, None, "nominal"]
     for mode in (AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP):
         env = native("grind/PowerLimited-v0", 3, mode)
-        env.reset(seed=3, options={"context": contexts, "split": ["train", "test", None]})
+        env.reset(seed=3, options={"context": contexts, "split": ["inner", "interpolation", "all"]})
         stock = TapeRow._fields.index("stock")
         for episode in range(2):
             stocks = env.unwrapped.episodes.tape[:, :, stock]
@@ -183,7 +183,7 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
             assert len(np.unique(stocks[1])) > 20
             for action in actions(61 if mode == AutoresetMode.NEXT_STEP else 60, 3, seed=episode):
                 env.step(action)
-        assert [given.ranges for given in env.unwrapped.given] == [SPLITS["train"], SPLITS["test"], ()]
+        assert [given.ranges for given in env.unwrapped.given] == [SPLITS["inner"], SPLITS["interpolation"], ()]
         # only those that are reset take a new one
         mask = np.array([True, False, False])
         env.reset(options={"reset_mask": mask, "context": {"stock": 1.2}})
@@ -193,7 +193,7 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
 @pytest.mark.bits
 @pytest.mark.parametrize("env_id", ["grind/Rush-v0", "grind/Blades-v0"])
 def test_contexts_and_splits_are_the_same_in_sync_and_native(env_id: str) -> None:
-    options = {"context": {"kA": 1.5, "material": "inconel_718"}, "split": "validation"}
+    options = {"context": {"kA": 1.5, "material": "inconel_718"}, "split": "inner"}
     a, b = native(env_id, 3), sync(env_id, 3)
     assert_same(a.reset(seed=1, options=dict(options)), b.reset(seed=1, options=dict(options)))
     for action in actions(2 * BLOCKS[env_id] + 5, 3):
@@ -216,7 +216,12 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"executions_left": 4.0}}, "executions_left cannot be fixed"),
     ({"context": {"slack": 0.5}}, "power_limited has no due dates: slack cannot be fixed, leave it out"),
     ({"context": {"coolant_ageing": 2.0}}, "power_limited has a coolant that does not age: coolant_ageing cannot"),
-    ({"split": "training"}, "split is 'training', but must be one of train, validation, test"),
+    *(
+        ({"split": name}, f"split is {name!r}, but must be one of all, inner, interpolation: it names contexts")
+        for name in ("training", "validation", "evaluation", "outer", None, 3)
+    ),
+    ({"split": "train"}, "split is 'train', which is called 'inner' now"),
+    ({"split": "test"}, "split is 'test', which is called 'interpolation' now"),
 ]
 
 
@@ -252,13 +257,16 @@ def test_a_rough_block_needs_its_finish_block() -> None:
             read_options(task, {"context": {"sequence": sequence}}, Given())
 
 
-def test_the_splits_divide_every_factor_into_ranges_that_do_not_meet() -> None:
+def test_the_splits_take_ranges_of_every_factor_that_do_not_meet() -> None:
+    assert SPLITS["all"] == ()
     ranges = [number for split in SPLITS.values() for number in split]
-    assert sorted(ranges) == list(range(10))
+    assert sorted(ranges) == [0, 1, 3, 4, 5, 6, 8, 9]
+    # what is to be interpolated lies between what is met in training
+    assert all(min(SPLITS["inner"]) < number < max(SPLITS["inner"]) for number in SPLITS["interpolation"])
     # symmetric about the middle, so that no split is harder on the whole
     assert all(sorted(9 - number for number in split) == sorted(split) for split in SPLITS.values())
     z = np.random.default_rng(0).standard_normal(100_000)
-    for split in SPLITS.values():
+    for split in (SPLITS["inner"], SPLITS["interpolation"]):
         share = np.bincount(np.digitize(from_ranges(z, split), DECILES), minlength=10) / len(z)
         expected = np.array([1.0 / len(split) if number in split else 0.0 for number in range(10)])
         np.testing.assert_allclose(share, expected, atol=0.01)
@@ -280,7 +288,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
             z = np.log(getattr(columns, factor)) / sigma
             # on the edge of a range by less than the table is exact
             near = np.abs(z[..., None] - DECILES).min(axis=-1) < 1e-3
-            assert set(np.digitize(z[~near], DECILES)) == set(split), (name, factor)
+            assert set(np.digitize(z[~near], DECILES)) == set(split or range(10)), (name, factor)
     plain = start(simulation, 300).tape
     z = np.log(TapeRow(*np.moveaxis(plain, 2, 0)).hf[:, 0]) / 0.15
     assert set(np.digitize(z, DECILES)) == set(range(10))
@@ -289,7 +297,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
 def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> None:
     task = load_task("CBN")
     smooth = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
-    for options in ({}, {"split": "test"}):
+    for options in ({}, {"split": "interpolation"}):
         seeds, given = range(300), [read_options(task, options, Given())] * 300
         tapes = [
             each.start([np.random.default_rng(i) for i in seeds], given).tape for each in (Simulation(task), smooth)

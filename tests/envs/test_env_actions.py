@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.tasks import load_task
-from tests.envs.harness import FORMS, assert_same, rows_of
+from tests.envs.harness import FORMS, assert_same, every_id, native, rows_of
 
 RANGE = ActionCodec(load_task("power_limited"))
 LEVELS = ActionCodec(load_task("oracle6"))
@@ -108,6 +108,35 @@ def test_a_task_without_dresses_has_one_D() -> None:
 def test_what_cannot_be_chosen_is_refused(speed: float, executions: float, part: str) -> None:
     with pytest.raises(ActionError, match=part):
         RANGE.encode(speed, executions)
+
+
+@pytest.mark.parametrize("env_id", every_id())
+def test_an_action_that_is_no_number_is_refused_and_nobody_is_told_to_clip_it(env_id: str) -> None:
+    single, vector = gym.make(env_id).unwrapped, native(env_id, 2)
+    for env, rows in ((single, ()), (vector, (1,))):
+        env.reset(seed=1)
+        width = env.action_space.shape[-1]
+        for k in range(width):
+            action = np.zeros(env.action_space.shape)
+            action[(*rows, k)] = math.nan
+            with pytest.raises(ActionError) as caught:
+                env.step(action)
+            said = str(caught.value)
+            assert said.startswith(f"action {len(rows)} has nan for ") and "which is no number: mend what" in said
+            assert "clip" not in said and "\n" not in said
+            action[(*rows, k)] = 1.5
+            with pytest.raises(ActionError, match=r"has 1\.5 for .*, but must lie between -1 and 1: clip it first"):
+                env.step(action)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_an_action_of_any_form_that_is_no_number_is_refused(name: str) -> None:
+    codec = ActionCodec(load_task("power_limited"), name)
+    for k, column in enumerate(codec.columns):
+        values = np.tile(codec.neutral, (3, 1))
+        values[2, k] = math.nan
+        with pytest.raises(ActionError, match=f"^action 2 has nan for {column.name}, which is no number"):
+            codec.choose(values)
 
 
 @pytest.mark.parametrize("speed", [6001.0, 0.0, math.nan])

@@ -82,7 +82,7 @@ def cut(seed: int) -> float:
 
 def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:
     followers = []
-    for options in ({}, {"context": "nominal"}, {"split": "test"}):
+    for options in ({}, {"context": "nominal"}, {"split": "interpolation"}):
         rng = np.random.default_rng(0)
         job_drawn(rng, 9, 1.0, given_of(options))
         followers.append(rng.random())
@@ -99,7 +99,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str
             continue  # the product of two factors
         z = np.log(np.array([column(tape, factor) for tape in tapes]).ravel()) / sigma
         near = np.abs(z[:, None] - DECILES).min(axis=-1) < 1e-3
-        assert set(np.digitize(z[~near], DECILES)) == set(ranges), factor
+        assert set(np.digitize(z[~near], DECILES)) == set(ranges or range(10)), factor
 
 
 def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
@@ -125,7 +125,7 @@ def test_a_context_holds_until_another_is_given() -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
-    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": [None, "test", "train"]}
+    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": ["all", "interpolation", "inner"]}
     vector, singles = JobVectorEnv(num_envs=3, autoreset_mode=mode), [JobEnv() for _ in range(3)]
     begun = vector.reset(seed=4, options=options)[0]
     for i, env in enumerate(singles):

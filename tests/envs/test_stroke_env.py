@@ -246,7 +246,7 @@ def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
 
 
 def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
-    options = {"split": ["train", "test"], "context": [{"stock": 0.5}, None]}
+    options = {"split": ["inner", "interpolation"], "context": [{"stock": 0.5}, None]}
     vector = native("grind/Stroke-v0", 2)
     singles = [gym.make("grind/Stroke-v0") for _ in range(2)]
     begun = vector.reset(seed=3, options=options)[0]
@@ -257,7 +257,7 @@ def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
         for i, env in enumerate(singles):
             assert_same(env.unwrapped.episodes.tape[0], vector.unwrapped.episodes.tape[i])
         begun = vector.reset(seed=3)[0]
-    vector.reset(options={"split": [None, None], "reset_mask": np.array([False, True])})
+    vector.reset(options={"split": ["all", "all"], "reset_mask": np.array([False, True])})
     assert [len(given.ranges) for given in vector.unwrapped.given] == [6, 0]
 
 

@@ -109,9 +109,9 @@ def test_an_episode_that_is_over_asks_for_a_reset(env_id: str) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        {"split": ["train", "nowhere"]},
-        {"split": ["train"]},
-        {"split": "test", "context": [None, {"ka": 1.0}]},
+        {"split": ["inner", "nowhere"]},
+        {"split": ["inner"]},
+        {"split": "interpolation", "context": [None, {"ka": 1.0}]},
         {"context": [{}, {}, {}]},
     ],
 )

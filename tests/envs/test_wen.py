@@ -362,7 +362,7 @@ def test_sub_envs_have_cases_of_their_own_through_autoresets(mode: AutoresetMode
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"split": "test"}, "there is no reset option 'split' in grind/Wen-v0; legal is context"),
+        ({"split": "inner"}, "there is no reset option 'split' in grind/Wen-v0; legal is context"),
         ({"context": "nominal"}, "context is 'nominal', but must be a dict with the key case, or None"),
         ({"context": {"kA": 2.0}}, "context is {'kA': 2.0}, but must be a dict with the key case, or None"),
         ({"context": {"case": "fine"}}, "case is 'fine', but must be one of rough, finish"),

@@ -23,7 +23,8 @@ def test_one_policy_is_evaluated(grind: Grind) -> None:
     status, out, err = grind(*command, "--json")
     answer = json.loads(out)
     assert (status, err) == (0, "")
-    assert (answer["E"], answer["D"], answer["split"], answer["paired"]) == (6.0, 1.0, "evaluation", True)
+    assert (answer["E"], answer["D"], answer["paired"]) == (6.0, 1.0, True)
+    assert (answer["seeds"], answer["split"]) == ("evaluation", "all")
     assert (answer["env"], answer["name"]) == ("grind/Oracle6-v0", "oracle6")
     status, out, _ = grind(*command)
     assert status == 0
@@ -59,7 +60,7 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
 def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Grind) -> None:
     command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
     assert json.loads(grind(*command, "--json")[1])["paired"] is False
-    assert "episodes of seeds 5 to 6" in grind(*command)[1]
+    assert "2 episodes, seeds 5 to 6, split all:" in grind(*command)[1]
     assert "unpaired" in grind(*command)[1]
 
 
@@ -70,7 +71,7 @@ def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind
     problem = find_problem(env)
     wanted = run(Fixed(15.0, 1), problem.simulation(), [seed])
     assert status == 0
-    assert f"seed {seed}: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
+    assert f"seed {seed}, split all: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
     assert f"; {int(wanted.executions.sum())} dress executions," in out
     program = path.read_text(encoding="utf-8")
     assert not check(read(program)).errors
@@ -127,10 +128,32 @@ def test_a_users_mistake_is_one_sentence(
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-def test_a_split_that_is_not_there_is_one_sentence(grind: Grind) -> None:
-    status, out, err = grind("evaluate", "--policy", "handbook", "--split", "no_such")
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("evaluate", "--split", "no_such"), "split is 'no_such', but must be one of all, inner, interpolation"),
+        (("evaluate", "--split", "test"), "split is 'test', which is called 'interpolation' now"),
+        (("evaluate", "--seeds", "test"), "there are no seeds 'test'"),
+        (("evaluate", "--seeds", "training", "--first-seed", 3), "give one of both"),
+        (("play", "--no-window", "--split", "train"), "split is 'train', which is called 'inner' now"),
+    ],
+)
+def test_seeds_and_splits_that_are_not_there_are_one_sentence(
+    words: tuple[object, ...], sentence: str, grind: Grind
+) -> None:
+    status, out, err = grind(*words, "--policy", "handbook")
     assert (status, out) == (2, "")
-    assert "there is no split 'no_such'" in err and err.count("\n") == 1
+    assert sentence in err and err.count("\n") == 1
+
+
+def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path: Path, grind: Grind) -> None:
+    simulation = find_problem("power_limited").simulation()
+    for split in ("all", "interpolation"):
+        words = ("--seed", 3_000_000, "--split", split, "--output", tmp_path / f"{split}.nc")
+        status, out, _ = grind("play", "--policy", "E12D1", *words)
+        (cost,) = run(Fixed(12.0, 1), simulation, [3_000_000], split).cost
+        assert (status, f"seed 3000000, split {split}: {cost:.2f} $" in out) == (0, True)
+    assert (tmp_path / "all.toml").read_bytes() != (tmp_path / "interpolation.toml").read_bytes()
 
 
 @pytest.mark.parametrize(

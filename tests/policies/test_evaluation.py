@@ -24,12 +24,11 @@ from grind_env.policies.columns import (
     WORK,
 )
 from grind_env.policies.evaluation import (
-    SPLIT_SIZE,
-    SPLITS,
+    SEEDS,
+    SEEDS_EACH,
     episode_seeds,
     evaluate,
     roll_out,
-    split_of,
     start_episodes,
 )
 from grind_env.policies.policy import expected_dates, reveal
@@ -72,16 +71,30 @@ def truth(seeds=(0, 1, 2)):
     return start_episodes(SIMULATION, seeds)
 
 
-def test_splits_have_no_seed_in_common():
-    ranges = sorted((episode_seeds(split, SPLIT_SIZE) for split in SPLITS), key=lambda seeds: seeds.start)
-    assert len(ranges) == len(SPLITS) == 4
+def test_training_validation_and_evaluation_have_no_seed_in_common():
+    ranges = sorted((episode_seeds(seeds, SEEDS_EACH) for seeds in SEEDS), key=lambda seeds: seeds.start)
+    assert len(ranges) == len(SEEDS) == 3
     assert all(a.stop <= b.start for a, b in itertools.pairwise(ranges))
 
 
-@pytest.mark.parametrize(("split", "count"), [("no_such", 1), ("training", 0), ("evaluation", SPLIT_SIZE + 1)])
-def test_seeds_that_do_not_exist(split, count):
-    with pytest.raises(GrindError):
-        episode_seeds(split, count)
+@pytest.mark.parametrize(
+    ("seeds", "count", "sentence"),
+    [
+        *(
+            (
+                name,
+                1,
+                f"there are no seeds '{name}': the seeds are training, validation, evaluation; contexts are named",
+            )
+            for name in ("no_such", "test", "inner")
+        ),
+        ("training", 0, "0 episodes are asked for"),
+        ("evaluation", SEEDS_EACH + 1, "but there are 1 to 500000 evaluation seeds"),
+    ],
+)
+def test_seeds_that_do_not_exist(seeds, count, sentence):
+    with pytest.raises(GrindError, match=sentence):
+        episode_seeds(seeds, count)
 
 
 def test_an_evaluation_is_what_the_environment_says():
@@ -104,25 +117,18 @@ def test_an_evaluation_is_what_the_environment_says():
     assert result.scrap == pytest.approx(1.0 - result.good.sum() / 120.0)
 
 
-def test_the_test_split_is_drawn_from_the_test_contexts():
-    seed = episode_seeds("test", 1)[0]
-    (cost,) = evaluate(Fixed(12.0, 1), SIMULATION, [seed]).cost
-    env = gym.make("grind/PowerLimited-v0")
+@pytest.mark.parametrize("seed", [0, 2_000_000, 3_000_000, 3_400_000, 10**9])
+def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(seed):
+    env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12.0, 1)
     costs = {}
-    for split in ("test", "train", None):
-        env.reset(seed=seed, options={"split": split})
+    for split in (None, "all", "inner", "interpolation"):
+        env.reset(seed=seed, options=None if split is None else {"split": split})
         action = env.unwrapped.codec.encode(12000.0, 1)[0]
         costs[split] = sum(env.step(action)[-1]["block_cost"] for _ in range(60))
-    assert cost == pytest.approx(costs["test"], rel=1e-12)
+        (cost,) = evaluate(plan, SIMULATION, [seed], *([] if split is None else [split])).cost
+        assert cost == pytest.approx(costs[split], rel=1e-12)
+    assert costs["all"] == costs[None]
     assert len(set(costs.values())) == 3
-
-
-@pytest.mark.parametrize(
-    ("seed", "split"),
-    [(0, "training"), (499_999, "training"), (500_000, "validation"), (2_499_999, "evaluation"), (3_000_000, "test")],
-)
-def test_the_split_of_a_seed(seed, split):
-    assert split_of(seed) == split
 
 
 @pytest.mark.bits

@@ -4,14 +4,31 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+import grind_env
+from grind_env.envs.actions import ActionError
 from grind_env.envs.wrappers import BeliefFilter
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import SPLITS, episode_seeds, evaluate
+from grind_env.policies.choices import Decision
+from grind_env.policies.evaluation import SEEDS, episode_seeds, evaluate
 from grind_env.policies.follow import follow
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 
 FLAGSHIP = "grind/PowerLimited-v0"
+
+
+class Always:
+    """Decides the same in every block."""
+
+    name, sees = "always", "measurements"
+
+    def __init__(self, speed, executions):
+        self.decided = speed, executions
+
+    def begin(self, simulation, episodes): ...
+
+    def act(self, observation, episodes):
+        return Decision(*(np.full(len(observation), value) for value in self.decided))
 
 
 def test_costs_and_decisions_are_those_of_the_evaluation():
@@ -26,13 +43,26 @@ def test_costs_and_decisions_are_those_of_the_evaluation():
     assert not np.array_equal(found.beside["full_state_rule"].speeds, found.chosen.speeds)
 
 
+@pytest.mark.parametrize("decided", [(np.nan, 0.0), (9000.0, np.nan), (1.0, 0.0), (9000.0, 0.5)])
+def test_what_the_environment_does_not_have_is_refused_as_in_an_evaluation(decided):
+    for run in (grind_env.evaluate, follow):
+        with pytest.raises(ActionError, match=r"^[ED] is .*, but must be"):
+            run(Always(*decided), FLAGSHIP, episodes=2)
+
+
+def test_an_E_between_whole_ones_is_followed_as_it_is_ground():
+    found, judged = (run(Always(7213.4, 1.0), FLAGSHIP, episodes=2) for run in (follow, grind_env.evaluate))
+    assert (found.chosen.speeds == 7213.0).all()
+    np.testing.assert_allclose(found.cost.sum(axis=1), judged.evaluation.cost)
+
+
 def test_truth_and_belief_are_what_the_environment_shows():
     found = follow("E6D1", FLAGSHIP, episodes=2)
     for k in range(2):
         full = gym.make(FLAGSHIP, observation="full", action="dict")
         believing = BeliefFilter(gym.make(FLAGSHIP, action="dict"))
         action = {"E": np.array([6000.0], np.float32), "D": 1}
-        shown, believed = (env.reset(seed=SPLITS["evaluation"] + k)[0] for env in (full, believing))
+        shown, believed = (env.reset(seed=SEEDS["evaluation"] + k)[0] for env in (full, believing))
         names = [entry.name for entry in believing.unwrapped.observation_info()] + ["belief_wear_flat"]
         for block in range(60):
             truth = full.unwrapped.simulation.read(shown[None])

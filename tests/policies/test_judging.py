@@ -41,7 +41,7 @@ def test_a_score_is_of_the_same_episodes_as_the_fixed_plan() -> None:
     saved, most = 1.0 - mine.cost.mean() / fixed.cost.mean(), 1.0 - SCALE.hundred / SCALE.zero
     assert found.score.value == pytest.approx(100.0 * saved / most)
     assert found.score.low < found.score.value < found.score.high
-    assert (found.paired, found.split, found.sees) == (True, "evaluation", "measurements")
+    assert (found.paired, found.seeds, found.split, found.sees) == (True, "evaluation", "all", "measurements")
     np.testing.assert_array_equal(found.evaluation.cost, mine.cost)
     assert found.evaluation.cost_per_good_part.value == pytest.approx(mine.cost.sum() / mine.good.sum())
 
@@ -51,23 +51,47 @@ def test_the_fixed_plan_itself_scores_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seeds", "named", "paired"),
+    ("asked", "title", "paired"),
     [
-        ({}, "evaluation", True),
-        ({"first_seed": 2_000_000}, "seeds 2000000 to 2000005", True),
-        ({"split": "validation"}, "validation", False),
-        ({"split": "test"}, "test", False),
-        ({"first_seed": 77}, "seeds 77 to 82", False),
-        ({"first_seed": 2_000_001}, "seeds 2000001 to 2000006", False),
+        ({}, "evaluation seeds, split all", True),
+        ({"seeds": "evaluation", "split": "all"}, "evaluation seeds, split all", True),
+        ({"first_seed": 2_000_000}, "seeds 2000000 to 2000005, split all", True),
+        ({"seeds": "validation"}, "validation seeds, split all", False),
+        ({"split": "interpolation"}, "evaluation seeds, split interpolation", False),
+        ({"seeds": "training", "split": "inner"}, "training seeds, split inner", False),
+        ({"first_seed": 77}, "seeds 77 to 82, split all", False),
+        ({"first_seed": 2_000_001}, "seeds 2000001 to 2000006, split all", False),
+        ({"first_seed": 2_000_000, "split": "inner"}, "seeds 2000000 to 2000005, split inner", False),
+        ({"first_seed": 3_000_000}, "seeds 3000000 to 3000005, split all", False),
     ],
 )
-def test_a_score_on_other_seeds_says_that_it_is_unpaired(seeds: dict[str, object], named: str, paired: bool) -> None:
-    found = judged("handbook", **seeds)
-    assert (found.split, found.paired, found.numbers()["paired"]) == (named, paired, paired)
-    *_, line = str(found).splitlines()
+def test_a_judgement_names_seeds_and_split_and_says_whether_it_is_paired(
+    asked: dict[str, object], title: str, paired: bool
+) -> None:
+    found = judged("handbook", **asked)
+    numbers = found.numbers()
+    assert (found.paired, numbers["paired"]) == (paired, paired)
+    first, *_, line = str(found).splitlines()
+    assert first == f"handbook (sees measurements) in power_limited, {EPISODES} episodes, {title}:"
+    assert found.title in found._repr_html_() and f"{found.title}:" == first
+    seeds, _, split = title.rpartition(", split ")
+    assert (
+        (numbers["seeds"], numbers["split"])
+        == (found.seeds, found.split)
+        == (seeds.replace("seeds", "").strip(), split)
+    )
     assert line.startswith("score ")
-    assert ("unpaired: on other episodes" in line) == (not paired)
-    assert f"{EPISODES} episodes of {named}" in str(found)
+    assert ("unpaired: an anchor is of other episodes (evaluation seeds, split all)" in line) == (not paired)
+
+
+def test_a_split_is_judged_on_the_evaluation_seeds_with_contexts_of_its_own() -> None:
+    plan, seeds = make_policy("handbook", SIMULATION), episode_seeds("evaluation", EPISODES)
+    costs = {name: judged("handbook", split=name).evaluation.cost for name in ("all", "inner", "interpolation")}
+    for name, cost in costs.items():
+        np.testing.assert_array_equal(cost, run(plan, SIMULATION, seeds, name).cost)
+    assert not any((costs["all"] == costs[name]).any() for name in ("inner", "interpolation"))
+    # the fixed plan grinds the contexts of the split, too
+    assert judged(SCALE.fixed_plan, split="interpolation").score == (0.0, 0.0, 0.0)
 
 
 def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,8 +120,15 @@ def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
     ("arguments", "sentence"),
     [
         ({"episodes": 1}, "1 episodes have no interval: evaluate 2 at least"),
-        ({"split": "exam"}, "there is no split 'exam': the splits are training, validation"),
-        ({"episodes": 10**6}, "1000000 episodes are asked for, but the evaluation split has 1 to 500000"),
+        ({"split": "exam"}, "split is 'exam', but must be one of all, inner, interpolation"),
+        ({"split": "training"}, "it names contexts; training, validation and evaluation are seeds"),
+        ({"split": "train"}, "split is 'train', which is called 'inner' now"),
+        ({"split": "test"}, "split is 'test', which is called 'interpolation' now"),
+        ({"first_seed": 3_000_000, "split": "test"}, "split is 'test', which is called 'interpolation' now"),
+        ({"seeds": "exam"}, "there are no seeds 'exam': the seeds are training, validation, evaluation"),
+        ({"seeds": "test"}, "contexts are named by the split, all, inner, interpolation"),
+        ({"seeds": "training", "first_seed": 5}, "seeds is 'training', and the first seed is 5: give one of both"),
+        ({"episodes": 10**6}, "1000000 episodes are asked for, but there are 1 to 500000 evaluation seeds"),
         ({"first_seed": -1}, "the first seed is -1: give 0 or more"),
     ],
 )

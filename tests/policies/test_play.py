@@ -123,7 +123,7 @@ def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.Cap
 
     shown = printed("--no-window")
     assert played.program in shown
-    assert f"constant, seed {SEED}: {played.cost:.2f} $ for " in shown
+    assert f"constant, seed {SEED}, split all: {played.cost:.2f} $ for " in shown
     for speed, dresses in CYCLE.findall(played.program):
         # the text picture of each block
         assert re.search(rf"E{speed}\. P\d+ D{dresses}", shown.partition(played.program)[0])

@@ -170,13 +170,14 @@ def test_a_policy_with_an_endless_name_is_one_short_sentence(name: str) -> None:
     [
         *({"episodes": value} for value in (None, 2.0, "3", True, -1, 1, float("nan"))),
         *({"first_seed": value} for value in (2.0, "3", True, -1, float("nan"))),
-        {"split": ["evaluation"]},
+        {"seeds": ["evaluation"]},
+        {"split": ["all"]},
     ],
     ids=str,
 )
 def test_counts_seeds_and_splits_of_a_wrong_type_are_refused(given: dict[str, Any]) -> None:
     with pytest.raises(
-        GrindError, match=r"but must be a whole number|have no interval|the first seed is -1|there is no split"
+        GrindError, match=r"must be a whole number|have no interval|first seed is -1|are no seeds|must be one of all,"
     ):
         grind_env.evaluate("handbook", "oracle6", **{"episodes": 2, **given})
 

@@ -80,6 +80,7 @@ def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model:
     assert len(good) < 300_000
     document = document_of(good)
     assert document["settings"]["hyper"] == dict(SETTINGS.hyper)
+    assert document["settings"]["split"] == "inner"
     assert {"task": "oracle6", "kind": "ppo", "memory": "belief", "actions": "grid"}.items() <= document.items()
     assert set(document["versions"]) == {"grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch"}
     state = model.policy.state_dict()

@@ -8,6 +8,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import A2C
 from stable_baselines3.common.vec_env import DummyVecEnv, VecCheckNan, VecEnv, VecMonitor, VecNormalize
 
+from grind_env.envs.actions import ActionError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
 from grind_env.errors import GrindError
@@ -58,6 +59,14 @@ def test_the_infos_of_every_id_are_those_of_dummy_vec_env(env_id):
     assert assert_alike(adapter, singles(env_id, **quiet), 7) >= 6
 
 
+def test_an_action_that_is_no_number_is_refused_where_a_learner_clips_it():
+    env = SB3VecEnv(native())
+    env.reset()
+    actions = np.clip(np.full((3, 2), np.nan, np.float32), -1.0, 1.0)
+    with pytest.raises(ActionError, match="action 0 has nan for E, which is no number: mend what chose it"):
+        env.step(actions)
+
+
 @pytest.mark.parametrize("wrap", WRAPPERS)
 def test_the_adapter_takes_wrapped_environments(wrap):
     short = {"max_episode_steps": 5, "show_block": False}
@@ -78,7 +87,7 @@ def test_the_adapter_takes_wrapped_environments(wrap):
 
 @pytest.mark.parametrize("wrap", WRAPPERS.values())
 def test_wrapped_environments_take_options_one_by_one(wrap):
-    options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}]
+    options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}]
     env = SB3VecEnv(wrap(native()))
     env.seed(7)
     env.set_options(options)
@@ -154,7 +163,7 @@ def test_the_adapter_takes_options_as_dummy_vec_env_does():
     action, shown = np.zeros((3, 2), np.float32), []
     # what an environment is not told anew holds on
     for options in (
-        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "test"}],
+        [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}],
         [{}, {"context": {"kA": 0.5}}, {}],
         {"context": "nominal"},
     ):

@@ -3,7 +3,7 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from stable_baselines3 import A2C
+from stable_baselines3 import A2C, DQN
 from stable_baselines3.common.vec_env import VecNormalize
 
 import grind_env
@@ -44,6 +44,15 @@ def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scal
         seen, _, done, infos = env.step(model.predict(seen, deterministic=True)[0])
         cost += [info["block_cost"] for info in infos]
     np.testing.assert_allclose(found.cost, cost)
+
+
+@pytest.mark.parametrize(("algorithm", "action"), [(A2C, "box"), (A2C, "multidiscrete"), (DQN, "discrete")])
+def test_a_model_that_has_diverged_is_refused_in_a_sentence(algorithm, action):
+    model = algorithm("MlpPolicy", vec_env(action=action), device="cpu")
+    *_, last = model.policy.parameters()
+    last.data.fill_(np.nan)
+    with pytest.raises(GrindError, match=f"{algorithm.__name__} has weights that are no finite numbers: its training"):
+        grind_env.evaluate(ModelPolicy(model), FLAGSHIP, episodes=2)
 
 
 def test_judging_a_model_leaves_its_training_as_it_was():

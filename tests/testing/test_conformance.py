@@ -4,12 +4,15 @@ from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 import pytest
+from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from grind_env.envs.wen.env import WenEnv
 from grind_env.envs.wen.vector_env import WenVectorEnv
 from grind_env.testing.conformance import CHECKS, VectorConformanceError, check_vector_env
+from grind_env.testing.conformance_play import outside
 from tests.envs import faulty_walks as faulty
 from tests.envs.harness import native
 from tests.envs.walks import Walk, Walks
@@ -72,6 +75,13 @@ def test_actions_may_be_clipped_only_if_that_is_declared() -> None:
     check(faulty.ClipsActions, strict_actions=False)
     with pytest.raises(VectorConformanceError, match="takes actions with"):
         check(faulty.ClipsActions)
+
+
+def test_nan_is_outside_of_every_box_of_floats() -> None:
+    for high, others in ((1.0, [2.0]), (np.inf, [])):
+        nan, *rest = outside(spaces.Box(-high, high, (2,), np.float32))
+        assert np.isnan(nan) and rest == others
+    assert outside(spaces.Box(0, 5, (2,), np.int64)) == []
 
 
 FAULTS: dict[str, dict[type[Walks], str]] = {

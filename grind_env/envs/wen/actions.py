@@ -6,7 +6,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.actions import ActionError, check_shape, plain, real_numbers
+from grind_env.envs.actions import IN_BOX, ActionError, check_shape, illegal, plain, real_numbers
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
@@ -86,9 +86,7 @@ def decode(values: Array) -> Array:
     if not good.all():
         i, k = np.argwhere(~good)[0]
         name = Setting._fields[k]
-        raise ActionError(
-            f"action {i} has {plain(values[i, k])} for {name}, but must lie between -1 and 1: clip it first"
-        )
+        raise illegal(int(i), name, float(values[i, k]), IN_BOX)
     settings: Array = LOW + 0.5 * (values + 1.0) * (HIGH - LOW)
     return settings
 
