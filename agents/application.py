@@ -2,7 +2,7 @@
 
 import typer
 
-from agents.commands import benchmark, dataset, dress_study, figure, gaps, scores, train, tune, video
+from agents.commands import benchmark, dataset, dress_study, figure, gaps, recipe, scores, train, tune, video
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -12,5 +12,5 @@ app = typer.Typer(
     help="Tune, train and compare policies in the environments of grind_env.",
 )
 
-for command in (tune, train, benchmark, scores, gaps, dress_study, figure, video, dataset):
+for command in (tune, train, recipe, benchmark, scores, gaps, dress_study, figure, video, dataset):
     command.register(app)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
+from grind_env.envs.learning import WORST_REWARD
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.policies.learned.view import Actions, MemoryKind
@@ -39,7 +40,7 @@ class Settings:
     actions: Actions
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic."""
-    worst_reward: float = -10.0
+    worst_reward: float = WORST_REWARD
     """Rewards below are cut, so that one scrapped part does not drown an update."""
     hyper: Mapping[str, Number]
     """Arguments of the algorithm, by the names of Stable-Baselines3; `learning_rate` falls linearly to 0."""
