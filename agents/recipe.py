@@ -219,9 +219,7 @@ def page(found: Sequence[Trained]) -> str:
                 ", ".join(f"{each.cpu_seconds:.0f}" for each in of_way),
             )
         )
-    steps = found[0].steps
     return (
-        f"`python -m agents recipe` on {TASK}: {steps:,} steps of each, {found[0].episodes} evaluation episodes.\n\n"
-        + table(HEADINGS, rows)
-        + "\n"
+        f"# The recipe of the README\n\n`python -m agents recipe` on {TASK}: {found[0].steps:,} steps of each,"
+        f" {found[0].episodes} evaluation episodes.\n\n" + table(HEADINGS, rows) + "\n"
     )

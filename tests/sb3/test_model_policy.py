@@ -117,7 +117,7 @@ def test_a_single_environment_says_what_it_shows_too(tmp_path):
     env = ForLearning(BeliefFilter(gym.make(FLAGSHIP, action="multidiscrete")))
     model_of(env).save(tmp_path / "agent")
     loaded = A2C.load(tmp_path / "agent", device="cpu")
-    assert loaded.observation_space.shown == vec_env("learning").observation_space.shown
+    assert loaded.observation_space.shown == vec_env("learning", action="multidiscrete").observation_space.shown
     assert grind_env.evaluate(ModelPolicy(loaded), FLAGSHIP, episodes=2).score is not None
 
 

@@ -1,4 +1,4 @@
-"""A folder to begin with: a program, its job, the shop's catalogue, a notebook and a sample log; they run as they are."""
+"""A folder to begin with: a program, its job, the shop's catalogue, a notebook, a sample log; all run as they are."""
 
 import functools
 from pathlib import Path

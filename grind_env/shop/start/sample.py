@@ -36,9 +36,7 @@ def machine_of(job: Job) -> Job:
     material = job.part.material
     return replace(
         job,
-        part=replace(
-            job.part, material=replace(material, ploughing_pressure=PRESSURE * material.ploughing_pressure)
-        ),
+        part=replace(job.part, material=replace(material, ploughing_pressure=PRESSURE * material.ploughing_pressure)),
     )
 
 
