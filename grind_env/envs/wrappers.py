@@ -221,9 +221,10 @@ class VectorForLearning(VectorMemory):
         super().__init__(env, standard(env, env.single_observation_space))
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Step; the rewards are eased."""
+        """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
+        ground = ~self.over if self.mode is AutoresetMode.NEXT_STEP else np.ones(self.num_envs, bool)
         observations, rewards, terminations, truncations, info = super().step(actions)
-        return observations, eased(rewards), terminations, truncations, info
+        return observations, np.where(ground, eased(rewards), rewards), terminations, truncations, info
 
 
 def standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
