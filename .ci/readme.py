@@ -26,9 +26,12 @@ def scripts(readme: str) -> list[tuple[list[str], str]]:
     """
     found = BLOCK.findall(readme)
     shell = [text for kind, text in found if kind == "sh" and not text.startswith("make ")]
+    makes = [text for kind, text in found if kind == "sh" and text.startswith("make ")]
     session = "\n".join(text for kind, text in found if kind == "python")
     if session.count(STEPS) != 1 or not shell:
         raise SystemExit(f"README.md must train {STEPS} steps once, and have a block of shop commands")
+    if readme.count("```") != 2 * len(found) or len(makes) != 1:
+        raise SystemExit("README.md has a block that is not run: only the one of the make commands may be left out")
     return [(["bash", "-euxo", "pipefail", "-c"], text) for text in shell] + [
         (["python", "-c"], session.replace(STEPS, FEW_STEPS))
     ]

@@ -176,6 +176,7 @@ def run_recipe(
         GrindError: the README has no recipe, or a training failed.
     """
     request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
+    results.mkdir(parents=True, exist_ok=True)
     cells = [Cell(way, seed) for way in WAYS for seed in range(seeds)]
     found, failed = work_on_all(cells, request, jobs, console, train)
     if failed:

@@ -61,13 +61,14 @@ def test_what_is_learned_in_the_native_vector_env_is_that_of_its_single_envs() -
     check_vector_env(
         lambda mode: VectorForLearning(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
         single=lambda: ForLearning(believing("grind/Oracle6-v0")),
-        steps=20,
+        steps=8,
     )
 
 
 @pytest.mark.parametrize("env_id", [*IDS, *OTHER_FORMS])
 def test_what_is_learned_is_the_observation_in_usual_deviations_and_a_cut_reward(env_id: str) -> None:
-    plain, easier = (gym.make_vec(env_id, num_envs=4, action="multidiscrete") for _ in range(2))
+    arguments = {"num_envs": 4, "action": "multidiscrete", "autoreset_mode": "SameStep"}
+    plain, easier = (gym.make_vec(env_id, **arguments) for _ in range(2))
     easier = VectorForLearning(easier)
     seen, eased = plain.reset(seed=5)[0], easier.reset(seed=5)[0]
     mean, deviation = easier.memory.mean, easier.memory.deviation
