@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup test bits lint format benchmark speed validate notebooks docs core clean
+.PHONY: setup test bits lint format benchmark speed validate notebooks docs core readme clean
 
 setup: $(STAMP)
 
@@ -63,6 +63,14 @@ core:
 	$(PYTHON) -m venv build/core
 	build/core/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt .
 	cd build && core/bin/python ../.ci/core_install.py
+
+# The README as printed, from an installed wheel in an empty environment.
+readme:
+	$(PYTHON) -m venv build/readme
+	build/readme/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
+	build/readme/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+		"grind_env[plot,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)"
+	build/readme/bin/python .ci/readme.py build/readme/bin
 
 clean:
 	rm -rf $(VENV) build dist

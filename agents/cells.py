@@ -36,9 +36,12 @@ PROBES = 4
 REWARD = Outcome._fields.index("reward")
 UNPROBED = (
     "grind_env.belief.",
+    "grind_env.envs.learning",
     "grind_env.envs.memory",
     "grind_env.envs.model",
+    "grind_env.envs.shown",
     "grind_env.envs.simulation",
+    "grind_env.envs.wrappers",
     *(f"grind_env.envs.{name}.simulation" for name in OTHERS),
     "grind_env.kernel.layers",
 )

@@ -129,11 +129,13 @@ def play(
         if played.requests:
             asked = " ".join(f"--dress-at {seconds:.3f}" for seconds in played.requests)
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
+    dull = f"; {played.handover:.2f} $ of it are for the dull wheel handed over, which no run of the program shows"
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
         f"{printable(plays.name)}, seed {seed}, split {split}: "
         f"{played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
         f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
+        + (dull if played.handover >= 0.005 else "")
     )
 
 

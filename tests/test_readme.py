@@ -1,10 +1,12 @@
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
+import pytest
 
 import grind_env
 
@@ -12,13 +14,25 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_examples_run_one_after_the_other():
+def test_the_examples_run_one_after_the_other(tmp_path):
     examples = "\n".join(re.findall(r"```python\n(.*?)```", README, re.DOTALL))
-    run = subprocess.run([sys.executable, "-c", examples], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert examples.count("1_000_000") == 1
+    script = examples.replace("1_000_000", "7_680")
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path)
     *evaluated, power = run.stdout.splitlines()
-    assert sum("$ per good part (" in line for line in evaluated) == examples.count("grind_env.evaluate(") == 1
+    assert sum("$ per good part (" in line for line in evaluated) == examples.count("grind_env.evaluate(") == 2
     record = grind_env.grind(grind_env.examples.path("plate_g82.nc"))
     assert float(power) == record.strokes["power"].max()
+
+
+def test_ci_runs_every_block_but_that_of_the_make_commands():
+    ci = runpy.run_path(str(ROOT / ".ci" / "readme.py"))
+    scripts = ci["scripts"](README)
+    run = "".join(text for _, text in scripts).replace("20_000", "1_000_000")
+    blocks = re.findall(r"```\w+\n(.*?)```", README, re.DOTALL)
+    assert [block for block in blocks if block not in run] == [block for block in blocks if block.startswith("make ")]
+    with pytest.raises(SystemExit, match="a block that is not run"):
+        ci["scripts"](README + "\n```console\n$ ls\n```\n")
 
 
 def test_the_task_file_of_the_guide_is_an_environment(tmp_path):

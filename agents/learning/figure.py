@@ -47,7 +47,7 @@ def curves_figure(curves: dict[str, list[Point]]) -> "Figure":
     """Validation score over environment steps, a line for each training.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     with paper_style():
         figure = new_figure(COLUMN, HEIGHT)

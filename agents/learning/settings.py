@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from grind_env.envs.contexts import split_ranges
+from grind_env.envs.learning import WORST_REWARD
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
 from grind_env.policies.learned.view import Actions, MemoryKind
@@ -44,7 +45,7 @@ class Settings:
     """Widths of the hidden layers of actor and critic."""
     split: str = "inner"
     """Contexts of the training episodes; of `inner`, so that those of `interpolation` are new to the agent."""
-    worst_reward: float = -10.0
+    worst_reward: float = WORST_REWARD
     """Rewards below are cut, so that one scrapped part does not drown an update."""
     hyper: Mapping[str, Number]
     """Arguments of the algorithm, by the names of Stable-Baselines3; `learning_rate` falls linearly to 0."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from grind_env.envs.blocks.tables import Outcome, reward_terms
+from grind_env.envs.learning import WORST_REWARD, eased
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import FORMS, Actions, LearnerView, MemoryKind
@@ -81,7 +82,7 @@ class LearnerVecEnv(SB3VecEnv):
         memory: MemoryKind = "belief",
         actions: Actions = "grid",
         split: str = "inner",
-        worst_reward: float = -10.0,
+        worst_reward: float = WORST_REWARD,
     ) -> None:
         env = problem.make_vec(envs, action=FORMS[actions], autoreset_mode="SameStep")
         # it holds for all later episodes
@@ -110,7 +111,7 @@ class LearnerVecEnv(SB3VecEnv):
         features = self._features(np.asarray(observations), done, infos)
         self.seconds["environment"] += stepped - begin
         self.seconds["features"] += time.perf_counter() - stepped
-        return features, np.maximum(rewards + np.float32(1.0), np.float32(self.worst_reward)), done, infos
+        return features, eased(rewards, self.worst_reward), done, infos
 
     def take_notes(self) -> Notes:
         """The notes, which begin anew."""

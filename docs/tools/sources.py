@@ -17,6 +17,7 @@ from facts import facts_page
 
 from agents.application import app as agents_app
 from agents.dressing.table import HEADINGS, line, read_studies
+from agents.recipe import recipe
 from grind_env.cli import app as grind_app
 from grind_env.pages.__main__ import write as write_pages
 from grind_env.pages.markdown import table
@@ -32,11 +33,12 @@ Page = tuple[str, bytes]
 
 
 def by_hand() -> Iterator[Page]:
-    """The pages of `docs/`, and what stands at the root of the repository."""
+    """The pages of `docs/`, and what stands at the root of the repository or in its README."""
     for path in sorted(DOCS.rglob("*")):
         place = path.relative_to(DOCS)
         if path.suffix in PAGES and place.parts[0] not in ("tools", "static"):
             yield place.as_posix(), path.read_bytes()
+    yield "howto/recipe.py", recipe((ROOT / "README.md").read_text(encoding="utf-8")).encode()
     for name in ("CHANGELOG.md", "LICENSE"):
         yield f"project/{name}", (ROOT / name).read_bytes()
     for path in sorted((ROOT / "notebooks" / "images").iterdir()):

@@ -15,8 +15,9 @@ from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.form import check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
+from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Episodes
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Job
@@ -114,7 +115,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.render_mode = render_mode
         self.show_block = show_block
         self.action_space: spaces.Space[Any] = self.codec.space
-        self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.observation_space = shown_space(self.simulation)
         self.given = Given()
         self.episodes: Episodes | None = None
         self.blocks: list[Any] = []

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -17,7 +16,8 @@ from grind_env.envs.env import REWARD, wants_full
 from grind_env.envs.form import Form, check_task
 from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.observations import Reading
+from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_common import (
@@ -103,7 +103,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.task, self.simulation, self.codec = simulation.task, simulation, codec
         self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
-        self.single_observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.single_observation_space = shown_space(self.simulation)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.generators = Generators(num_envs)

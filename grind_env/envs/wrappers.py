@@ -1,6 +1,6 @@
-"""Wrappers that give an observation a memory: a stack of the past, or a belief of the hidden state of the wheel.
+"""Wrappers that change what is shown: a stack of the past, a belief of the hidden state of the wheel, what is learned.
 
-Both exist for single and for vector environments, with the same numbers. A memory must hold the episode at hand and
+All exist for single and for vector environments, with the same numbers. A memory must hold the episode at hand and
 nothing of the one before, in every autoreset mode: `VectorMemory` sees to that.
 """
 
@@ -13,8 +13,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from grind_env.envs.contexts import option_items
-from grind_env.envs.memory import Array, BeliefMemory, EpisodeMemory, Flags, StackMemory, WrapperError, belief_entries
+from grind_env.envs.learning import eased, usual
+from grind_env.envs.memory import Array, Flags, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
+from grind_env.envs.shown import Belief, MemoryForm, ShownBox, Stack, Standard, behind
 from grind_env.envs.simulation import Simulation
 
 AnyEnv = gym.Env[Any, Any]
@@ -24,10 +26,10 @@ AnyVectorEnv = VectorEnv[Any, Any, Any]
 class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
     """A single environment that shows a memory of its episode."""
 
-    def __init__(self, env: AnyEnv, memory: EpisodeMemory) -> None:
+    def __init__(self, env: AnyEnv, form: MemoryForm) -> None:
         gym.Wrapper.__init__(self, env)
-        self.memory = memory
-        self.observation_space = memory.space
+        self.memory = form.memory(simulation_of(env), env.observation_space, env.action_space)
+        self.observation_space = behind(env.observation_space, form, self.memory)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Reset, and forget."""
@@ -45,14 +47,14 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
 class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
     """A vector environment that shows a memory of every episode, in any autoreset mode."""
 
-    def __init__(self, env: AnyVectorEnv, memory: EpisodeMemory) -> None:
+    def __init__(self, env: AnyVectorEnv, form: MemoryForm) -> None:
         VectorWrapper.__init__(self, env)
-        self.memory = memory
-        self.single_observation_space = memory.space
-        self.observation_space = batch_space(memory.space, env.num_envs)
+        self.memory = form.memory(simulation_of(env), env.single_observation_space, env.single_action_space)
+        self.single_observation_space = behind(env.single_observation_space, form, self.memory)
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self.mode = AutoresetMode(env.metadata["autoreset_mode"])
         self.over = np.zeros(env.num_envs, bool)
-        memory.begin(env.num_envs)
+        self.memory.begin(env.num_envs)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Reset and forget all episodes, or those in `options["reset_mask"]`.
@@ -113,7 +115,7 @@ class HistoryStack(MemoryWrapper, RecordConstructorArgs):
     def __init__(self, env: AnyEnv, n: int = 4) -> None:
         RecordConstructorArgs.__init__(self, n=n)
         check_whole("n", n)
-        super().__init__(env, StackMemory(env.observation_space, env.action_space, n))
+        super().__init__(env, Stack(n))
 
 
 class VectorHistoryStack(VectorMemory):
@@ -129,7 +131,7 @@ class VectorHistoryStack(VectorMemory):
 
     def __init__(self, env: AnyVectorEnv, n: int = 4) -> None:
         check_whole("n", n)
-        super().__init__(env, StackMemory(env.single_observation_space, env.single_action_space, n))
+        super().__init__(env, Stack(n))
 
 
 class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
@@ -149,7 +151,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
         simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
         check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
-        super().__init__(env, BeliefMemory(simulation, members))
+        super().__init__(env, Belief(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
@@ -173,11 +175,78 @@ class VectorBeliefFilter(VectorMemory):
         simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
         check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
-        super().__init__(env, BeliefMemory(simulation, members))
+        super().__init__(env, Belief(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
         return self.entries
+
+
+class ForLearning(MemoryWrapper, RecordConstructorArgs):
+    """What a learner likes: a standardised observation, and a reward that is 0 for the best fixed plan.
+
+    Every entry of the observation comes less its mean and over its standard deviation in random play, which are the
+    same for every environment of a task. The reward is one more than that of the environment and at least -10, because
+    a part that is scrap costs many times what can be learned from it. In what is judged nothing is cut:
+    `grind_env.evaluate` counts the cost.
+
+    Args:
+        env: an environment of this package, in which E and D are chosen, wrapped by those above or not.
+
+    Raises:
+        WrapperError: if it is none, or something else is around it.
+    """
+
+    def __init__(self, env: AnyEnv) -> None:
+        RecordConstructorArgs.__init__(self)
+        super().__init__(env, standard(env, env.observation_space))
+
+    def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
+        """Step; the reward is eased."""
+        observation, reward, terminated, truncated, info = super().step(action)
+        return observation, float(eased(np.array(reward))), terminated, truncated, info
+
+
+class VectorForLearning(VectorMemory):
+    """`ForLearning` of every sub-environment.
+
+    Args:
+        env: a vector environment, as for `ForLearning`.
+
+    Raises:
+        WrapperError: as for `ForLearning`.
+    """
+
+    def __init__(self, env: AnyVectorEnv) -> None:
+        super().__init__(env, standard(env, env.single_observation_space))
+
+    def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+        """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
+        ground = ~self.over if self.mode is AutoresetMode.NEXT_STEP else np.ones(self.num_envs, bool)
+        observations, rewards, terminations, truncations, info = super().step(actions)
+        return observations, np.where(ground, eased(rewards), rewards), terminations, truncations, info
+
+
+def standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
+    """How the observations of an environment, in that space, are standardised.
+
+    Raises:
+        WrapperError: if nobody knows what they show.
+    """
+    simulation = simulation_of(env)
+    if simulation is None or not isinstance(space, ShownBox):
+        raise WrapperError(
+            f"{env} is no environment of grind_env in which E and D are chosen, or something around it shows something "
+            "else: wrap the environment itself, or its belief or stack"
+        )
+    unwrapped: Any = env.unwrapped
+    return usual(simulation, unwrapped.codec, space.shown.memories)
+
+
+def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
+    """The simulation of an environment of this package; None if it has none."""
+    simulation = getattr(env.unwrapped, "simulation", None)
+    return simulation if isinstance(simulation, Simulation) else None
 
 
 def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:
@@ -186,8 +255,8 @@ def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:
     Raises:
         WrapperError: if it has none, or shows something else.
     """
-    simulation = getattr(env.unwrapped, "simulation", None)
-    if not isinstance(simulation, Simulation) or shown != own:
+    simulation = simulation_of(env)
+    if simulation is None or shown != own:
         raise WrapperError(
             f"{env} is no grinding environment with its own observation: wrap the belief around that first"
         )

@@ -19,7 +19,7 @@ def cycle_figure(record: GrindingRecord) -> "Figure":
     """Depth, power, heat, wheel, roughness and size of a run, stroke by stroke, a panel each.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     shown = picture(record, record.job)
     with paper_style():

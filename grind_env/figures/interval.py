@@ -25,7 +25,7 @@ def interval_figure(found: Sweep) -> "Figure":
 
     Raises:
         GrindError: it has not.
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     points = found.intervals
     if not any(point.every for point in points):

@@ -12,7 +12,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned.network import LearnedPolicy, best_actions
-from grind_env.policies.learned.view import FEATURE_BOUND, LEAST_AREA
+from grind_env.policies.learned.view import FEATURE_BOUND, LEAST_AREA, LearnerForm
 from grind_env.policies.naming import chosen_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
@@ -95,7 +95,8 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     simulation = problem.simulation()
     agent = chosen_policy(policy, simulation) if policy is None or isinstance(policy, str) else policy
-    if not isinstance(agent, LearnedPolicy) or agent.memory != "belief" or agent.actor.network.lstm:
+    form = agent.form if isinstance(agent, LearnedPolicy) and not agent.actor.network.lstm else None
+    if not isinstance(agent, LearnedPolicy) or not isinstance(form, LearnerForm) or form.memory != "belief":
         raise GrindError(
             f"{agent.name} has no map over a belief: name a learned agent that sees one and remembers nothing else"
         )
@@ -103,7 +104,7 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
     evaluate(watched, simulation, episode_seeds("evaluation", episodes))
     seen = np.concatenate(watched.features).astype(np.float64)
     first = seen.shape[1] - len(NAMES) - 1
-    scale = agent.view.wear_flat_scale
+    scale = belief_entries()[AREA].scale
     visited = np.stack([scale * seen[:, first + AREA], seen[:, first + GROWTH]], axis=1)
     ends = np.percentile(visited, [SHARE, 100.0 - SHARE], axis=0)
     areas, growths = (np.linspace(low, high, GRID) for low, high in ends.T)
@@ -129,7 +130,7 @@ def policy_map_figure(found: PolicyMap) -> "Figure":
     """E and D side by side, with states that the agent got into as dots.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     with paper_style():
         from matplotlib.colors import BoundaryNorm

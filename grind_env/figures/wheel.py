@@ -29,7 +29,7 @@ def wheel_figure(record: GrindingRecord) -> "Figure":
     Dresses are dotted lines.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     strokes = record.strokes
     at, dressed = _places(record)

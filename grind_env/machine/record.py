@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import CyclePlan, Programs
 from grind_env.errors import GrindError, quoted
+from grind_env.extras import needing
 from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
 from grind_env.machine.compiled import PartVerdict
@@ -207,15 +208,14 @@ class GrindingRecord:
         """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
         Raises:
-            RecordError: there is no such table, or pandas is not installed.
+            RecordError: there is no such table.
+            MissingExtra: pandas is not installed.
         """
         tables = {"strokes": self.strokes, "dresses": self.dresses, "parts": self.parts}
         if table not in tables:
             raise RecordError(f"a record has no table {quoted(table)}: its tables are {', '.join(tables)}")
-        try:
+        with needing("data", "data frames need"):
             import pandas
-        except ImportError:
-            raise RecordError("data frames need pandas; install grind_env[data]") from None
         rows = tables[table]
         return pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
 
@@ -223,7 +223,7 @@ class GrindingRecord:
         """Depth, power, heat, wheel, roughness and size of the run with the limits of its job, as `grind run --plot`.
 
         Raises:
-            PlotError: matplotlib is not installed.
+            MissingExtra: matplotlib is not installed.
         """
         figure: Figure = presenter("records").figure(self)
         return figure
@@ -237,7 +237,8 @@ class GrindingRecord:
         A CSV file is to be read: its numbers are rounded, and its header has the units, as in `time [s]`.
 
         Raises:
-            RecordError: another suffix, or a parquet file without pyarrow installed.
+            RecordError: another suffix.
+            MissingExtra: a parquet file without pyarrow installed.
             FileError: the folder does not exist or cannot be written to.
         """
         path = Path(path)
@@ -257,10 +258,8 @@ class GrindingRecord:
                 writer.writerow([format(value, form) for value, form in zip(row, forms, strict=True)])
 
     def _write_parquet(self, path: Path) -> None:
-        try:
+        with needing("data", "parquet files need"):
             import pyarrow
             import pyarrow.parquet
-        except ImportError:
-            raise RecordError("parquet files need pyarrow; install grind_env[data]") from None
         columns = {name: self.strokes[name] for name in STROKE_ROW.names or ()}
         pyarrow.parquet.write_table(pyarrow.table(columns), path)

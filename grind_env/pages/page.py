@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from grind_env.envs.learning import WORST_REWARD
 from grind_env.pages.discount import KEPT, discount_of, dress_interval
 from grind_env.pages.example import example
 from grind_env.pages.markdown import arguments, prose, table
@@ -51,7 +52,7 @@ def page(env_id: str) -> str:
         "Episode": _episode(about),
         "Arguments": _arguments(about),
         "Reference scores": _scores(about),
-        "Example": f"```python\n{example(about)}\n```",
+        "Example": _example(about),
         "Version history": _versions(about),
     }
     lines = [f"# {about.id}", f"*{about.title}.*", _facts(about)]
@@ -73,6 +74,18 @@ def _facts(about: Sheet) -> str:
         ("easy or hard", about.note.hard),
     ]
     return table(("", ""), rows)
+
+
+def _example(about: Sheet) -> str:
+    session = f"```python\n{example(about)}\n```"
+    if about.codec is None:
+        return session
+    return (
+        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
+        f" standard deviation, as they usually are here, and gives one more than the reward, at least {WORST_REWARD:g}."
+        ' With these, `action="multidiscrete"` and `SB3VecEnv` of `grind_env.sb3`, PPO of Stable-Baselines3 learns: the'
+        f" recipe stands in `README.md`, and what goes with it in `docs/howto/train.md`.\n\n{session}"
+    )
 
 
 def _versions(about: Sheet) -> str:

@@ -13,6 +13,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import EVERY
 from grind_env.envs.model import MemberModel
 from grind_env.errors import GrindError, quoted
+from grind_env.extras import needing
 from grind_env.policies.choices import Array, Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
@@ -45,12 +46,10 @@ class Followed:
         """A pandas data frame with a row for each block of each episode; columns have their units.
 
         Raises:
-            GrindError: pandas is not installed.
+            MissingExtra: pandas is not installed.
         """
-        try:
+        with needing("data", "data frames need"):
             import pandas
-        except ImportError:
-            raise GrindError("data frames need pandas; install grind_env[data]") from None
         episode, block = np.indices(self.cost.shape)
         columns = {"episode": episode, "block": block + 1} | _decision("", self.chosen)
         columns |= {

@@ -21,6 +21,8 @@ class Played:
     """Times of the control, s, at which the operator asks for a dress while it runs."""
     cost: float
     """$."""
+    handover: float
+    """Of it the price of the wheel as the last block leaves it, $: no run of the program shows that."""
     good: float
     """Expected number of good parts."""
     finished: int
@@ -65,6 +67,7 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
             job=env.part_job(),
             requests=env.operator_dress_at() if hasattr(env, "operator_dress_at") else (),
             cost=sum(outcome.cost for outcome in outcomes),
+            handover=sum(outcome.handover_cost for outcome in outcomes),
             good=sum(outcome.good for outcome in outcomes),
             finished=round(sum(outcome.finished for outcome in outcomes)),
             dresses=executions,

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grind_env.errors import GrindError
+from grind_env.extras import needing
 from grind_env.files import check_target, write_atomically
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def prepare_figure(path: Path) -> None:
     """Find out, before long work for a figure, whether it can be drawn and written.
 
     Raises:
-        PlotError: another suffix than `FORMATS`, or matplotlib is not installed.
+        PlotError: another suffix than `FORMATS`.
+        MissingExtra: matplotlib is not installed.
         FileError: the folder does not exist.
     """
     check_format(path)
@@ -48,12 +50,10 @@ def new_figure(width: float, height: float) -> "Figure":
     """An empty figure of that size in inches.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
-    try:
+    with needing("plot", "plots need"):
         from grind_env.render.shown_figure import ShownFigure
-    except ImportError:
-        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
     return ShownFigure(width, height)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.extras import needing
 from grind_env.render.ansi import panel
 from grind_env.render.sheet import Sheet
 from grind_env.render.view import NoScreenError, RenderError, View
@@ -35,15 +36,14 @@ def render(view: View | Sheet, size: tuple[int, int] = WIDE) -> NDArray[np.uint8
         The picture, shape (height, width, 3).
 
     Raises:
-        RenderError: if Pillow is not installed, or for another size.
+        RenderError: for another size.
+        MissingExtra: Pillow is not installed.
     """
     if size not in (WIDE, TALL):
         raise RenderError(f"the size of a picture is {size!r}, but must be {WIDE} or {TALL}")
-    try:
+    with needing("render", "pictures need"):
         from grind_env.render.layout import draw_tall, draw_wide
         from grind_env.render.sheet_layout import draw_sheet
-    except ModuleNotFoundError as error:
-        raise _missing(error) from None
     if isinstance(view, Sheet):
         return draw_sheet(view, *size).pixels()
     return (draw_wide if size == WIDE else draw_tall)(view, *size).pixels()
@@ -56,9 +56,14 @@ def open_window(title: str) -> "Window":
         RenderError: if Pillow or tkinter is not installed, or there is no screen.
     """
     try:
-        from grind_env.render.window import Window
+        with needing("render", "pictures need"):
+            from grind_env.render.window import Window
     except ModuleNotFoundError as error:
-        raise _missing(error) from None
+        if error.name not in ("tkinter", "_tkinter"):
+            raise
+        raise RenderError(
+            'this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"'
+        ) from None
     return Window(title, FPS)
 
 
@@ -94,9 +99,3 @@ class Follower:
         """Close the window, if there is one."""
         if self.window is not None:
             self.window.close()
-
-
-def _missing(error: ModuleNotFoundError) -> RenderError:
-    if error.name in ("tkinter", "_tkinter"):
-        return RenderError('this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"')
-    return RenderError(f"pictures need {error.name}: install grind_env[render]")

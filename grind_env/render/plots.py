@@ -35,7 +35,8 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
     """Write the picture of `draw_record` to a .png, .svg or .pdf file; arguments as there.
 
     Raises:
-        PlotError: another suffix, or matplotlib is not installed.
+        PlotError: another suffix.
+        MissingExtra: matplotlib is not installed.
         FileError: the folder does not exist or cannot be written to.
     """
     check_format(path)
@@ -54,7 +55,7 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
         title: such as the name of the program.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     shown = picture(record, job)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))

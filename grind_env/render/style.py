@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from grind_env.render.figures import PlotError
+from grind_env.extras import needing
 
 COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
 """Widths of a column and of a page of two columns, in."""
@@ -24,12 +24,10 @@ def paper_style() -> Iterator[None]:
     """Draw in here in the style of papers.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
-    try:
+    with needing("plot", "plots need"):
         from matplotlib import rc_context
-    except ImportError:
-        raise PlotError("plots need matplotlib; install grind_env[plot]") from None
     settings: Any = {
         **dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize", "figure.titlesize"), FONT),
         **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), FONT),

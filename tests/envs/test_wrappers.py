@@ -1,5 +1,6 @@
 """The wrappers: vector and single form give the same in every autoreset mode, and both keep their contract."""
 
+import pickle
 import warnings
 from typing import Any
 
@@ -15,11 +16,23 @@ from grind_env.belief.wheel import BeliefError, WheelBelief
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError, belief_entries
 from grind_env.envs.model import MemberModel
-from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
+from grind_env.envs.shown import ShownBox, memories_of
+from grind_env.envs.wrappers import (
+    BeliefFilter,
+    ForLearning,
+    HistoryStack,
+    VectorBeliefFilter,
+    VectorForLearning,
+    VectorHistoryStack,
+)
+from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
 from grind_env.testing.conformance import check_vector_env
-from tests.envs.harness import actions, assert_same, native
+from tests.envs.harness import IDS, actions, assert_same, native
 from tests.envs.walks import Walk, Walks
 
+OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/Stroke-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}
 
 
@@ -42,6 +55,60 @@ def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> Non
         single=lambda: believing("grind/PowerLimited-v0"),
         steps=70,
     )
+
+
+def test_what_is_learned_in_the_native_vector_env_is_that_of_its_single_envs() -> None:
+    check_vector_env(
+        lambda mode: VectorForLearning(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
+        single=lambda: ForLearning(believing("grind/Oracle6-v0")),
+        steps=8,
+    )
+
+
+@pytest.mark.parametrize("env_id", [*IDS, *OTHER_FORMS])
+def test_what_is_learned_is_the_observation_in_usual_deviations_and_a_cut_reward(env_id: str) -> None:
+    arguments = {"num_envs": 4, "action": "multidiscrete", "autoreset_mode": "SameStep"}
+    plain, easier = (gym.make_vec(env_id, **arguments) for _ in range(2))
+    easier = VectorForLearning(easier)
+    seen, eased = plain.reset(seed=5)[0], easier.reset(seed=5)[0]
+    mean, deviation = easier.memory.mean, easier.memory.deviation
+    assert easier.single_observation_space.contains(eased[0]) and eased.dtype == np.float32
+    easier.action_space.seed(0)
+    for _ in range(4):
+        np.testing.assert_allclose(eased, np.clip((seen - mean) / deviation, -10.0, 10.0), rtol=1e-5, atol=1e-5)
+        action = easier.action_space.sample()
+        seen, earned, *_ = plain.step(action)
+        eased, reward, *_ = easier.step(action)
+        np.testing.assert_array_equal(reward, np.where(earned > -11.0, earned + 1.0, -10.0))
+
+
+def test_a_good_course_lies_within_the_usual_deviations() -> None:
+    """In those of any course at all, most of which spoil parts, nothing that a good one does could be told apart."""
+    simulation = find_problem("power_limited").simulation()
+    env = VectorForLearning(gym.make_vec("grind/PowerLimited-v0", num_envs=2))
+    policy, episodes, seen = make_policy("adaptive_rule", simulation), start_episodes(simulation, range(70, 80)), []
+    policy.begin(simulation, 10)
+    while not simulation.over(episodes).any():
+        seen.append(simulation.observe(episodes))
+        simulation.step(episodes, *policy.act(seen[-1], None))
+    spread = np.std((np.concatenate(seen) - env.memory.mean) / env.memory.deviation, axis=0)
+    assert np.all(spread > 0.2) and np.all(spread < 2.0)
+
+
+def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
+    env = VectorForLearning(VectorHistoryStack(VectorBeliefFilter(gym.make_vec("grind/Slot-v0", num_envs=2)), 3))
+    shown = pickle.loads(pickle.dumps(env.single_observation_space)).shown
+    assert shown == env.single_observation_space.shown and shown.task == "slot"
+    assert [type(each).__name__ for each in shown.memories] == ["Belief", "Stack", "Standard"]
+    simulation = env.unwrapped.simulation
+    space = memories_of(simulation, env.single_action_space, shown.memories)[-1].space
+    assert space == env.single_observation_space and isinstance(gym.make("grind/Slot-v0").observation_space, ShownBox)
+
+
+@pytest.mark.parametrize("make", [Walk, lambda: gym.make("grind/Wen-v0"), lambda: gym.make("CartPole-v1")])
+def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
+    with pytest.raises(WrapperError, match="no environment of grind_env in which E and D are chosen"):
+        ForLearning(make())
 
 
 def test_a_stack_of_beliefs_is_one_too() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from grind_env.errors import GrindError
+from grind_env.extras import MissingExtra
 from grind_env.files import FileError
 from grind_env.machine.record import RecordError
 from tests.machine.harness import CYCLE, HEAD, job, run
@@ -43,9 +44,9 @@ def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         monkeypatch.setitem(sys.modules, name, None)
     record = run(HEAD + CYCLE + "M30\n", job())
     record.write(tmp_path / "strokes.csv")
-    with pytest.raises(RecordError, match="pandas"):
+    with pytest.raises(MissingExtra, match="pandas"):
         record.to_dataframe()
-    with pytest.raises(RecordError, match="pyarrow"):
+    with pytest.raises(MissingExtra, match="pyarrow"):
         record.write(tmp_path / "strokes.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
 

@@ -253,8 +253,12 @@ def test_plots_are_figures_whose_axes_have_units_and_that_a_notebook_shows(
 @pytest.mark.parametrize(
     ("library", "call", "said"),
     [
-        ("pandas", "record.to_dataframe()", "data frames need pandas; install grind_env[data]"),
-        ("matplotlib", "record.plot()", "plots need matplotlib; install grind_env[plot]"),
+        (
+            "pandas",
+            "record.to_dataframe()",
+            "data frames need pandas: pip install '.[data]' in the checkout of grind_env",
+        ),
+        ("matplotlib", "record.plot()", "plots need matplotlib: pip install '.[plot]' in the checkout of grind_env"),
     ],
 )
 def test_without_a_library_one_sentence_says_what_to_install(library: str, call: str, said: str) -> None:

@@ -25,7 +25,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.learned import saved
 from grind_env.policies.learned.saved import ENTRY, load_policy
-from grind_env.policies.learned.view import FEATURE_BOUND
+from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
@@ -187,7 +187,7 @@ def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes,
     model.save(tmp_path / "agent.zip")
     ours = load_policy(tmp_path / "agent.safetensors")
     theirs = load_zip(tmp_path / "agent.zip", SIMULATION)
-    assert (theirs.memory, theirs.actions, theirs.name) == ("belief", "grid", "agent")
+    assert (theirs.form, theirs.name) == (LearnerForm("belief", "grid"), "agent")
     runs = [evaluate(policy, SIMULATION, episode_seeds("validation", 2)) for policy in (ours, theirs)]
     assert np.array_equal(runs[0].speeds, runs[1].speeds)
     with pytest.raises(GrindError, match="was not trained for rush"):

@@ -202,6 +202,6 @@ def test_without_a_screen_the_window_says_what_to_do() -> None:
 
 
 def test_without_the_libraries_the_remedy_is_named() -> None:
-    assert lines("PIL") == ["[]", "pictures need PIL: install grind_env[render]"]
+    assert lines("PIL") == ["[]", "pictures need Pillow: pip install '.[render]' in the checkout of grind_env"]
     *_, message = lines("tkinter")
     assert message == 'this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"'

@@ -3,19 +3,32 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 from stable_baselines3 import A2C, DQN
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 
 import grind_env
-from grind_env.envs.wrappers import VectorBeliefFilter, VectorHistoryStack
+from grind_env.envs.wrappers import (
+    BeliefFilter,
+    ForLearning,
+    VectorBeliefFilter,
+    VectorForLearning,
+    VectorHistoryStack,
+)
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import evaluate
 from grind_env.policies.problem import find_problem
-from grind_env.sb3 import ModelPolicy, SB3VecEnv
+from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip, shown_view
 
 FLAGSHIP = "grind/PowerLimited-v0"
 SEEDS = range(2_000_000, 2_000_003)
-WRAPPERS = {"bare": lambda env: env, "belief": VectorBeliefFilter, "stack": VectorHistoryStack}
+WRAPPERS = {
+    "bare": lambda env: env,
+    "belief": VectorBeliefFilter,
+    "stack": VectorHistoryStack,
+    "learning": lambda env: VectorForLearning(VectorBeliefFilter(env)),
+    "stack of beliefs": lambda env: VectorForLearning(VectorHistoryStack(VectorBeliefFilter(env), 3)),
+}
 
 
 def vec_env(wrap="bare", **arguments) -> SB3VecEnv:
@@ -28,7 +41,14 @@ def model_of(env, seed: int = 0) -> A2C:
 
 @pytest.mark.parametrize(
     ("wrap", "action", "scaled"),
-    [("bare", "box", True), ("belief", "multidiscrete", False), ("belief", "box", True), ("stack", "discrete", False)],
+    [
+        ("bare", "box", True),
+        ("belief", "multidiscrete", False),
+        ("belief", "box", True),
+        ("stack", "discrete", False),
+        ("learning", "multidiscrete", False),
+        ("stack of beliefs", "box", False),
+    ],
 )
 def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scaled):
     env = vec_env(wrap, action=action)
@@ -71,15 +91,68 @@ def test_grind_env_evaluate_takes_it():
 
 
 def test_what_it_cannot_judge_is_refused():
-    with pytest.raises(GrindError, match="no environment"):
-        model = model_of(vec_env())
-        model.env = None
-        ModelPolicy(model)
     with pytest.raises(GrindError, match="hidden state"):
         ModelPolicy(model_of(vec_env(observation="full")))
     with pytest.raises(GrindError, match="pre-dress"):
         ModelPolicy(model_of(vec_env(predress=True)))
     with pytest.raises(GrindError, match="was trained for power_limited"):
         evaluate(ModelPolicy(model_of(vec_env())), find_problem("grind/Slot-v0").simulation(), SEEDS)
-    with pytest.raises(GrindError, match="trained in no environment of grind_env"):
+    with pytest.raises(GrindError, match="does not say what it saw: train it in an environment of grind_env"):
         ModelPolicy(A2C("MlpPolicy", "CartPole-v1"))
+    with pytest.raises(GrindError, match=r"does not say what it saw.*no wrappers around the observation"):
+        ModelPolicy(model_of(VecFrameStack(vec_env(), 2)))
+
+
+@pytest.mark.parametrize("wrap", ["bare", "belief", "stack of beliefs"])
+def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
+    """In Python, and at the command line, where it acts without torch: what it saw is in the file."""
+    simulation = find_problem(FLAGSHIP).simulation()
+    model = model_of(vec_env(wrap, action="multidiscrete")).learn(60)
+    with torch.no_grad():
+        model.policy.action_net.weight *= 100.0
+    model.save(tmp_path / "agent")
+    policies = [
+        ModelPolicy(model),
+        ModelPolicy(A2C.load(tmp_path / "agent", device="cpu")),
+        load_zip(tmp_path / "agent.zip", simulation),
+    ]
+    live, loaded, without_torch = (evaluate(policy, simulation, SEEDS) for policy in policies)
+    assert len(np.unique(live.speeds)) > 1
+    for other in (loaded, without_torch):
+        assert np.array_equal(other.speeds, live.speeds) and np.array_equal(other.executions, live.executions)
+
+
+def test_a_single_environment_says_what_it_shows_too(tmp_path):
+    env = ForLearning(BeliefFilter(gym.make(FLAGSHIP, action="multidiscrete")))
+    model_of(env).save(tmp_path / "agent")
+    loaded = A2C.load(tmp_path / "agent", device="cpu")
+    assert loaded.observation_space.shown == vec_env("learning", action="multidiscrete").observation_space.shown
+    assert grind_env.evaluate(ModelPolicy(loaded), FLAGSHIP, episodes=2).score is not None
+
+
+def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
+    env = VecNormalize(vec_env(), norm_reward=False)
+    model_of(env).learn(30).save(tmp_path / "agent")
+    env.save(tmp_path / "scale.pkl")
+    simulation = find_problem(FLAGSHIP).simulation()
+    with pytest.raises(GrindError, match=r"VecNormalize had scaled.*load it with that"):
+        ModelPolicy(A2C.load(tmp_path / "agent", device="cpu"))
+    with pytest.raises(GrindError, match=r"agent.zip saw what a VecNormalize had scaled"):
+        load_zip(tmp_path / "agent.zip", simulation)
+    with_scale = A2C.load(tmp_path / "agent", env=VecNormalize.load(tmp_path / "scale.pkl", vec_env()), device="cpu")
+    assert evaluate(ModelPolicy(with_scale), simulation, SEEDS).cost.shape == (3,)
+
+
+def test_a_file_of_another_task_is_refused(tmp_path, monkeypatch):
+    model_of(vec_env(action="multidiscrete")).save(tmp_path / "agent")
+    rush, simulation = (find_problem(name).simulation() for name in ("rush", "power_limited"))
+    with pytest.raises(GrindError, match=r"agent.zip was trained for power_limited, not for rush"):
+        load_zip(tmp_path / "agent.zip", rush)
+    monkeypatch.setattr(shown_view, "TASK_VERSION", 99)
+    with pytest.raises(GrindError, match=r"agent.zip is of task version 2.*train it anew"):
+        load_zip(tmp_path / "agent.zip", simulation)
+    monkeypatch.undo()
+    changed = find_problem("power_limited")
+    monkeypatch.setattr(changed.simulation(), "entries", simulation.entries[1:])
+    with pytest.raises(GrindError, match=r"another version of power_limited, with other observations"):
+        load_zip(tmp_path / "agent.zip", changed.simulation())

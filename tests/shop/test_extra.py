@@ -29,7 +29,7 @@ def without(library: str, *words: object) -> subprocess.CompletedProcess[str]:
 def test_one_sentence_names_the_extra_that_is_missing(library: str, words: tuple[object, ...], said: str) -> None:
     ended = without(library, *words)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert ended.stderr.strip() == f"grind: {said}; install grind_env[shop]"
+    assert ended.stderr.strip() == f"grind: {said}: pip install '.[shop]' in the checkout of grind_env"
 
 
 @pytest.mark.parametrize(
@@ -57,4 +57,7 @@ def test_where_a_result_is_to_be_written_is_looked_at_before_the_work(
 )
 def test_matplotlib_is_asked_for_before_the_sweep_that_it_draws(words: tuple[str, ...]) -> None:
     ended = without("matplotlib", *words)
-    assert (ended.returncode, ended.stderr) == (2, "grind: plots need matplotlib; install grind_env[plot]\n")
+    assert (ended.returncode, ended.stderr) == (
+        2,
+        "grind: plots need matplotlib: pip install '.[plot]' in the checkout of grind_env\n",
+    )

@@ -7,17 +7,21 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import grind_env
+from grind_env.control import read_file
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job_file import load_job
 from grind_env.process.catalogue import KINDS, load_catalogue, quantities
+from grind_env.shop.start.folder import LOG, start_folder
+from grind_env.shop.start.sample import PRESSURE, sample_log
 from grind_env.shop.start.template import job_template
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
-FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb"}
+FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"}
 
 
 def test_grind_alone_names_three_commands_that_there_are(grind: Grind, tmp_path: Path) -> None:
@@ -36,6 +40,20 @@ def test_what_grind_init_writes_runs_as_the_example(grind: Grind, tmp_path: Path
     found = json.loads(grind("run", folder / "part.nc", "--json")[1])
     wanted = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])
     assert found["parts"] == wanted["parts"] and found["warnings"] == []
+
+
+def test_the_sample_log_is_what_its_command_makes_and_can_be_fitted(grind: Grind, tmp_path: Path) -> None:
+    """The pressure that was put into it is found again, within what the calibration promises."""
+    program, job, *_ = start_folder(tmp_path)
+    text = (tmp_path / LOG).read_text(encoding="utf-8")
+    given, made = (
+        np.array([row.split(",") for row in each.splitlines()[1:]], float)
+        for each in (text, sample_log(read_file(program), load_job(job)))
+    )
+    np.testing.assert_allclose(made, given, atol=1.0)
+    fitted = json.loads(grind("calibrate", tmp_path / LOG, "--program", program, "--job", job, "--json")[1])
+    (found,) = [each for each in fitted["constants"] if each["name"].endswith("ploughing_pressure")]
+    assert found["low"] < PRESSURE * found["was"] < found["high"] and found["low"] > found["was"]
 
 
 @pytest.mark.parametrize("name", sorted(FILES))

@@ -31,9 +31,10 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.tape import JobTape, barred_factors
 from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated, with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view, text_of
-from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.observations import Reading
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.showing import RENDER_MODES, Showing
+from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Episodes
 from grind_env.files import beside
 from grind_env.machine.job import Job, JobError
@@ -134,7 +135,7 @@ class JobEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.codec = ActionCodec(self.simulation.task, action)
         self.infos = InfoWriter(self.simulation.task, self.codec.names)
         self.action_space: spaces.Space[Any] = self.codec.space
-        self.observation_space = spaces.Box(*bounds(self.simulation.entries), dtype=np.float32)
+        self.observation_space = shown_space(self.simulation)
         self.given = Given()
         self.episodes: Episodes | None = None
         self.ground: list[RunBlock] = []

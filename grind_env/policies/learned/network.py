@@ -17,7 +17,7 @@ from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
 from grind_env.policies.choices import Decision
-from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
+from grind_env.policies.learned.view import ViewForm
 from grind_env.policies.policy import Sees
 
 Tensor = NDArray[np.float32]
@@ -164,15 +164,13 @@ class LearnedPolicy:
     Args:
         actor: the network.
         task_name: task that it was trained for.
-        memory: what it remembers.
-        actions: form of its actions.
+        form: how it sees the task and acts.
         name: name in tables.
     """
 
     actor: Actor
     task_name: str
-    memory: MemoryKind
-    actions: Actions
+    form: ViewForm
     name: str
     sees: Sees = field(default="measurements", init=False)
 
@@ -184,7 +182,7 @@ class LearnedPolicy:
         """
         if simulation.task.name != self.task_name:
             raise GrindError(f"the agent {self.name} was trained for {self.task_name}, not for {simulation.task.name}")
-        self.view = LearnerView(simulation, self.memory, self.actions)
+        self.view = self.form.view(simulation)
         self.view.begin(episodes)
         self.state = self.actor.begin(episodes)
 

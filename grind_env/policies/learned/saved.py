@@ -31,7 +31,7 @@ from grind_env.policies.learned.network import (
     Tensor,
     outputs_of,
 )
-from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerView, MemoryKind
+from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerForm, LearnerView, MemoryKind, View
 from grind_env.policies.problem import find_problem
 from grind_env.task_version import TASK_VERSION, of_version
 
@@ -62,8 +62,7 @@ class Description:
 
     task: str
     kind: str
-    memory: MemoryKind
-    actions: Actions
+    form: LearnerForm
     network: Network
     spaces: str
     """`spaces_digest` of the view that it was trained with."""
@@ -107,7 +106,7 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
         simulation = find_problem(described.task).simulation()
     if simulation.task.name != described.task:
         raise PolicyFileError(f"{path} was trained for {described.task}, not for {simulation.task.name}")
-    view = LearnerView(simulation, described.memory, described.actions)
+    view = described.form.view(simulation)
     if described.spaces != spaces_digest(view) or not fits(described.network, view):
         raise PolicyFileError(
             f"{path} was trained for another version of {described.task}, with other observations or actions:"
@@ -117,8 +116,7 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     return LearnedPolicy(
         Actor(described.network, tensors),
         described.task,
-        described.memory,
-        described.actions,
+        described.form,
         name or described.kind,
     )
 
@@ -131,7 +129,7 @@ def spaces_digest(view: LearnerView) -> str:
     return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()
 
 
-def fits(network: Network, view: LearnerView) -> bool:
+def fits(network: Network, view: View) -> bool:
     """Whether a network reads the features of a view and says its actions."""
     squashed, valued = FAMILIES[network.family].squashed, network.family == "q_network"
     acts = not squashed or isinstance(view.action_space, spaces.Box)
@@ -215,8 +213,9 @@ def read_description(path: Path, text: str | None) -> Description:
         return Description(
             task=task,
             kind=kind,
-            memory=_one_of(get_args(MemoryKind), document["memory"]),
-            actions=_one_of(get_args(Actions), document["actions"]),
+            form=LearnerForm(
+                _one_of(get_args(MemoryKind), document["memory"]), _one_of(get_args(Actions), document["actions"])
+            ),
             network=Network(
                 family=_one_of(tuple(FAMILIES), network["family"]),
                 entries=_units(network["entries"]),

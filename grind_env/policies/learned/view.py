@@ -12,7 +12,8 @@ It acts on the action space of the environment in one of three forms; a policy o
 not be a Gaussian, but some algorithms know nothing else.
 """
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from gymnasium import spaces
@@ -49,6 +50,50 @@ NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
 
 Flags = NDArray[np.bool_]
 Features = NDArray[np.float32]
+
+
+class View(Protocol):
+    """Features and actions of N episodes."""
+
+    observation_space: spaces.Box[Any]
+    """Of the features of one episode."""
+    action_space: spaces.Space[Any]
+
+    def begin(self, n: int) -> None:
+        """N episodes begin."""
+
+    def features(self, observation: NDArray[np.float32]) -> Features:
+        """Take in the measured observation before a block, shape (N, entries).
+
+        Returns:
+            Shape (N, features), a new array.
+        """
+
+    def decide(self, actions: NDArray[Any]) -> Decision:
+        """E in mm/min and D of a batch of actions."""
+
+
+class ViewForm(Protocol):
+    """How an agent sees any simulation of its task."""
+
+    def view(self, simulation: Simulation) -> View:
+        """How it sees this one.
+
+        Raises:
+            GrindError: it is of another task.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class LearnerForm:
+    """The features of a memory, and a form of actions; a `ViewForm`."""
+
+    memory: MemoryKind
+    actions: Actions
+
+    def view(self, simulation: Simulation) -> "LearnerView":
+        """See `ViewForm`."""
+        return LearnerView(simulation, self.memory, self.actions)
 
 
 class LearnerView:

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.extras import needing
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Numbers, Pattern
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.extra import shop_extra
 
-with shop_extra("a calibration needs"):
+with needing("shop", "a calibration needs"):
     from scipy import fft, optimize
 
 FINE, COARSE = 0.05, 0.2

@@ -23,7 +23,7 @@ def draw_calibration(found: Calibration) -> "Figure":
     """Draw a calibration, a panel for each kind of measurement; burn, which is yes or no, is not drawn.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     kinds = [kind for kind in found.data.kinds if kind != YES_OR_NO]
     figure = new_figure(4.6 * max(len(kinds), 1), 4.6)

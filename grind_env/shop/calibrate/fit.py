@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
+from grind_env.extras import needing
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.extra import shop_extra
 
-with shop_extra("a calibration needs"):
+with needing("shop", "a calibration needs"):
     from scipy import optimize
 
 NORMAL_90 = 1.6449

@@ -133,7 +133,7 @@ class Calibration:
         """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
 
         Raises:
-            PlotError: matplotlib is not installed.
+            MissingExtra: matplotlib is not installed.
         """
         figure: Figure = presenter("calibrations").figure(self)
         return figure

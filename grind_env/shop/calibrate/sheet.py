@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.extras import needing
 from grind_env.files import ReadError, read_bytes, shown
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.extra import shop_extra
 
-with shop_extra("a calibration needs"):
+with needing("shop", "a calibration needs"):
     import pandas
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,9 @@ from grind_env.arguments import FILE, Keeps
 
 
 def init(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()]) -> None:
-    """Write a program, its job, a catalogue of the shop and a notebook into a folder; they run as they are.
+    """Write a program, its job, a catalogue of the shop, a notebook and a sample log; they run as they are.
+
+    The log is made up, for `grind calibrate`: a log of your spindle takes its place.
 
     Nothing is overwritten.
     """

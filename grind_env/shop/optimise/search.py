@@ -13,7 +13,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.shop.extra import shop_extra
+from grind_env.extras import needing
 
 Array = NDArray[np.float64]
 Point = tuple[int, ...]
@@ -84,7 +84,7 @@ class Search:
         return self.ranked[0]
 
     def _evolve(self, start: Point, seed: int, generations: int) -> None:
-        with shop_extra("the search needs"):
+        with needing("shop", "the search needs"):
             from scipy.optimize import differential_evolution
         free = [k for k, count in enumerate(self.counts) if count > 1]
         size = min(max(PER_VARIABLE * len(free), LEAST_POPULATION), MOST_POPULATION)

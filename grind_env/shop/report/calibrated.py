@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.extras import needing
 from grind_env.shop.calibrate.figure import UNITS
 from grind_env.shop.calibrate.fit import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
-from grind_env.shop.extra import shop_extra
 from grind_env.shop.report.document import (
     Cell,
     Line,
@@ -185,7 +185,7 @@ def _points(
 
 
 def _empty(x: str, y: str) -> Any:
-    with shop_extra("reports need"):
+    with needing("shop", "reports need"):
         from plotly.graph_objects import Figure
     drawn = Figure()
     drawn.update_xaxes(title_text=x, gridcolor="#e3e3e3", zeroline=False)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from grind_env import __version__
 from grind_env.errors import printable
+from grind_env.extras import needing
 from grind_env.files import FileError, check_target, write_atomically
-from grind_env.shop.extra import shop_extra
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -179,7 +179,7 @@ def _no_tags(document: str) -> str:
 
 @functools.cache
 def _environment() -> "Environment":
-    with shop_extra("reports need"):
+    with needing("shop", "reports need"):
         from jinja2 import Environment, FileSystemLoader, StrictUndefined
     return Environment(
         loader=FileSystemLoader(TEMPLATES),
@@ -198,6 +198,6 @@ def _markup() -> "type[Markup]":
 
 
 def _plotly() -> str:
-    with shop_extra("reports need"):
+    with needing("shop", "reports need"):
         from plotly.offline import get_plotlyjs
     return str(get_plotlyjs())

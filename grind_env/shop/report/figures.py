@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.extras import needing
 from grind_env.render.curves import GREY, ORANGE, Curve, Picture, joined_runs, labelled_every
-from grind_env.shop.extra import shop_extra
 
 PANEL = 130
 """px; height of a panel."""
@@ -25,7 +25,7 @@ def run_figure(shown: Picture) -> Any:
     Raises:
         MissingExtra: plotly is not installed.
     """
-    with shop_extra("reports need"):
+    with needing("shop", "reports need"):
         from plotly.subplots import make_subplots
     rows = len(shown.curves)
     titles = [_heading(curve) for curve in shown.curves]

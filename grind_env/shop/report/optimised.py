@@ -5,9 +5,9 @@ from difflib import SequenceMatcher
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grind_env.extras import needing
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
-from grind_env.shop.extra import shop_extra
 from grind_env.shop.optimise.optimise import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
@@ -140,7 +140,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
 
 
 def _shares(limits: list[LimitUse], after: str) -> Any:
-    with shop_extra("reports need"):
+    with needing("shop", "reports need"):
         from plotly.graph_objects import Bar, Figure, Scatter
     names = [plotly_text(each.name) for each in limits]
     said = "%{x}: %{y:.1f} %"

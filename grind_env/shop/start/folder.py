@@ -1,4 +1,4 @@
-"""A folder to begin with: a program, its job, the shop's catalogue and a notebook, which run as they are."""
+"""A folder to begin with: a program, its job, the shop's catalogue, a notebook, a sample log; all run as they are."""
 
 import tempfile
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from grind_env.files import FileError, read_text, shown
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
-CATALOGUE, NOTEBOOK = "shop.toml", "first_steps.ipynb"
+CATALOGUE, NOTEBOOK, LOG = "shop.toml", "first_steps.ipynb", "log.csv"
 OWN = {"wheel": "our_a60j", "machine": "our_grinder"}
 """Entries of the catalogue that the job names."""
 
@@ -34,6 +34,7 @@ def start_folder(folder: Path) -> list[Path]:
         "part.toml": job_template(job),
         CATALOGUE: read_text(HERE / CATALOGUE),
         NOTEBOOK: read_text(HERE / NOTEBOOK),
+        LOG: read_text(HERE / LOG),
     }
     paths = [folder / name for name in texts]
     for path in paths:

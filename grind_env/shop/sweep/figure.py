@@ -26,7 +26,8 @@ def plot_sweep(found: Sweep, path: Path) -> None:
     """Draw a sweep into a .png, .svg or .pdf file.
 
     Raises:
-        PlotError: another suffix, or matplotlib is not installed.
+        PlotError: another suffix.
+        MissingExtra: matplotlib is not installed.
         FileError: the folder does not exist or cannot be written to.
     """
     check_format(path)
@@ -37,7 +38,7 @@ def draw_sweep(found: Sweep) -> "Figure":
     """Draw a sweep.
 
     Raises:
-        PlotError: matplotlib is not installed.
+        MissingExtra: matplotlib is not installed.
     """
     panels = _panels(found)
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)

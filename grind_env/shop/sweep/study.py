@@ -134,7 +134,7 @@ class Sweep:
         """Cost and limits over dress interval, E, lead and depth, as `grind sweep --plot`.
 
         Raises:
-            PlotError: matplotlib is not installed.
+            MissingExtra: matplotlib is not installed.
         """
         figure: Figure = presenter("sweeps").figure(self)
         return figure

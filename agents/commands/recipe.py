@@ -1,0 +1,33 @@
+"""`python -m agents recipe`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from agents.cells import RESULTS, RUNS
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents recipe --seeds 5")(recipe)
+
+
+def recipe(
+    seeds: Annotated[int, typer.Option(min=1, help="Trainings of each way, from seed 0.")] = 5,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps of a training.")] = 1_000_000,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
+    results: Annotated[Path, typer.Option(help="Folder of recipe.csv and recipe.md.")] = RESULTS,
+) -> None:
+    """Run the training recipe of the README on several seeds, with the belief and without, and write the table.
+
+    What was trained before by the same lines and code is kept: interrupted, the same command goes on.
+    """
+    from agents.recipe import page, run_recipe
+
+    console = Console(highlight=False)
+    found = run_recipe(seeds, steps, jobs=jobs, console=console, runs=runs, results=results)
+    console.print(page(found), markup=False, soft_wrap=True)
+    console.print(f"written to {results}: recipe.csv and recipe.md")

@@ -1,0 +1,226 @@
+"""The training recipe of the README, run as it stands there: with other seeds, and without the belief."""
+
+import csv
+import hashlib
+import io
+import json
+import os
+import re
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import partial
+from pathlib import Path
+from statistics import mean
+from typing import Any, NamedTuple
+
+from rich.console import Console
+
+from agents.cells import RESULTS, RUNS, behaviour, sources
+from agents.pool import work_on_all
+from agents.provenance import ROOT, installed, provenance
+from grind_env.envs import wrappers
+from grind_env.errors import GrindError
+from grind_env.files import read_text, write_atomically
+from grind_env.pages.markdown import table
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.problem import find_problem
+
+README = ROOT / "README.md"
+BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
+TRAINS = "model.learn("
+"""By which the block is known."""
+BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
+SEED, STEPS = "seed=0", "1_000_000"
+WAYS = {"measurements": "measurements alone", "belief": "with the belief"}
+EPISODES = 128
+LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
+TASK = "power_limited"
+CSV, PAGE = "recipe.csv", "recipe.md"
+
+
+class Cell(NamedTuple):
+    """A training: what it sees, and its seed."""
+
+    way: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{WAYS[self.way]}, seed {self.seed}"
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """How the recipe is run.
+
+    Attributes:
+        text: the lines of the README.
+        steps: of a training.
+        folder: of what is kept.
+    """
+
+    text: str
+    steps: int
+    folder: Path
+
+    @property
+    def size(self) -> int:
+        """A training tells nothing on the way."""
+        return 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trained:
+    """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
+
+    sees: str
+    seed: int
+    steps: int
+    episodes: int
+    score: float
+    score_low: float
+    score_high: float
+    cost_per_good_part: float
+    scrap: float
+    E: float
+    D: float
+    cpu_seconds: float
+    """Of imports, training and judging, on one core."""
+    wall_seconds: float
+
+
+def recipe(readme: str) -> str:
+    """The lines of the README that train.
+
+    Raises:
+        GrindError: there are none, or several blocks of them.
+    """
+    found = [block for block in BLOCK.findall(readme) if TRAINS in block]
+    if len(found) != 1:
+        raise GrindError(f"README.md has {len(found)} blocks with {TRAINS!r}, but must have one: the recipe")
+    return str(found[0])
+
+
+def variant(text: str, cell: Cell, steps: int | None = None) -> str:
+    """The recipe with another seed, without the line of the belief, or with other steps, and else as it stands.
+
+    Raises:
+        GrindError: what is to be changed does not stand in it just once.
+    """
+    changes = [(re.escape(SEED), f"seed={cell.seed}")]
+    changes += [] if cell.way == "belief" else [(BELIEF.pattern, "")]
+    changes += [] if steps is None else [(STEPS, str(steps))]
+    for pattern, new in changes:
+        text, count = re.subn(pattern, new, text, flags=re.MULTILINE)
+        if count != 1:
+            raise GrindError(f"the recipe of README.md has {pattern!r} {count} times, but must have it once")
+    return text
+
+
+def run(text: str) -> dict[str, Any]:
+    """Run lines of the README; what they have named, with the seconds that they took."""
+    names: dict[str, Any] = {}
+    wall, cpu = time.perf_counter(), time.process_time()
+    exec(compile(text, "README.md", "exec"), names)
+    return {**names, "cpu_seconds": time.process_time() - cpu, "wall_seconds": time.perf_counter() - wall}
+
+
+def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Trained:
+    """What the recipe comes to in a cell, which is kept as soon as it is known; its model lies beside it.
+
+    Raises:
+        GrindError: as `variant`.
+    """
+    text = variant(request.text, cell, request.steps)
+    path = request.folder / f"{cell.way}-{cell.seed}-{fingerprint(text)}.json"
+    if path.exists():
+        return Trained(**json.loads(read_text(path)))
+    place = path.with_suffix("")
+    place.mkdir(parents=True, exist_ok=True)
+    before = Path.cwd()
+    os.chdir(place)
+    try:
+        named = run(text)
+    finally:
+        os.chdir(before)
+    found = named["judged"].numbers() | named
+    numbers = {each.name: found[each.name] for each in fields(Trained) if each.name in found}
+    done = Trained(**{**numbers, "sees": cell.way, "seed": cell.seed, "steps": request.steps})
+    write_atomically(path, partial(_write, json.dumps(asdict(done))))
+    tell(1)
+    return done
+
+
+def fingerprint(text: str) -> str:
+    """Stands for all that decides what a training ends in."""
+    simulation = find_problem(TASK).simulation()
+    versions = [installed(library) for library in LIBRARIES]
+    parts = [text, sources(wrappers.__name__), sources("grind_env.sb3.adapter"), behaviour(simulation), versions]
+    return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
+
+
+def run_recipe(
+    seeds: int, steps: int, *, jobs: int, console: Console, runs: Path = RUNS, results: Path = RESULTS
+) -> list[Trained]:
+    """Run the recipe both ways; what was trained before by the same lines and code is taken up again.
+
+    Args:
+        seeds: of each way, from 0.
+        steps: of a training.
+        jobs: processes.
+        console: shows how far it is.
+        runs: folder of what is kept, in its sub-folder `recipe`.
+        results: folder of the table.
+
+    Raises:
+        GrindError: the README has no recipe, or a training failed.
+    """
+    request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
+    results.mkdir(parents=True, exist_ok=True)
+    cells = [Cell(way, seed) for way in WAYS for seed in range(seeds)]
+    found, failed = work_on_all(cells, request, jobs, console, train)
+    if failed:
+        raise GrindError(f"{len(failed)} of {len(cells)} trainings failed: {next(iter(failed.values()))}")
+    write(found, results)
+    return found
+
+
+def write(found: Sequence[Trained], results: Path) -> None:
+    """Write the table as CSV and as a page."""
+    made_with = provenance(episode_seeds("evaluation", EPISODES))
+    text = io.StringIO(newline="")
+    rows = [asdict(each) | made_with for each in found]
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    for name, content in ((CSV, text.getvalue()), (PAGE, page(found))):
+        write_atomically(results / name, partial(_write, content))
+
+
+def _write(content: str, path: Path) -> None:
+    path.write_text(content, encoding="utf-8", newline="\n")
+
+
+HEADINGS = ("what it sees", "mean score", "least", "score of each seed", "$ per good part", "CPU-seconds of each")
+
+
+def page(found: Sequence[Trained]) -> str:
+    """The table of all seeds, Markdown."""
+    rows = []
+    for way, title in WAYS.items():
+        of_way = [each for each in found if each.sees == way]
+        scores = [each.score for each in of_way]
+        rows.append(
+            (
+                title,
+                f"{mean(scores):.1f}",
+                f"{min(scores):.1f}",
+                ", ".join(f"{score:.1f}" for score in scores),
+                f"{mean(each.cost_per_good_part for each in of_way):.2f}",
+                ", ".join(f"{each.cpu_seconds:.0f}" for each in of_way),
+            )
+        )
+    return (
+        f"# The recipe of the README\n\n`python -m agents recipe` on {TASK}: {found[0].steps:,} steps of each,"
+        f" {found[0].episodes} evaluation episodes.\n\n" + table(HEADINGS, rows) + "\n"
+    )

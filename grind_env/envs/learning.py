@@ -1,0 +1,92 @@
+"""What makes a task easier to learn: standardised observations, and rewards that count from the best fixed plan."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.memory import Array
+from grind_env.envs.shown import MemoryForm, Standard, memories_of, remembered
+from grind_env.envs.simulation import Simulation
+
+REWARD = Outcome._fields.index("reward")
+WORST_REWARD = -10.0
+"""Rewards are cut there, so that one scrapped part does not drown an update."""
+
+EPISODES, USUAL = 256, 32
+"""Of random play, and the cheapest of them, in which the usual observations are seen: where parts are spoilt, readings
+are many times as large. The seeds are the first of training."""
+JITTER = 0.1
+"""By which E varies within an episode, of its geometric range."""
+LEAST_DEVIATION = 0.01
+"""Of an entry that hardly ever changes, in its unit of the observation."""
+DIGITS = 3
+"""Behind the point: so much of means and deviations is the same on every machine."""
+
+
+def eased(rewards: NDArray[Any], worst: float = WORST_REWARD) -> NDArray[Any]:
+    """Rewards as a learner gets them: one more than the environment's, so that the best fixed plan earns about 0.
+
+    Args:
+        rewards: of the environment, shape (N,).
+        worst: what is below is cut.
+
+    Returns:
+        A new array of the same type.
+    """
+    return np.maximum(rewards + 1.0, worst).astype(rewards.dtype)
+
+
+def usual(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
+    """Mean and standard deviation of every entry of what is shown, in the better part of random play.
+
+    Args:
+        simulation: of the environment.
+        codec: of its actions.
+        forms: of the memories that wrappers around it show, the innermost first.
+    """
+    memories = memories_of(simulation, codec.space, forms)
+    rng, n = np.random.default_rng(0), EPISODES
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
+    for memory in memories:
+        memory.begin(n)
+    # each episode has a practice of its own
+    speed, share = rng.random(n), rng.random(n)
+    seen: list[Array] = []
+    alive: list[Array] = []
+    earned = np.zeros(n)
+    actions: Any = None
+    while (running := ~simulation.over(episodes)).any():
+        seen.append(remembered(memories, simulation.observe(episodes), actions, running))
+        alive.append(running)
+        actions = _random(codec, rng, speed, share)
+        choice = simulation.taken(episodes, codec.decode(actions))
+        outcomes, _ = simulation.step(episodes, *choice, active=np.flatnonzero(running))
+        earned += outcomes[:, REWARD]
+    cheapest = np.argsort(-earned, kind="stable")[:USUAL]
+    shown = np.concatenate([each[cheapest][mask[cheapest]] for each, mask in zip(seen, alive, strict=True)])
+    exact = shown.astype(np.float64)
+    mean, deviation = np.round(exact.mean(axis=0), DIGITS), np.round(exact.std(axis=0), DIGITS)
+    return Standard(tuple(mean.tolist()), tuple(np.maximum(deviation, LEAST_DEVIATION).tolist()))
+
+
+def _random(codec: ActionCodec, rng: np.random.Generator, speed: Array, share: Array) -> Any:
+    """An action of each episode.
+
+    Args:
+        codec: of actions.
+        rng: draws them.
+        speed: about which E varies, from 0 to 1 on its geometric range, shape (N,).
+        share: of the blocks that are dressed, likewise.
+    """
+    n = len(speed)
+    place = np.clip(speed + rng.uniform(-JITTER, JITTER, n), 0.0, 1.0)
+    speeds = np.floor(codec.low * (codec.high / codec.low) ** place + 0.5)
+    if codec.levels.size > 0:
+        speeds = codec.levels[np.abs(np.log(speeds[:, None] / codec.levels)).argmin(axis=1)]
+    dressed = rng.random(n) < share
+    executions = np.where(dressed, rng.integers(1, max(codec.executions, 1) + 1, n), 0)
+    return codec.encode(speeds, np.minimum(executions, codec.executions), dressed & ("predress" in codec.names))

@@ -1,0 +1,173 @@
+"""What an environment shows, written on its observation space.
+
+A library that saves a model saves the spaces it was trained on as well. So a model that comes from a file says itself
+which task it saw, and through which wrappers, and can be shown the same again without the environment.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium import spaces
+
+from grind_env.envs.memory import Array, BeliefMemory, EpisodeMemory, Flags, StackMemory
+from grind_env.envs.observations import Reading, bounds
+from grind_env.envs.simulation import Simulation
+from grind_env.task_version import TASK_VERSION
+
+CLIP = 10.0
+"""Standard deviations at which a standardised entry is cut."""
+
+
+class MemoryForm(Protocol):
+    """How a wrapper makes the memory that it shows."""
+
+    def memory(
+        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
+    ) -> EpisodeMemory:
+        """The memory.
+
+        Args:
+            simulation: of the environment, if it has one.
+            observation_space: of one environment, before the wrapper.
+            action_space: of one environment.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Stack:
+    """The last `n` observations and actions."""
+
+    n: int
+
+    def memory(
+        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
+    ) -> EpisodeMemory:
+        """See `MemoryForm`."""
+        return StackMemory(observation_space, action_space, self.n)
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """The observation, and behind it the belief of an ensemble of that many members."""
+
+    members: int
+
+    def memory(
+        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
+    ) -> EpisodeMemory:
+        """See `MemoryForm`."""
+        assert simulation is not None
+        return BeliefMemory(simulation, self.members)
+
+
+@dataclass(frozen=True, slots=True)
+class Standard:
+    """Every entry less its mean, over its standard deviation, within `CLIP`; both have no unit."""
+
+    mean: tuple[float, ...]
+    deviation: tuple[float, ...]
+
+    def memory(
+        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
+    ) -> EpisodeMemory:
+        """See `MemoryForm`."""
+        assert isinstance(observation_space, spaces.Box)
+        return StandardMemory(observation_space, np.array(self.mean), np.array(self.deviation))
+
+
+class StandardMemory:
+    """The observation at hand, standardised: it remembers nothing of those before.
+
+    Args:
+        space: of the observation.
+        mean: of every entry, shape (entries,).
+        deviation: its standard deviation, likewise.
+    """
+
+    def __init__(self, space: spaces.Box[Any], mean: Array, deviation: Array) -> None:
+        self.mean, self.deviation = mean, deviation
+        self.space = spaces.Box(self._scaled(space.low), self._scaled(space.high), dtype=np.float32)
+
+    def begin(self, n: int) -> None:
+        """N episodes begin with the next observations."""
+
+    def restart(self, mask: Flags) -> None:
+        """The episodes in `mask`, shape (N,), begin with their next observation."""
+
+    def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
+        """See `EpisodeMemory`."""
+        return self._scaled(observations)
+
+    def _scaled(self, observations: Array) -> Array:
+        return np.clip((observations - self.mean) / self.deviation, -CLIP, CLIP).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What is shown of a task.
+
+    Attributes:
+        task: its name.
+        version: of the tasks.
+        entries: of the observation of the environment itself.
+        memories: what wrappers make of it, the innermost first.
+    """
+
+    task: str
+    version: int
+    entries: tuple[Reading, ...]
+    memories: tuple[MemoryForm, ...] = ()
+
+
+class ShownBox(spaces.Box[Any]):
+    """A Box that says what the observations in it show.
+
+    Args:
+        low: lowest observation, shape (entries,).
+        high: highest observation, likewise.
+        shown: what they show.
+    """
+
+    def __init__(self, low: Array, high: Array, shown: Shown) -> None:
+        super().__init__(low, high, dtype=np.float32)
+        self.shown = shown
+
+
+def shown_space(simulation: Simulation) -> ShownBox:
+    """The observation space of an environment of a simulation."""
+    return ShownBox(*bounds(simulation.entries), Shown(simulation.task.name, TASK_VERSION, tuple(simulation.entries)))
+
+
+def behind(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
+    """The observation space behind a wrapper that shows a memory; `space` is that before it."""
+    if not isinstance(space, ShownBox):
+        return memory.space
+    shown = replace(space.shown, memories=(*space.shown.memories, form))
+    return ShownBox(memory.space.low, memory.space.high, shown)
+
+
+def memories_of(
+    simulation: Simulation, action_space: spaces.Space[Any], forms: Sequence[MemoryForm]
+) -> list[EpisodeMemory]:
+    """The memories that wrappers around an environment show, the innermost first.
+
+    Args:
+        simulation: of the environment.
+        action_space: of one environment.
+        forms: of the memories.
+    """
+    space: spaces.Box[Any] = shown_space(simulation)
+    memories: list[EpisodeMemory] = []
+    for form in forms:
+        memories.append(form.memory(simulation, space, action_space))
+        space = memories[-1].space
+    return memories
+
+
+def remembered(memories: Sequence[EpisodeMemory], observations: Array, actions: Array | None, mask: Flags) -> Array:
+    """What the outermost of memories shows; arguments are those of `EpisodeMemory.take`."""
+    for memory in memories:
+        observations = memory.take(observations, actions, mask)
+    return observations

@@ -1,0 +1,45 @@
+"""The extras of the package: what needs a library that is not installed says which, and how it is installed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from grind_env.errors import GrindError
+
+LIBRARIES = {
+    "PIL": "Pillow",
+    "jinja2": "Jinja2",
+    "markupsafe": "Jinja2",
+    "matplotlib": "matplotlib",
+    "pandas": "pandas",
+    "plotly": "plotly",
+    "pyarrow": "pyarrow",
+    "scipy": "SciPy",
+    "stable_baselines3": "Stable-Baselines3",
+    "torch": "PyTorch",
+}
+"""Of the extras: names of what is imported, and of the library."""
+
+
+class MissingExtra(GrindError, ImportError):
+    """Something that needs a library which is not installed."""
+
+
+def installed_by(extra: str) -> str:
+    """How an extra is installed, as messages and pages have it: the package is in no index, so from its checkout."""
+    return f"pip install '.[{extra}]'"
+
+
+@contextmanager
+def needing(extra: str, what: str) -> Iterator[None]:
+    """Import what is of an extra in here; `what` begins the sentence on a library that is missing: "reports need".
+
+    Raises:
+        MissingExtra: a library of the extra is not installed.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        library = LIBRARIES.get((error.name or "").partition(".")[0])
+        if library is None:
+            raise
+        raise MissingExtra(f"{what} {library}: {installed_by(extra)} in the checkout of grind_env") from None
