@@ -36,6 +36,7 @@ class Variables:
 
     Attributes:
         level: of the macro under execution; 0 in the main program and in what M98 calls.
+        dependent: the first variable read outside of a dress that a dress has assigned; None before.
     """
 
     def __init__(self, given: Values, system: System) -> None:
@@ -44,6 +45,8 @@ class Variables:
         self._common: dict[int, Decimal] = {}
         self._found: dict[tuple[int, int], Value] | None = None
         self._written: set[tuple[int, int]] = set()
+        self._dressed: set[tuple[int, int]] = set()
+        self.dependent: int | None = None
         for number, value in given.items():
             self.write(number, rounded(Decimal(repr(float(value)))))
 
@@ -57,7 +60,10 @@ class Variables:
         if held is None:
             return None if number == 0 else self.system.read(number)
         value, key = held.get(number), self._key(number)
-        if self._found is not None and key not in self._written:
+        if self._found is None:
+            if key in self._dressed:
+                self.dependent = self.dependent or number
+        elif key not in self._written:
             self._found[key] = value
         return value
 
@@ -75,19 +81,23 @@ class Variables:
                 raise VariableFault(f"#{number} cannot be made vacant; {KINDS}")
             self.system.write(number, value)
         else:
-            self._written.add(self._key(number))
+            key = self._key(number)
+            self._written.add(key)
+            if self._found is None:
+                self._dressed.discard(key)
             if value is None:
                 held.pop(number, None)
             else:
                 held[number] = value
 
     def begin_notes(self) -> None:
-        """From now on, note the values that are read as they were before."""
+        """A dress begins: from now on, note the values that are read as they were before."""
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:
-        """What has been noted."""
+        """What has been noted; the dress has come to its end."""
         notes, self._found = self._found or {}, None
+        self._dressed |= self._written
         return notes
 
     def agree(self, notes: Notes) -> bool:
