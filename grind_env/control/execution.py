@@ -44,8 +44,8 @@ class Execution(Iterator[Event]):
 
     @property
     def dependent(self) -> int | None:
-        """The first `#` variable read whose value depends on the wheel or on where a cycle has ended; None before."""
-        return self._interpreter.system.dependent
+        """The first `#` variable read whose value depends on the wheel, on its dresses or on where a cycle has ended."""
+        return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
     def move_axis(self, axis: int, coordinate: float) -> None:
         """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""

@@ -36,6 +36,7 @@ class Variables:
 
     Attributes:
         level: of the macro under execution; 0 in the main program and in what M98 calls.
+        dependent: the first variable read outside of a dress that a dress has assigned; None before.
     """
 
     def __init__(self, given: Values, system: System) -> None:
@@ -45,6 +46,8 @@ class Variables:
         self._found: dict[tuple[int, int], Value] | None = None
         self._written: set[tuple[int, int]] = set()
         self._unread: dict[tuple[int, int], bool] = {}
+        self._dressed: set[tuple[int, int]] = set()
+        self.dependent: int | None = None
         for number, value in given.items():
             self.write(number, rounded(Decimal(repr(float(value)))))
         self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
@@ -61,7 +64,10 @@ class Variables:
         value, key = held.get(number), self._key(number)
         if self._unread.get(key) is False:
             del self._unread[key]
-        if self._found is not None and key not in self._written:
+        if self._found is None:
+            if key in self._dressed:
+                self.dependent = self.dependent or number
+        elif key not in self._written:
             self._found[key] = value
         return value
 
@@ -79,21 +85,25 @@ class Variables:
                 raise VariableFault(f"#{number} cannot be made vacant; {KINDS}")
             self.system.write(number, value)
         else:
-            self._written.add(self._key(number))
-            if self._key(number) in self._unread:
-                self._unread[self._key(number)] = True
+            key = self._key(number)
+            self._written.add(key)
+            if self._found is None:
+                self._dressed.discard(key)
+            if key in self._unread:
+                self._unread[key] = True
             if value is None:
                 held.pop(number, None)
             else:
                 held[number] = value
 
     def begin_notes(self) -> None:
-        """From now on, note the values that are read as they were before."""
+        """A dress begins: from now on, note the values that are read as they were before."""
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:
-        """What has been noted."""
+        """What has been noted; the dress has come to its end."""
         notes, self._found = self._found or {}, None
+        self._dressed |= self._written
         return notes
 
     def agree(self, notes: Notes) -> bool:

@@ -6,11 +6,12 @@ one, while `machine.run` grinds what it commands.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.control import CycleAhead, CyclePlan, CycleStart, Event, ProgramEnd, Programs, execute
+from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
@@ -52,10 +53,30 @@ class BlockRun:
     seconds: float
 
 
+class Passage(NamedTuple):
+    """A cycle block as a program comes by it: what must not depend on what is chosen."""
+
+    source: SourceText
+    part: int
+    """From 1."""
+    finished: int
+    """Parts that are taken off before the next block."""
+
+
+class PassageError(GrindError):
+    """A program that comes by other cycle blocks, or by other parts, if its blocks are run with other words."""
+
+
 class ProgramEpisode:
     """One execution of a part program.
 
     A copy, also by pickling, makes the same choices anew.
+
+    Args:
+        programs: the program.
+        job: the job.
+        conditions: of its parts.
+        course: what it comes by with its own words; empty if that is not known.
 
     Attributes:
         run: the machine.
@@ -64,13 +85,20 @@ class ProgramEpisode:
         chosen: the blocks that have been run, with the words chosen for them.
     """
 
-    def __init__(self, programs: Programs, job: Job, conditions: Sequence[PartConditions] = ()) -> None:
+    def __init__(
+        self,
+        programs: Programs,
+        job: Job,
+        conditions: Sequence[PartConditions] = (),
+        course: Sequence[Passage] = (),
+    ) -> None:
         """Start, and go on to the first cycle block.
 
         Raises:
             GrindError: whatever `machine.grind` raises.
         """
-        self._arguments = (programs, job, conditions)
+        self._arguments = (programs, job, conditions, course)
+        self.course = course
         control = replace(job.control, announce_cycles=True, whole_cycles=True)
         self.run = GrindingRun(programs, job, control, conditions)
         self.chosen: list[tuple[Block, Words]] = []
@@ -100,6 +128,7 @@ class ProgramEpisode:
 
         Raises:
             GrindError: whatever `machine.grind` raises.
+            PassageError: the program comes by others than its course says.
         """
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
@@ -116,6 +145,8 @@ class ProgramEpisode:
         ]
         plan, inch, part = starts[0]
         ended = len(run.parts) > parts
+        if self.course:
+            self._require(Passage(self.chosen[-1][0].source, part, len(run.parts) - parts))
         last = max(strokes - 1, 0)
         rows = run.strokes.table(last)
         dressed = run.dresses.table(dresses)
@@ -133,6 +164,18 @@ class ProgramEpisode:
             run.part.deepest,
             self.time - began,
         )
+
+    def _require(self, passed: Passage) -> None:
+        """Refuse what does not stand in the course."""
+        number, source = len(self.chosen), passed.source
+        coming = None if self.block is None else self.block.source
+        expected = self.course[number].source if number < len(self.course) else None
+        if passed != self.course[number - 1] or coming != expected:
+            raise PassageError(
+                f"{source.file}:{source.line}: which cycle blocks the program runs behind this one, or on which parts, "
+                "depends on the E and D chosen in it, such as by a # variable that a dress assigns; let it run the "
+                "same ones whatever they are"
+            )
 
     def rewind(self, blocks: int) -> None:
         """Run anew up to where that many blocks have been run."""

@@ -164,14 +164,19 @@ class _Writer:
     def run(self) -> list[ScriptBlock]:
         for event in self.execution:
             self._take(event)
-            if self.execution.dependent is not None:
-                read = f"it reads #{self.execution.dependent}, which depends on the wheel or on where a cycle has ended"
-                raise self._error(read)
+            self._require_independent()
         return self.blocks
+
+    def _require_independent(self) -> None:
+        """Refuse a program that reads what others than its words decide."""
+        if self.execution.dependent is not None:
+            depends = "depends on the wheel, on its dresses or on where a cycle has ended"
+            raise self._error(f"it reads #{self.execution.dependent}, which {depends}")
 
     def _take(self, event: Event) -> None:
         match event:
             case CycleAhead():
+                self._require_independent()  # for it may lead to blocks that the program as it is does not run
                 self.ahead = event.block
                 if self.dressing is not None and self.dressing[len(self.blocks)]:
                     self.execution.choose(D="1")

@@ -19,7 +19,8 @@ WORD = 2e-3
 """mm that three decimals in end and centre leave uncertain."""
 APART = 4.0
 """Radii between two elements that cannot come in each other's way: the centre keeps one from either and stands up to
-2.4 from its own element, where the offsets of two arcs meet at right angles outside."""
+2.4 from its own element, where the offsets of two arcs meet at right angles outside. Points one radius apart see it:
+between two of them an element comes no more than half a radius nearer."""
 LETTERS = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 planes = st.sampled_from(sorted(LETTERS))
 sides = st.sampled_from(["G41", "G42"])
@@ -59,13 +60,16 @@ class Element:
             return abs(abs(spoke) - abs(self.start - self.centre))
         return min(abs(point - self.start), abs(point - self.end))
 
-    def points(self) -> list[complex]:
-        """Points along it."""
+    def points(self, apart: float) -> list[complex]:
+        """Points along it, mm apart at most, both ends among them."""
         if self.centre is None:
-            return [self.start + share / 40 * (self.end - self.start) for share in range(41)]
+            way = self.end - self.start
+            count = math.ceil(abs(way) / apart)
+            return [self.start + share / count * way for share in range(count + 1)]
         spoke = self.start - self.centre
         total = (cmath.phase((self.end - self.centre) / spoke) * self.rotation) % math.tau
-        return [self.centre + spoke * cmath.rect(1.0, self.rotation * share / 40 * total) for share in range(41)]
+        count = math.ceil(abs(spoke) * total / apart)
+        return [self.centre + spoke * cmath.rect(1.0, self.rotation * share / count * total) for share in range(count + 1)]
 
     def reversed(self) -> "Element":
         """The same run the other way round."""
@@ -138,8 +142,7 @@ def test_the_centre_keeps_one_radius_from_the_contour(
     pieces: list[Piece], side: str, plane: str, radius: float, corner: str
 ) -> None:
     path = elements(pieces)
-    for one, next_ in itertools.pairwise(path):
-        assume(opens(one, next_, radius) and opens(next_, one.reversed(), radius))
+    assume(stays_apart(path, radius))
     for own, way in followed(path, side, plane, radius, corner):
         for element in path[max(own - 1, 0) : own + 2]:
             assert all(element.distance(point) >= radius - WORD for point in way)
@@ -155,6 +158,7 @@ def test_the_centre_keeps_one_radius_from_the_contour(
             "G19",
             5.859,
         ),
+        ([Piece(0.0, 29.0, -140.0), Piece(-83.75, 29.0, -140.0)], "G41", "G17", 0.21875),
     ],
 )
 def test_a_contour_that_comes_back_to_itself_is_followed(
@@ -162,6 +166,7 @@ def test_a_contour_that_comes_back_to_itself_is_followed(
 ) -> None:
     # the control looks at crossing vectors only (L 21-54): no wheel of this radius fits, but none of them cross
     path = elements(pieces)
+    assert not stays_apart(path, radius)
     assert followed(path, side, plane, radius, "G39")
 
 
@@ -180,9 +185,16 @@ def followed(path: list[Element], side: str, plane: str, radius: float, corner: 
     return found
 
 
+def stays_apart(path: list[Element], radius: float) -> bool:
+    """Whether the elements next to each other run away from their corner on both sides."""
+    return all(
+        opens(one, next_, radius) and opens(next_, one.reversed(), radius) for one, next_ in itertools.pairwise(path)
+    )
+
+
 def opens(first: Element, second: Element, radius: float) -> bool:
     """Whether the second element runs away from the first one until `APART` lies between them, and stays there."""
-    gaps = [min(first.distance(point), APART * radius) for point in second.points()]
+    gaps = [min(first.distance(point), APART * radius) for point in second.points(radius)]
     return gaps == sorted(gaps)
 
 

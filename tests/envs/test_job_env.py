@@ -24,10 +24,14 @@ from grind_env.envs.job import simulation as job_simulation
 from grind_env.envs.job.env import JobEnv
 from grind_env.envs.job.outline import Choice, outline_of_runs
 from grind_env.envs.job.vector_env import JobVectorEnv
+from grind_env.envs.program_episode import PassageError
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.script import script_of
+from grind_env.machine.script_block import ScriptError
+from grind_env.machine.settings import Ranges
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, assert_same, job_drawn, row_of
 from tests.machine.harness import DRESS
@@ -436,6 +440,52 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
     assert "part.nc:3: there is no script of this program" in str(env.why_not_replayed)
     assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
     assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
+
+
+def looped(assigned: str, executions: int) -> str:
+    """A program that counts its blocks in a variable that its dress program assigns as well."""
+    loop = (
+        f"#1=0\n#2=0\nWHILE[#1 LT 3]DO1\nN50 G82 X230. I-30. Y-[.03+#1*.03] J-.01 L0 F60. E15000. P9100 D{executions}\n"
+        "G80\nG00 X-30.\n#1=#1+1\nEND1\nG80\nG00 Y20.\nM30\n"
+    )
+    dress = DRESS.replace("M99", f"{assigned}\nM99")
+    return f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z-2.5\n{loop}{dress}"
+
+
+@pytest.mark.parametrize("executions", [0, 1])
+@pytest.mark.parametrize("assigned", ["#1=#1+1", "#1=5", "#1=#1+.5"])
+def test_a_program_whose_dress_decides_which_blocks_it_runs_is_told(
+    tmp_path: Path, assigned: str, executions: int
+) -> None:
+    path = written(tmp_path, looped(assigned, executions))
+    programs, job = read_file(path), load_job(Path(path).with_suffix(".toml"))
+    said = refusal(ScriptError, script_of, programs, job, Ranges(E=(3000.0, 30_000.0)))
+    assert "it reads #1, which depends on the wheel, on its dresses" in said
+    assert "depends on the E and D chosen in it" in refusal(PassageError, JobEnv, path)
+
+
+def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_path: Path) -> None:
+    assert JobEnv(written(tmp_path, looped("#2=5", 1))).why_not_replayed is None
+    env = JobEnv(written(tmp_path, looped("#2=#2+1", 1).replace("Y-[.03", "Y-[.03+#2*.005")))
+    assert "it reads #2" in str(env.why_not_replayed)
+    env.reset(seed=1)
+    for _ in env.blocks:
+        env.step(env.codec.encode(15_000.0, 2)[0])
+    assert env.tape is not None
+    assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+
+
+def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+    # neither without a dress nor with three of them is the loop left early
+    text = looped("#2=#2+1", 0).replace("END1", "IF[#2 EQ 1]GOTO 9\nEND1").replace("END1\nG80", "END1\nN9 G80")
+    env = JobEnv(written(tmp_path, text))
+    env.reset(seed=1)
+    one, none = (env.codec.encode(15_000.0, executions)[0] for executions in (1, 0))
+    for _ in range(2):
+        assert "part.nc:6: which cycle blocks the program runs behind" in refusal(PassageError, env.step, one)
+        assert not env.ground
+    env.step(none)
+    assert len(env.ground) == 1
 
 
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ def test_its_replay_is_what_the_machine_makes_of_it(case: tuple[Programs, Job]) 
     ("lines", "reason"),
     [
         ("IF [#2033 LT 150] THEN #1=1", "reads #2033, which depends on the wheel"),
-        ("#1=#5041", "reads #5041, which depends on the wheel or on where a cycle has ended"),
+        ("#1=#5041", "reads #5041, which depends on the wheel, on its dresses or on where a cycle has ended"),
     ],
 )
 def test_what_depends_on_the_part_has_no_script(tmp_path: Path, lines: str, reason: str) -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from grind_env.control import ControlError, CyclePlan, CycleStart, Programs, execute
 from grind_env.control.words import Block
-from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
+from grind_env.envs.program_episode import BlockRun, Passage, ProgramEpisode, Words
 from grind_env.errors import GrindError
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
@@ -117,10 +117,15 @@ def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> t
         runs.append(episode.step({}))
     blocks = tuple(_outlines(runs, episode))
     for choice in trials:
-        trial = ProgramEpisode(programs, job, job.parts)
+        trial = ProgramEpisode(programs, job, job.parts, course_of(blocks))
         for block in blocks:
             trial.step(block.words(choice))
     return blocks
+
+
+def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
+    """What a program comes by whatever is chosen in its blocks."""
+    return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)
 
 
 def refuse_many(programs: Programs, job: Job) -> None:

@@ -22,6 +22,7 @@ from grind_env.envs.job.outline import (
     INCH,
     Choice,
     JobProgramError,
+    course_of,
     outline_of_runs,
     outline_of_script,
     refuse_many,
@@ -203,7 +204,8 @@ class JobSimulation(Simulation):
         if self.script is None:
             for i in index:
                 conditions = self.tape(episodes, i).conditions
-                _job_episodes(episodes).programs[i : i + 1] = [ProgramEpisode(self.programs, self.job, conditions)]
+                program = ProgramEpisode(self.programs, self.job, conditions, course_of(self.blocks))
+                _job_episodes(episodes).programs[i : i + 1] = [program]
 
     def tape(self, episodes: Episodes, i: int) -> JobTape:
         """What was drawn for episode i."""
