@@ -8,7 +8,7 @@ they took a third of the time to compile. A record is at a lane or row that coun
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numba import types
@@ -16,6 +16,8 @@ from numba.core import cgutils
 from numba.core.typing import signature
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import load_item, store_item
+
+Record = TypeVar("Record")
 
 Indices: TypeAlias = Callable[[Any, Any], list[tuple[Any, ...]]]
 """From LLVM's builder and the integer that is the place of a record: the indices of its fields in the array."""
@@ -71,12 +73,13 @@ def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any]
     return _stores(write, record, ROWS, _in_row(fields))
 
 
-def replacer(record: type[Any], *names: str) -> Callable[[Any, tuple[Any, ...]], Any]:
+def replacer(record: type[Record], *names: str) -> Callable[[Record, tuple[Any, ...]], Record]:
     """Compiled `replace(old, numbers) -> record` with other numbers in the fields of these names, in this order.
 
     numba knows no `_replace`.
     """
-    fields = tuple(record._fields.index(name) for name in names)
+    named: Any = record
+    fields = tuple(named._fields.index(name) for name in names)
 
     def replace(old: Any, numbers: tuple[Any, ...]) -> Any:
         return old._replace(**dict(zip(names, numbers, strict=True)))
