@@ -52,6 +52,7 @@ class Target:
         option: by which it is named, or the file that it is named after; empty for a call without options.
         own: what it may replace; anything if None.
         after: the file that was named, where this one is written beside it.
+        in_folder: whether the option names its folder.
         called: whether it may be among the programs that are read, if it is its own: values that a program calls.
     """
 
@@ -59,12 +60,14 @@ class Target:
     option: str = ""
     own: Own | None = None
     after: Path | None = None
+    in_folder: bool = False
     called: bool = False
 
     @property
     def remedy(self) -> str:
         """What is to be done instead, as a message ends."""
-        return f"name another file with {self.option}" if self.option else "name another file to write"
+        what = "folder" if self.in_folder else "file"
+        return f"name another {what} with {self.option}" if self.option else f"name another {what} to write"
 
     def __str__(self) -> str:
         """As a message names it."""
@@ -114,7 +117,7 @@ def check_own(path: Path, own: Own, option: str) -> None:
         FileError: it is there already and something else.
     """
     if status_of(path) is not None:
-        check_targets([Target(path=path, option=option, own=own)])
+        check_targets([Target(path=path, option=option, own=own, in_folder=True)])
 
 
 def _refuse_twice(files: Sequence[Target]) -> None:
