@@ -49,7 +49,7 @@ class Target:
 
     Attributes:
         path: of it.
-        option: by which it is named, or the file that it is named after; empty for a call without options.
+        option: by which it is named, or what it is named after; empty for a call without options.
         own: what it may replace; anything if None.
         after: the file that was named, where this one is written beside it.
         in_folder: whether the option names its folder.
@@ -93,8 +93,9 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     known = [(path, status) for path in dict.fromkeys(read if replaced else ()) if (status := _regular(path))]
     for target, status in replaced:
         own = target.own is not None and target.own.fits(target.path)
+        values = own and target.called and status.st_size > 0  # nobody knows what an empty file is to be
         for path, other in known:
-            if os.path.samestat(status, other) and not (own and target.called):
+            if os.path.samestat(status, other) and not values:
                 which = "" if path == target.path else f"{shown(path)}, which is "
                 raise FileError(f"{target} is {which}read here and would be lost; {target.remedy}")
         if target.own is not None and not own:
