@@ -49,9 +49,10 @@ class Target:
 
     Attributes:
         path: of it.
-        option: by which it is named, or the file that it is named after; empty for a call without options.
+        option: by which it is named, or what it is named after; empty for a call without options.
         own: what it may replace; anything if None.
         after: the file that was named, where this one is written beside it.
+        in_folder: whether the option names its folder.
         called: whether it may be among the programs that are read, if it is its own: values that a program calls.
     """
 
@@ -59,12 +60,14 @@ class Target:
     option: str = ""
     own: Own | None = None
     after: Path | None = None
+    in_folder: bool = False
     called: bool = False
 
     @property
     def remedy(self) -> str:
         """What is to be done instead, as a message ends."""
-        return f"name another file with {self.option}" if self.option else "name another file to write"
+        what = "folder" if self.in_folder else "file"
+        return f"name another {what} with {self.option}" if self.option else f"name another {what} to write"
 
     def __str__(self) -> str:
         """As a message names it."""
@@ -90,8 +93,9 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     known = [(path, status) for path in dict.fromkeys(read if replaced else ()) if (status := _regular(path))]
     for target, status in replaced:
         own = target.own is not None and target.own.fits(target.path)
+        values = own and target.called and status.st_size > 0  # nobody knows what an empty file is to be
         for path, other in known:
-            if os.path.samestat(status, other) and not (own and target.called):
+            if os.path.samestat(status, other) and not values:
                 which = "" if path == target.path else f"{shown(path)}, which is "
                 raise FileError(f"{target} is {which}read here and would be lost; {target.remedy}")
         if target.own is not None and not own:
@@ -114,7 +118,7 @@ def check_own(path: Path, own: Own, option: str) -> None:
         FileError: it is there already and something else.
     """
     if status_of(path) is not None:
-        check_targets([Target(path=path, option=option, own=own)])
+        check_targets([Target(path=path, option=option, own=own, in_folder=True)])
 
 
 def _refuse_twice(files: Sequence[Target]) -> None:

@@ -537,6 +537,9 @@ def test_values_may_be_a_program_that_is_called(grind: Grind, tmp_path: Path) ->
     values.write_text("#101=12000.\nG04 P1.\nM99\n")
     status, _, err = grind(*words, "--write", values)
     assert status == 2 and "O9050.nc is read here and would be lost" in err
+    (tmp_path / "m.csv").write_text("")
+    status, _, err = grind(*words, "--write", tmp_path / "m.csv")
+    assert status == 2 and "m.csv is read here and would be lost" in err
 
 
 def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) -> None:
