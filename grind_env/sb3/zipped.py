@@ -46,4 +46,7 @@ def load_zip(path: Path, simulation: Simulation) -> LearnedPolicy:
         if fits(actor.network, form.view(simulation)):
             check_sums(path, actor.network, actor.tensors)
             return LearnedPolicy(actor, simulation.task.name, form, path.stem)
-    raise PolicyFileError(f"{path} was not trained for {simulation.task.name}: its observations or actions differ")
+    raise PolicyFileError(
+        f"{path} was not trained for {simulation.task.name}: its observations or actions differ; one trained in"
+        " an environment of an older grind_env does not say what it saw, and has to be trained anew"
+    )

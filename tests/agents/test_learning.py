@@ -3,6 +3,7 @@ import pytest
 
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.envs.blocks.tables import Outcome, reward_terms
+from grind_env.envs.learning import eased
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
@@ -84,3 +85,10 @@ def test_notes_are_the_means_of_what_the_environment_tells():
     assert metrics["actions/dress_share"] == pytest.approx(np.mean([each.executions > 0 for each in decisions]))
     assert notes.totals[Outcome._fields.index("finished")] == finished
     assert env.notes.blocks == 0
+
+
+def test_the_reward_of_a_learner_is_that_of_the_published_agents_to_the_bit():
+    rewards = np.random.default_rng(0).normal(-3.0, 6.0, 1000).astype(np.float32)
+    eased_rewards = eased(rewards)
+    assert eased_rewards.dtype == np.float32 and (eased_rewards == -10.0).any()
+    np.testing.assert_array_equal(eased_rewards, np.maximum(rewards + np.float32(1.0), np.float32(-10.0)))
