@@ -46,7 +46,7 @@ validate: setup
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
-	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=600 --output-dir build/notebooks $<
+	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir build/notebooks $<
 
 # The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees

@@ -70,6 +70,6 @@ nb_execution_mode = "force"
 nb_execution_excludepatterns = ["tutorials/*"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 1800
 # one block for what a command prints; `nb_merge_streams` breaks the lines at which its pieces meet
 execution.executenb = partial(execution.executenb, coalesce_streams=True)

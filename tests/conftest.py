@@ -1,11 +1,11 @@
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
 from tests.command import Grind
 
-# the first call of a compiled function compiles it, which no deadline should count
-settings.register_profile("default", deadline=None)
+# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
+settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("default")
 
 

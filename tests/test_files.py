@@ -29,6 +29,7 @@ from grind_env.policies.tuned import read_tuned
 from grind_env.process.catalogue import load_catalogue
 from grind_env.scores import read_references
 from grind_env.toml import TomlError, read_toml
+from tests.patience import PATIENCE
 
 SIMULATION = find_problem("oracle6").simulation()
 
@@ -108,6 +109,7 @@ def test_a_file_is_read_up_to_its_limit_and_not_beyond(tmp_path: Path) -> None:
 
 def test_a_pipe_is_read_as_far_as_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "MOST_BYTES", 100_000)
+    monkeypatch.setattr(files, "PATIENCE", PATIENCE)
     path = tmp_path / "pipe"
     os.mkfifo(path)
     writers = []

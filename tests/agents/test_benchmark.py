@@ -24,6 +24,7 @@ from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
+from tests.patience import PATIENCE, wait_until
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
 ORACLE = PROBLEM.simulation()
@@ -262,7 +263,7 @@ def test_a_worker_whose_parent_has_gone_ends_and_says_nothing(tmp_path, capfd, p
     worker = pool._start(lasting, Request(runs=tmp_path))
     if policy is not None:
         worker.pipe.send(Cell(SLOT, policy))
-        assert worker.pipe.poll(120.0)
+        assert worker.pipe.poll(PATIENCE)
     worker.pipe.close()
     worker.process.join()
     assert worker.process.exitcode == 0
@@ -301,21 +302,18 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
             start_new_session=True,
         )
         files = [tmp_path / name for name in ("idle", "busy", "sending")]
-        wait_until(lambda: all(file.exists() and file.read_text(encoding="utf-8") for file in files))
+        wait_until(lambda: parent.poll() is not None or all(map(told, files)))
         workers = [int(file.read_text(encoding="utf-8")) for file in files]
         number = getattr(signal, name)
         kill(parent.pid, number)
-        assert parent.wait(120.0) == (130 if name == "SIGINT" else -number)
+        assert parent.wait(PATIENCE) == (130 if name == "SIGINT" else -number)
         wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
         said.seek(0)
         assert said.read() == ""
 
 
-def wait_until(condition, patience=120.0):
-    end = time.monotonic() + patience
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)
+def told(file):
+    return file.exists() and file.read_text(encoding="utf-8")
 
 
 def test_command_line(tmp_path, monkeypatch, capsys):

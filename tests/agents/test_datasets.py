@@ -4,7 +4,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
@@ -274,15 +273,40 @@ def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
     assert whole == killed
 
 
-def test_a_command_killed_while_its_dataset_is_written_goes_on(folder: Path):
-    command = [sys.executable, "-m", "agents", "dataset", "--task", "oracle6", "--episodes", "1000"]
-    place = {**os.environ, "MINARI_DATASETS_PATH": str(folder)}
-    first = subprocess.Popen(command, cwd=ROOT, env=place)
-    while not [each for each in folder.rglob("*.hdf5") if each.stat().st_size > 0]:
-        assert first.poll() is None
+KILLED = """
+import os, signal, subprocess, sys, time
+from pathlib import Path
+from types import SimpleNamespace
+
+from agents.__main__ import main
+from agents.offline import writer
+
+
+def run(command, *, input, check, **options):
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, **options)
+    process.stdin.write(input)
+    process.stdin.close()
+    while not any(each.stat().st_size > 0 for each in Path({folder!r}).rglob("*.hdf5")):
+        assert not process.poll(), process.stderr.read()
         time.sleep(0.005)
-    first.kill()
-    assert first.wait() == -signal.SIGKILL
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+writer.subprocess = SimpleNamespace(run=run, PIPE=subprocess.PIPE)
+sys.argv = {words!r}
+main()
+"""
+"""The command, which ends itself as soon as a part of the dataset is on the disk, however busy the machine is."""
+
+
+def test_a_command_killed_while_its_dataset_is_written_goes_on(folder: Path):
+    words = ["agents", "dataset", "--task", "oracle6", "--episodes", "1000"]
+    command = [sys.executable, "-m", *words]
+    place = {**os.environ, "MINARI_DATASETS_PATH": str(folder)}
+    first = subprocess.run(
+        [sys.executable, "-c", KILLED.format(folder=str(folder), words=words)], cwd=ROOT, env=place, check=False
+    )
+    assert first.returncode == -signal.SIGKILL
     assert list(folder.rglob(".grind-*"))
     again = subprocess.run(command, cwd=ROOT, env=place, capture_output=True, text=True, check=True)
     assert "6000 steps" in again.stdout

@@ -10,10 +10,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from grind_env import files
 from grind_env.control import source as source_module
 from grind_env.control.errors import ControlError
 from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
 from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
+from tests.patience import PATIENCE
 
 Found = tuple[int, int, str]
 
@@ -271,7 +273,8 @@ def test_a_small_file_may_change(tmp_path: Path) -> None:
     assert [source.text for source in blocks] == ["X1", "X2"]
 
 
-def test_a_pipe_is_read_once(tmp_path: Path) -> None:
+def test_a_pipe_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "PATIENCE", PATIENCE)
     path = tmp_path / "part.nc"
     os.mkfifo(path)
     writer = threading.Thread(target=path.write_text, args=("X1\nX2",))

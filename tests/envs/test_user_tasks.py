@@ -196,7 +196,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     return content
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=documents())
 def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_path: Path) -> None:
     path = written(tmp_path, toml_text(content))
@@ -225,7 +225,7 @@ LESS_THAN_A_PICK = {
 }
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
 @example(content=LESS_THAN_A_PICK, cycle="G82", seed=0)
 def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(

@@ -25,6 +25,8 @@ from grind_env.shop.optimise.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, write
 
 PARTS = 4
+LONG = ("--budget", "1000s")
+"""So that no search ends early on a busy machine."""
 FRESH = tuple((77, 4242, k) for k in range(128))
 SHOWN = {
     "seconds": "seconds",
@@ -81,7 +83,7 @@ def test_the_same_seed_finds_the_same() -> None:
 
 def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
-    options = ["--vary", "E", "--bounds", "E=8000..9000", "--parts", "2", "-o", output]
+    options = ["--vary", "E", "--bounds", "E=8000..9000", "--parts", "2", *LONG, "-o", output]
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 3
     assert "no better program found" in capsys.readouterr().out
     assert not output.exists()
@@ -89,7 +91,7 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
 
 def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
-    options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", "--json", "-o", output]
+    options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", *LONG, "--json", "-o", output]
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 4
     told = json.loads(capsys.readouterr().out)
     assert told["verdict"] == "infeasible"
@@ -100,7 +102,7 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
 def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, output = write(tmp_path, "lower"), tmp_path / "out.nc"
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--round", "E=1000", "--parts", "3"]
-    assert status(*arguments, "-o", output, "--json") == 0
+    assert status(*arguments, *LONG, "-o", output, "--json") == 0
     told = json.loads(capsys.readouterr().out)
     assert output.read_bytes() == told["text"].encode()
     assert b"\r\n" in output.read_bytes()

@@ -16,6 +16,7 @@ from grind_env.machine.job_file import load_job
 from grind_env.shop.report.assumptions import changes
 from grind_env.shop.report.run import run_report
 from tests.machine.harness import DRESS
+from tests.patience import PATIENCE
 
 pytest.importorskip("plotly")
 
@@ -154,7 +155,7 @@ def test_a_browser_draws_it_and_has_no_complaint(tmp_path: Path) -> None:
         [CHROMIUM, *options, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", path.as_uri()],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
     )
     assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     panels = re.findall(r'class="(x\d*y\d*) crisp|class="subplot (x\d*y\d*)"', done.stdout)
