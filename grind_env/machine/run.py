@@ -177,9 +177,10 @@ class GrindingRun:
         """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
         stop, self._leaving = self._leaving, None
         if stop is not None:
-            if self._stroked_until > stop.time + INSTANT:
+            strokes_on = self._stroked_until > stop.time + INSTANT
+            if strokes_on:
                 self.watch.stroked_on(stop)
-            self._unload(max(stop.time, self._stroked_until), stop)
+            self._unload(self._stroked_until if strokes_on else stop.time, stop)
 
     def _stop(self, event: ProgramStop) -> None:
         """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
