@@ -7,7 +7,7 @@ LONGEST_QUOTE = 60
 """Characters that a message quotes of what was found."""
 LONGEST_REASON = 160
 """Characters that it quotes of another library's message."""
-MOST_LISTED = 8
+MOST_LISTED = 20
 """Names from a file that a message lists."""
 
 
