@@ -1,12 +1,14 @@
 """The common root of every error that a user's input can cause, and what its message quotes and may suggest."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 LONGEST_QUOTE = 60
 """Characters that a message quotes of what was found."""
 LONGEST_REASON = 160
 """Characters that it quotes of another library's message."""
+MOST_LISTED = 20
+"""Names from a file that a message lists."""
 
 
 class GrindError(ValueError):
@@ -38,6 +40,12 @@ def quoted(value: object) -> str:
         return shortened(repr(value))
     except (RecursionError, ValueError):  # of a table in a table in a table ..., of a number of 5000 digits
         return f"a value of type {type(value).__name__} that is too large to be shown"
+
+
+def listed(names: Sequence[str], most: int = MOST_LISTED) -> str:
+    """Names from a file as a message lists them: the first ones, each shortened, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(shortened(name) for name in names[:most]) + more
 
 
 def reason(error: Exception) -> str:

@@ -7,6 +7,7 @@ import typer
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS
+from grind_env.arguments import Keeps
 
 
 def register(app: typer.Typer) -> None:
@@ -18,8 +19,8 @@ def recipe(
     seeds: Annotated[int, typer.Option(min=1, help="Trainings of each way, from seed 0.")] = 5,
     steps: Annotated[int, typer.Option(min=1, help="Environment steps of a training.")] = 1_000_000,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept.")] = RUNS,
-    results: Annotated[Path, typer.Option(help="Folder of recipe.csv and recipe.md.")] = RESULTS,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    results: Annotated[Path, typer.Option(help="Folder of recipe.csv and recipe.md."), Keeps()] = RESULTS,
 ) -> None:
     """Run the training recipe of the README on several seeds, with the belief and without, and write the table.
 

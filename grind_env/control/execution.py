@@ -44,7 +44,7 @@ class Execution(Iterator[Event]):
 
     @property
     def dependent(self) -> int | None:
-        """The first `#` variable read whose value depends on the wheel, on its dresses or on where a cycle has ended."""
+        """The first `#` variable read whose value depends on the wheel, its dresses or on where a cycle has ended."""
         return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
     def move_axis(self, axis: int, coordinate: float) -> None:

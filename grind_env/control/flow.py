@@ -1,9 +1,10 @@
 """The way of execution through the blocks of programs, and the view ahead along it."""
 
+import bisect
 import functools
 import itertools
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, DecimalException
 from typing import NamedTuple
@@ -95,11 +96,11 @@ class Call:
 
 
 class Landmarks(NamedTuple):
-    """Where jumps of a program may lead."""
+    """Where jumps of a program may lead; indices ascend."""
 
-    labels: Mapping[int, tuple[int, ...]]
+    labels: Mapping[int, Sequence[int]]
     """Indices of the blocks with an N number."""
-    ends: Mapping[int, tuple[int, ...]]
+    ends: Mapping[int, Sequence[int]]
     """Indices of the blocks END 1, END 2 and END 3."""
 
 
@@ -168,7 +169,8 @@ def _go_to(block: Block, label: Decimal, call: Call) -> None:
     if not found:
         message = f"GOTO leads to N{label.normalize():f}, with which no block of this program begins; label one so"
         raise block.error("jump", message)
-    target = next((index for index in found if index >= stream.index), found[0])
+    behind = bisect.bisect_left(found, stream.index)
+    target = found[behind] if behind < len(found) else found[0]
     call.loops = [loop for loop in call.loops if loop.begin <= target <= loop.end]
     stream.jump(target)
 
@@ -182,9 +184,10 @@ def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
         end = call.loops.pop().end
     else:
         ends = landmarks(stream.program.blocks, block).ends.get(number, ())
-        end = next((index for index in ends if index > begin), -1)
-        if end < 0:
+        behind = bisect.bisect_right(ends, begin)
+        if behind == len(ends):
             raise block.error("jump", f"the loop DO {number} has no END {number} behind it; end it with one")
+        end = ends[behind]
         if any(other.number == number for other in call.loops):
             raise block.error("jump", f"DO {number} stands within another DO {number}; number the inner one otherwise")
         if around is not None and end > around.end:
@@ -198,12 +201,12 @@ def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
 
 @functools.lru_cache(maxsize=16)
 def _landmarks(blocks: Blocks) -> Landmarks:
-    labels: dict[int, tuple[int, ...]] = {}
-    ends: dict[int, tuple[int, ...]] = {}
+    labels: dict[int, list[int]] = {}
+    ends: dict[int, list[int]] = {}
     for index, source in enumerate(_kept(blocks)):
         for marks, number in ((labels, label_of(source.text)), (ends, end_of(source.text))):
             if number is not None:
-                marks[number] = (*marks.get(number, ()), index)
+                marks.setdefault(number, []).append(index)
     return Landmarks(labels, ends)
 
 

@@ -24,7 +24,7 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, listed, quoted
 from grind_env.kernel import entry, exp, inlined, log
 
 ACTIONS = ("box", "multidiscrete", "discrete", "dict")
@@ -143,7 +143,7 @@ class ActionCodec:
 
     def _dict_table(self, actions: Any) -> Table:
         if not isinstance(actions, Mapping) or set(actions) != set(self.names):
-            found = f"the keys {', '.join(map(str, actions))}" if isinstance(actions, Mapping) else repr(actions)
+            found = f"the keys {listed([*map(str, actions)])}" if isinstance(actions, Mapping) else quoted(actions)
             raise ActionError(f"actions are {found}, but must be a dict with the keys {', '.join(self.names)}")
         columns = [_numbers(actions[name]) for name in self.names]
         if columns[0].ndim == 2 and columns[0].shape[1] == 1:

@@ -26,7 +26,7 @@ from grind_env.control import (
 )
 from grind_env.control.modal_state import Modes
 from grind_env.control.words import read_block
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, listed
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.job import Job
 from grind_env.machine.wheel_body import over_diamond
@@ -195,7 +195,7 @@ def measure_dress(
     )
     feeds = sorted({traverse.feed for traverse in traverses})
     if len(feeds) > 1:
-        found = ", ".join(f"F{feed:g}" for feed in feeds)
+        found = listed([f"F{feed:g}" for feed in feeds])
         raise _error(number, f"its passes run at {found} mm/min; give all of them the same feed")
     for k, infeed in enumerate(infeeds, 1):
         if infeed > DEEPEST_INFEED + STEP:

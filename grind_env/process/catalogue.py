@@ -24,7 +24,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from grind_env.errors import did_you_mean, quoted, shortened
+from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.files import ReadError, shown
 from grind_env.process.entries import (
     CatalogueError,
@@ -208,6 +208,6 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
 
 def _find(kind: type[EntryT], name: object, known: Mapping[str, EntryT]) -> EntryT:
     if not isinstance(name, str) or name not in known:
-        hint, names = did_you_mean(quoted(name).strip("'").lower(), known), ", ".join(sorted(known))
+        hint, names = did_you_mean(quoted(name).strip("'").lower(), known), listed(sorted(known))
         raise CatalogueError(f"there is no {label(kind, name)}{hint}; known are {names}.")
     return known[name]

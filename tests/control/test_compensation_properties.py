@@ -69,7 +69,9 @@ class Element:
         spoke = self.start - self.centre
         total = (cmath.phase((self.end - self.centre) / spoke) * self.rotation) % math.tau
         count = math.ceil(abs(spoke) * total / apart)
-        return [self.centre + spoke * cmath.rect(1.0, self.rotation * share / count * total) for share in range(count + 1)]
+        return [
+            self.centre + spoke * cmath.rect(1.0, self.rotation * share / count * total) for share in range(count + 1)
+        ]
 
     def reversed(self) -> "Element":
         """The same run the other way round."""

@@ -1,6 +1,7 @@
 """Paramacros: variables, jumps, loops and calls, by what the programs written with them do."""
 
 import math
+import time
 from collections.abc import Callable
 
 import pytest
@@ -243,6 +244,20 @@ def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
 def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
     filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
     assert refusal(f"{filling}DO 1\nEND 1\n{filling[:400]}", block_budget=60_000).name == "block-budget"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "N1 GOTO 1\n" * 19_800 + "N1 M30",
+        "#1=0\nN1 GOTO 9\n" + "N1\n" * 15_000 + "N9 #1=#1+1\nIF [#1 LT 15000] GOTO 1\nM30",
+    ],
+    ids=["from each to the next", "back over all"],
+)
+def test_a_label_that_stands_everywhere_is_not_searched_line_by_line(text: str) -> None:
+    began = time.process_time()
+    assert xs(text) == []
+    assert time.process_time() - began < 15.0  # line by line it takes 52 and more
 
 
 def test_loops_over_parts_end_as_parts_written_out() -> None:

@@ -430,9 +430,9 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
 ) -> None:
     tried: list[Choice] = []
 
-    def noted(programs: Any, job: Any, trials: Any) -> Any:
+    def noted(programs: Any, job: Any, trials: Any, between: Any) -> Any:
         tried.extend(trials)
-        return outline_of_runs(programs, job, trials)
+        return outline_of_runs(programs, job, trials, between)
 
     monkeypatch.setattr(job_simulation, "outline_of_runs", noted)
     assert JobEnv().why_not_replayed is None and not tried

@@ -8,6 +8,7 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import read, read_file
+from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
@@ -16,10 +17,14 @@ from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.statistics import bootstrap
+from grind_env.shop.optimise import budget as clock
+from grind_env.shop.optimise import optimise as optimising
+from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.optimise import optimise, problem_of
 from grind_env.shop.optimise.outcome import Optimised, Verdict
 from grind_env.shop.optimise.search import Search
+from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.trials import trials_of
 from grind_env.shop.optimise.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, write
@@ -112,6 +117,93 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
 
 def test_the_time_ends_the_search_and_says_so() -> None:
     assert optimise(EXAMPLES / "plate_g82.nc", parts=2, seconds=0.0).ended_early
+
+
+class Clock:
+    """A clock that goes on by so many seconds with every block that the control executes."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
+        self.now, self.searched = 0.0, 0.0
+        step, judged = ProgramEpisode.step, Budget.judged
+
+        def ticking(episode: ProgramEpisode, words: Words) -> BlockRun:
+            self.now += seconds
+            return step(episode, words)
+
+        def noted(budget: Budget, most: int, each: float) -> int:
+            self.searched = self.now
+            return judged(budget, most, each)
+
+        monkeypatch.setattr(ProgramEpisode, "step", ticking)
+        monkeypatch.setattr(Budget, "judged", noted)
+        monkeypatch.setattr(clock, "monotonic", lambda: self.now)
+
+
+@pytest.fixture
+def executed(tmp_path: Path) -> Path:
+    """A program without a script: two blocks under G96."""
+    path = tmp_path / "part.nc"
+    text = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
+    path.write_text(text.replace("S1910 M03", "G96 S1800 M03"), encoding="utf-8")
+    path.with_suffix(".toml").write_bytes((EXAMPLES / "plate_g82.toml").read_bytes())
+    return path
+
+
+ONCE, LOOKED, TRIAL = 10, 10, 32
+"""Blocks of the program that are executed before the time begins, then before the first trial, and in a trial."""
+
+
+def test_the_search_of_a_program_that_is_executed_ends_with_its_time(
+    executed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budget = LOOKED + 3.5 * TRIAL  # ends within the fourth trial
+    watch = Clock(monkeypatch, 1.0)
+    found = optimise(executed, parts=1, seconds=budget)
+    assert found.ended_early and found.evaluations == 3
+    compared = 3 * 8 * 2
+    assert watch.searched <= ONCE + budget + 1.0 + compared
+    assert watch.now <= 5.0 * budget + 10.0
+    assert 8 <= found.lots < 256
+    assert f"judged on {found.lots} lots" in " ".join(sentences(found))
+    assert "3 programs tried, seed 1" in sentences(found)
+    assert as_data(found)["evaluations"] == 3 and as_data(found)["lots"] == found.lots
+
+
+def test_one_trial_alone_does_not_say_that_there_is_no_better_program(
+    executed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    watch = Clock(monkeypatch, 1.0)
+    report = tmp_path / "found.html"
+    assert status("optimise", executed, "--parts", 1, "--budget", f"{LOOKED + TRIAL - 2}s", "--report", report) == 3
+    said = capsys.readouterr().out.split("\n")
+    assert "too few programs were tried: the first one took all the time of the search" in said[-2]
+    assert "with --budget 54min" in said[-2] and "1 program tried" in said[-3]
+    assert watch.now <= 5.0 * (LOOKED + TRIAL - 2) + 10.0
+    assert "no better program" not in "".join(said) + report.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("seconds", [2.0, 20.0])
+def test_without_the_time_for_one_trial_the_remedy_is_told(
+    executed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], seconds: float
+) -> None:
+    watch = Clock(monkeypatch, 1.0)
+    assert status("optimise", executed, "--parts", 1, "--budget", f"{seconds}s") == 2
+    error = capsys.readouterr().err
+    assert "no time to try one program on 16 lots of 1 parts" in error and error.count("\n") == 1
+    assert "give it more than --budget" in error
+    assert watch.now <= ONCE + 1.5 * seconds + 4.0 + 1.0
+
+
+def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wishes, found = wishes_of("D", ["D=0..1"], keep=["70"]), []
+    for name, lots in (("SEARCHED", 4), ("JUDGED", 12)):
+        monkeypatch.setattr(optimising, name, lots)
+    for pace in (0.001, 0.01):
+        with monkeypatch.context() as patched:
+            Clock(patched, pace)
+            found.append(optimise(executed, wishes=wishes, parts=1, seconds=1000.0))
+    assert found[0] == found[1] and not found[0].ended_early
+    assert found[0].lots == 12 and found[0].evaluations == 2
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The text of an optimised program: only the words that change are others, and they do what was asked of them."""
 
 import re
+import time
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
@@ -17,7 +18,7 @@ from grind_env.machine.script import script_of
 from grind_env.machine.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.optimise import Problem, problem_of, with_words
-from grind_env.shop.optimise.unrolling import unrolled
+from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.wishes import WishError, wishes_of
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 
@@ -100,6 +101,27 @@ def test_one_value_holds_for_all_calls_and_each_has_its_own_when_they_are_writte
     assert plain == [
         own_settings(block.plan, block.dress_plan) for block in script_of(read(together.text.text), apart.job).blocks
     ]
+
+
+CALLED = "O2\nG82 Y-.05 E9000.\nG80\nM99\n"
+
+
+def test_calls_within_calls_are_written_out_in_their_places() -> None:
+    text = f"O1\nM98 P3 L2\nG00 X1.\nM98 P2\nM30\nO3\nM98 P2\nG00 X5.\nM99\n{CALLED}"
+    lines = unrolled(read(text), text_of(text.encode())).text.splitlines()
+    inner = ["(M98 P2)", "G82 Y-.05 E9000.", "G80"]
+    assert lines[1 : lines.index("M30")] == ["(M98 P3 L2)", *2 * [*inner, "G00 X5."], "G00 X1.", *inner]
+
+
+def test_calls_without_end_are_refused_and_thousands_are_written_out_at_once() -> None:
+    text = f"O1\nM98 P3\nM30\nO3\nM98 P3\nM98 P2\nM99\n{CALLED}"
+    with pytest.raises(UnrollError, match="its calls nest more than 4 levels deep"):
+        unrolled(read(text), text_of(text.encode()))
+    text = "O1\n" + "M98 P2\n" * 5000 + f"M30\n{CALLED}"
+    began = time.process_time()
+    assert unrolled(read(text), text_of(text.encode())).text.count("G82") == 5001
+    assert time.process_time() - began < 10.0  # one after the other they take minutes
+    assert len(unrolled(read(text), text_of(text.encode())).lines) == len(text.splitlines()) + 2 * 5000 + 1
 
 
 def test_a_block_that_is_kept_stays_as_it_is() -> None:

@@ -1,5 +1,7 @@
 """Texts as shops export them, read to the numbers that stand in them."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,9 @@ from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.gauge import read_gauge
 from grind_env.shop.calibrate.logs import read_log
-from grind_env.shop.calibrate.sheet import read_sheet
+from grind_env.shop.calibrate.sheet import LATEST, read_sheet
+from grind_env.shop.calibrate.table import calibrate_table
+from tests.shop.coverage import EXAMPLES
 
 POWER = 1000.0 + 37.0 * (np.arange(60) % 7)
 MACHINE = load_catalogue().machine("default")
@@ -184,6 +188,94 @@ def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
             "volts of the map had no effect on a power in W"
             in read_log(path, MACHINE, read_map(tmp_path / "map.toml")).remarks
         )
+
+
+@pytest.mark.parametrize("separator", [";", ",", "\t", " "])
+@pytest.mark.parametrize("cell", ['"', '"1200', '"12""00'])
+def test_a_quote_that_is_not_closed_is_told_with_its_row(tmp_path, separator, cell):
+    rows = [("time", "power"), *((f"{k}", f"{p:.0f}") for k, p in enumerate(POWER))]
+    rows[20] = ("19", cell)
+    with pytest.raises(CalibrationError, match="a quote is not closed in the row '19") as caught:
+        read_sheet(written(tmp_path, rows, separator=separator))
+    assert "\n" not in str(caught.value)
+
+
+def test_quotes_that_are_closed_are_no_part_of_a_cell(tmp_path):
+    rows = [
+        ('"time [s]"', '"power [W]"', '"remark"'),
+        *((f'"{k}"', f'"{p:.1f}"', '"a ""b"""') for k, p in enumerate(POWER)),
+    ]
+    log = read_log(written(tmp_path, rows), MACHINE, Map())
+    np.testing.assert_allclose(log.power, POWER)
+
+
+@pytest.mark.parametrize(
+    ("number", "column"),
+    [
+        *(("99999999999999999999", column) for column in range(5)),
+        *(("9" * 400, column) for column in range(5)),
+        *((number, column) for number in ("1e308", "-1e308", "1e400") for column in range(1, 5)),
+        ("9" * 5000, 0),
+    ],
+)
+def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, number, column):
+    headings = ("part", "Ra [um]", "size [um]", "wheel [mm]", "time [s]")
+    rows = [headings, *([str(k), "0.3", "2.0", "299.9", str(k)] for k in range(1, 9))]
+    rows[4][column] = number
+    path = written(tmp_path, rows)
+    with pytest.raises(CalibrationError, match="cannot have been measured; correct that cell") as caught:
+        read_gauge(path, Map())
+        read_sheet(path).numbers(4, LATEST)
+    assert repr(headings[column].split()[0]) in str(caught.value)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("number", ["1e-320", "-0", "inf", "1_000"])
+def test_a_setting_of_nothing_is_none(tmp_path, number):
+    headings = ("wheel_speed [m/s]", "table_speed [mm/min]", "downfeed [mm]", "power [W]")
+    rows = [headings, *([f"{20 + k}", "9000", "0.01", f"{1000 + 100 * k}"] for k in range(4))]
+    for column, name in ((0, "wheel_speed"), (1, "table_speed"), (2, "downfeed")):
+        other = [list(row) for row in rows]
+        other[3][column] = number
+        with pytest.raises(CalibrationError, match=f"setting 3 has no {name}"):
+            calibrate_table(written(tmp_path, other), EXAMPLES / "plate_g82.toml", names="ploughing_pressure")
+
+
+@pytest.mark.parametrize("word", ["inf", "-INF", "nan", "n/a", "", "---"])
+def test_words_for_what_is_missing_are_no_numbers(tmp_path, word):
+    rows = [["time", "power"], *([f"{k}", f"{p:.1f}"] for k, p in enumerate(POWER))]
+    rows[7][1] = word
+    log = read_log(written(tmp_path, rows), MACHINE, Map())
+    np.testing.assert_allclose(log.power, np.delete(POWER, 6))
+
+
+@pytest.mark.parametrize("value", ["inf", "nan", "1" + 400 * "0", "1e308", "0", "true"])
+def test_a_number_of_a_map_is_one_of_a_machine(tmp_path, value):
+    path = tmp_path / "map.toml"
+    path.write_text(f"[log]\nrated_power = {value}\n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match=r"log\.rated_power is .* must be a number above 0") as caught:
+        read_map(path).number("log", "rated_power")
+    assert len(str(caught.value)) < 400
+
+
+def test_a_text_of_many_columns_is_refused_early_and_in_short(tmp_path):
+    cells = ["1.5"] * 1_000_000
+    began = time.process_time()
+    with pytest.raises(CalibrationError, match="has 1000000 columns between ';'") as caught:
+        read_log(written(tmp_path, [[f"c{k}" for k in range(len(cells))], cells, cells]), MACHINE, Map())
+    assert time.process_time() - began < 10.0
+    assert len(str(caught.value)) < 400
+
+
+def test_messages_name_a_few_columns_of_many(tmp_path):
+    path = written(tmp_path, [[f"column no. {k} {'x' * 200}" for k in range(100)], *([["1.5"] * 100] * 3)])
+    with pytest.raises(CalibrationError, match="and 80 more") as caught:
+        read_log(path, MACHINE, Map())
+    assert len(str(caught.value)) < 2000
+    (tmp_path / "map.toml").write_text('[log]\ntime = "t"\n', encoding="utf-8")
+    with pytest.raises(CalibrationError, match="and 80 more") as caught:
+        read_log(path, MACHINE, read_map(tmp_path / "map.toml"))
+    assert len(str(caught.value)) < 2000
 
 
 def test_an_empty_file_is_called_empty(tmp_path):

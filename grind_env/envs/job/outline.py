@@ -1,6 +1,6 @@
 """A part program and its job, examined before an agent gets them: the cycle blocks, and what each is part of."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -100,13 +100,16 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
     return tuple(blocks)
 
 
-def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> tuple[BlockOutline, ...]:
+def outline_of_runs(
+    programs: Programs, job: Job, trials: Sequence[Choice], between: Callable[[], object]
+) -> tuple[BlockOutline, ...]:
     """The cycle blocks of a program that has to be run to know them, on parts as the job states them.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: the job.
         trials: choices for all blocks with each of which the program must run as well.
+        between: called between two blocks; what it raises ends the runs.
 
     Raises:
         GrindError: it cannot be run.
@@ -115,11 +118,13 @@ def outline_of_runs(programs: Programs, job: Job, trials: Sequence[Choice]) -> t
     runs: list[BlockRun] = []
     while episode.block is not None:
         runs.append(episode.step({}))
+        between()
     blocks = tuple(_outlines(runs, episode))
     for choice in trials:
         trial = ProgramEpisode(programs, job, job.parts, course_of(blocks))
         for block in blocks:
             trial.step(block.words(choice))
+            between()
     return blocks
 
 

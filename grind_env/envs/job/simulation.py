@@ -5,7 +5,7 @@ Both are judged and remembered by the same compiled functions.
 """
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -84,6 +84,7 @@ class JobSimulation(Simulation):
         spark_outs: the same of L.
         name: in tables and folders; that of the program without its suffix if None.
         file: of the program; empty for one of the package.
+        between: called between two blocks where the control executes the program to know it; what it raises ends that.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -105,6 +106,7 @@ class JobSimulation(Simulation):
         spark_outs: Sequence[int] = (),
         name: str | None = None,
         file: str = "",
+        between: Callable[[], object] = lambda: None,
     ) -> None:
         refuse_many(programs, job)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
@@ -119,7 +121,7 @@ class JobSimulation(Simulation):
             self.why = error
         if self.script is None:
             trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
-            self.blocks = outline_of_runs(programs, job, trials)
+            self.blocks = outline_of_runs(programs, job, trials, between)
         else:
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
@@ -151,7 +153,7 @@ class JobSimulation(Simulation):
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
         self._inch = np.array([block.inch for block in self.blocks])
         self._begin_with(self._generator_of(0.0))
-        cost = self._nominal_cost()
+        cost = self._nominal_cost(between)
         if not cost > 0.0:
             raise JobProgramError(
                 f"{programs.name} costs nothing with this job; give its machine an hourly_rate above 0"
@@ -173,7 +175,7 @@ class JobSimulation(Simulation):
         twin._begin_with(twin._generator_of(0.0))
         return twin
 
-    def _nominal_cost(self) -> float:
+    def _nominal_cost(self, between: Callable[[], object]) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
         episodes, total = self.start([np.random.default_rng(0)]), 0.0
         strokes = 0.0
@@ -181,6 +183,8 @@ class JobSimulation(Simulation):
             outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
             total += float(outcomes[0, COST])
             strokes += float(tallies[0, STROKES])
+            if self.script is None:
+                between()
         if strokes == 0.0:
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))

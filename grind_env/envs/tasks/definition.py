@@ -24,7 +24,7 @@ from grind_env.envs.tasks.tables import (
     WheelChange,
     whole_micrometres,
 )
-from grind_env.errors import did_you_mean, quoted, shortened
+from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.presenter import html, presenter
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.process.cost import Limits, Rates
@@ -123,7 +123,7 @@ class Task:
         names = [kind.name for kind in self.kinds]
         for name in sequence:
             if name not in names:
-                legal = ", ".join(names)
+                legal = listed(names)
                 message = f"{place}: there is no kind {quoted(name)}{did_you_mean(name, names)}; legal are {legal}"
                 raise TaskError(message, place, name, legal)
         numbers = [names.index(name) for _, name in zip(range(self.blocks), itertools.cycle(sequence), strict=False)]

@@ -22,10 +22,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grind_env.errors import did_you_mean, quoted
+from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import Sheet, plain
+from grind_env.shop.calibrate.sheet import BEYOND, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
@@ -60,12 +60,14 @@ class Map:
         return self.tables.get(table, {}).get(key)
 
     def number(self, table: str, key: str) -> float | None:
-        """The same of a number above 0."""
+        """The same of a number above 0; a `CalibrationError` says that it is none."""
         value = self.value(table, key)
         if value is None:
             return None
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0:
-            raise CalibrationError(f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0")
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < BEYOND:
+            raise CalibrationError(
+                f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0 and below {BEYOND:g}"
+            )
         return float(value)
 
 
@@ -133,14 +135,13 @@ def not_used(sheet: Sheet, used: Iterable[int]) -> list[str]:
     others = [heading.name for number, heading in enumerate(sheet.headings) if number not in set(used)]
     if not others:
         return []
-    more = f" and {len(others) - LISTED} more" if len(others) > LISTED else ""
-    names = ", ".join(quoted(name) for name in others[:LISTED])
-    return [f"nothing was taken from {'columns' if len(others) > 1 else 'column'} {names}{more} of {sheet.path.name}"]
+    names = listed([quoted(name) for name in others], LISTED)
+    return [f"nothing was taken from {'columns' if len(others) > 1 else 'column'} {names} of {sheet.path.name}"]
 
 
 def names_of(sheet: Sheet) -> str:
     """The headings of a sheet, as messages list them."""
-    return ", ".join(heading.name for heading in sheet.headings)
+    return listed([heading.name for heading in sheet.headings])
 
 
 def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
@@ -148,12 +149,12 @@ def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
     full = [f"{heading.name} [{heading.unit}]" for heading in sheet.headings]
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= len(names):
         return value - 1
-    for listed in (names, full):
-        if value in listed:
-            return listed.index(value)
+    for each in (names, full):
+        if value in each:
+            return each.index(value)
     raise CalibrationError(
         f"{said.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
-        f"its columns are {', '.join(names)}"
+        f"its columns are {names_of(sheet)}"
     )
 
 

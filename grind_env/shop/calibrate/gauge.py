@@ -16,6 +16,8 @@ from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 INCH = 25.4
 LENGTHS = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": INCH, "inch": INCH, "uin": 1e-6 * INCH}
 """mm of units of length."""
+MOST_DIGITS = 18
+"""Of the number of a part; one with more of them is none."""
 MOST_DEVIATION = 1.0
 """mm; a size above that is one of the part and not its deviation."""
 YES = ("1", "true", "yes", "y", "ja", "j", "x", "si", "oui", "o", "s", "burn", "burnt", "brand", "nok", "nio")
@@ -58,7 +60,7 @@ def read_gauge(path: Path, said: Map) -> Gauge:
             'are with a map: [gauge] Ra = "..."'
         )
     rows = len(sheet.cells)
-    remarks = [f"{name} is column '{sheet.headings[columns[name]].name}'" for name in measured]
+    remarks = [f"{name} is column {quoted(sheet.headings[columns[name]].name)}" for name in measured]
     remarks += not_used(sheet, columns.values())
     empty = np.full(rows, np.nan)
     size = _size(sheet, columns["size"], said, remarks) if "size" in columns else empty
@@ -78,7 +80,11 @@ def _parts(sheet: Sheet, column: int | None, rows: int) -> Numbers:
     if column is None:
         return in_order
     numbers = [re.search(r"(\d+)\D*$", text) for text in sheet.texts(column)]
-    found = np.array([int(match[1]) if match else 0 for match in numbers], np.int64)
+    digits = [match[1].lstrip("0") if match else "" for match in numbers]
+    for row, each in enumerate(digits):
+        if len(each) > MOST_DIGITS:
+            raise sheet.not_measured(column, row)
+    found = np.array([int(each or "0") for each in digits], np.int64)
     if np.any(found == 0) or np.any(np.diff(found) <= 0):
         return in_order
     return found if found[0] < 1000 and found[-1] <= 10 * rows else found - found[0] + 1

@@ -11,7 +11,7 @@ from grind_env.files import shown
 from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, not_used
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
+from grind_env.shop.calibrate.sheet import LATEST, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
@@ -129,7 +129,7 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
     unit = plain(str(unit or sheet.headings[column].unit))
-    return sheet.numbers(column) * SECONDS.get(unit, 1.0), unit in SECONDS
+    return sheet.numbers(column, LATEST) * SECONDS.get(unit, 1.0), unit in SECONDS
 
 
 def _gaps(time: Floats) -> list[str]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from grind_env.errors import listed
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.align import MARGIN, Alignment
 from grind_env.shop.calibrate.fit import Fit
@@ -32,7 +33,7 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
         remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
     changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
     if changed:
-        remarks.append(f"the feed was overridden, {', '.join(changed)}")
+        remarks.append(f"the feed was overridden, {listed(changed)}")
     left_out = np.argwhere(np.isfinite(found.correlation) & ~found.sure)
     if left_out.size:
         firsts = pattern.firsts[left_out[:, 1]]
@@ -41,9 +42,8 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
             f"part {part} from line {line} on"
             for part, line in zip(parts.tolist(), pattern.line[firsts].tolist(), strict=True)
         ]
-        more = f", and {len(names) - NAMED} more" if len(names) > NAMED else ""
         remarks.append(
-            f"runs of strokes that are not in the log as programmed were left out: {', '.join(names[:NAMED])}{more}; a "
+            f"runs of strokes that are not in the log as programmed were left out: {listed(names, NAMED)}; a "
             "feed that was overridden in the middle is such a case"
         )
     if pattern.crosses.any():

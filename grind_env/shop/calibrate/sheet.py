@@ -4,6 +4,7 @@ Between columns stand semicolons, tabulators, bars, commas or blanks; before the
 export, after it a line of units; numbers have a decimal point or a decimal comma.
 """
 
+import csv
 import io
 import re
 import unicodedata
@@ -16,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.errors import quoted
 from grind_env.extras import needing
 from grind_env.files import ReadError, read_bytes, shown
 from grind_env.shop.calibrate.errors import CalibrationError
@@ -27,6 +29,9 @@ Floats = NDArray[np.float64]
 
 SEPARATORS = (";", "\t", "|", ",", " ")
 """In the order in which they are tried: a comma may be that of decimals."""
+MOST_COLUMNS = 1000
+BEYOND, LATEST = 1e12, 1e19
+"""What no measurement reaches in any unit, and no time, not even that of a clock in ns since 1970."""
 LOOKED_AT = 200
 """Lines in which the layout of a text is looked for."""
 USUAL_SHARE = 0.6
@@ -75,13 +80,28 @@ class Sheet:
     decimal_comma: bool
     skipped: int
 
-    def numbers(self, column: int) -> Floats:
-        """A column as numbers; NaN where a cell is none."""
+    def numbers(self, column: int, beyond: float = BEYOND) -> Floats:
+        """A column as numbers; NaN where a cell is none.
+
+        Raises:
+            CalibrationError: a number is beyond all measurements.
+        """
         texts = self.cells[column].str.strip().str.rstrip("%").str.strip()
         if self.decimal_comma:
             texts = texts.str.replace(".", "", regex=False).str.replace(",", ".", regex=False)
         numbers: Floats = pandas.to_numeric(texts, errors="coerce").to_numpy(np.float64)
+        for row in np.flatnonzero(np.abs(numbers) >= beyond).tolist():
+            if any(letter.isdigit() for letter in texts[row]):  # else a word such as inf, for what is missing
+                raise self.not_measured(column, row)
         return np.where(np.isfinite(numbers), numbers, np.nan)
+
+    def not_measured(self, column: int, row: int) -> CalibrationError:
+        """The error of a cell whose number is none that can have been measured."""
+        heading, cell = self.headings[column].name, self.texts(column)[row]
+        return CalibrationError(
+            f"{shown(self.path)}: {quoted(cell)} in column {quoted(heading)} cannot have been measured; correct that "
+            "cell, or leave it empty"
+        )
 
     def texts(self, column: int) -> list[str]:
         """A column as texts; an empty one for an empty cell."""
@@ -121,6 +141,11 @@ def read_sheet(path: Path) -> Sheet:
     if first is None:
         raise CalibrationError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
     data = [line for line in lines[first:] if len(_split(line, separator)) == columns]
+    for line in data:
+        if '"' in line and _is_open(line, separator):
+            raise CalibrationError(
+                f"{shown(path)}: a quote is not closed in the row {quoted(line)}; close or delete it"
+            )
     looked = [cell.strip() for line in data[:LOOKED_AT] for cell in _split(line, separator)]
     comma = separator != "," and sum(bool(_COMMA.fullmatch(cell)) for cell in looked) > sum(
         bool(_POINT.fullmatch(cell)) for cell in looked
@@ -191,6 +216,15 @@ def _split(line: str, separator: str) -> list[str]:
     return line.split() if separator == " " else line.split(separator)
 
 
+def _is_open(line: str, separator: str) -> bool:
+    """Whether a quote of a line is closed in none of its cells, so that the next line would belong to the last one."""
+    try:
+        rows = list(csv.reader([f"{line}\n", "next"], delimiter=separator, skipinitialspace=True))
+    except csv.Error:  # a cell of more than 100,000 characters
+        return True
+    return len(rows) == 1
+
+
 def _layout(path: Path, lines: Sequence[str]) -> tuple[str, int]:
     """What stands between columns, and how many there are."""
     middle = max((len(lines) - LOOKED_AT) // 2, 0)  # a text may begin with lines about itself
@@ -200,6 +234,11 @@ def _layout(path: Path, lines: Sequence[str]) -> tuple[str, int]:
         if not counted:
             break
         columns, often = counted.most_common(1)[0]
+        if columns > MOST_COLUMNS:
+            raise CalibrationError(
+                f"{shown(path)} has {columns} columns between '{separator}'; export those that were measured, "
+                f"{MOST_COLUMNS} at most"
+            )
         if columns > 1 and often >= USUAL_SHARE * len(looked):
             return separator, columns
     raise CalibrationError(

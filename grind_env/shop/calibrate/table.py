@@ -64,6 +64,10 @@ HELD_OUT, ENOUGH = 4, 6
 """One row in so many judges the fit, if there are at least so many."""
 
 
+LEAST_SETTING = 1e-9
+"""Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
+
+
 class _Row(NamedTuple):
     """A row that has a response."""
 
@@ -190,7 +194,7 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
     }
     given = {name: float(values[name][k]) for name in SETTINGS if name in values and name != "volume"}
     for name, value in given.items():
-        if not value > 0.0:
+        if not value > LEAST_SETTING:
             raise CalibrationError(f"setting {k + 1} has no {name}; every row needs all of its settings, above 0")
     return _Row({**usual, **given}, float(values["volume"][k]) if "volume" in values else math.nan)
 

@@ -49,14 +49,15 @@ def optimise(
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
     The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over. The best
-    one is judged on 256 lots that the search has not seen, each ground with both programs. It is written only if the
+    one is judged on 256 lots that the search has not seen, each ground with both programs; on fewer where the control
+    has to execute the program step by step and the budget has no time for more. It is written only if the
     upper end of the 95 % interval of the difference is below 0, and if 95 of 100 parts keep every limit with its
     margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
     that runs several times keeps one value for all its runs.
 
     The report is written whatever was found.
 
-    Exit status 3: no better program was found. 4: no program keeps the limits.
+    Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
     """
     from rich.console import Console
 
@@ -93,6 +94,6 @@ def optimise(
     if report is not None:
         path = job_beside(program) if job is None else job
         write_page(report, optimised_report(found, load_job(path), {"program": program, "job": path}))
-    statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
+    statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.UNTRIED: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
     if found.verdict in statuses:
         raise typer.Exit(statuses[found.verdict])

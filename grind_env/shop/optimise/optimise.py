@@ -1,6 +1,6 @@
 """Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
 
-import time
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +17,7 @@ from grind_env.machine.job_file import job_beside, load_job
 from grind_env.machine.settings import DRESS_SECONDS, D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT
+from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Between, Budget, TimeUp, nothing, time_said
 from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, text_of, word_of
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.search import GENERATIONS, Point, Search
@@ -26,7 +27,8 @@ from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, Variable
 from grind_env.shop.optimise.wishes import WishError, Wishes
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
-"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged."""
+"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; fewer
+of a program that the control executes, if there is no time for them."""
 FINALISTS = 12
 STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
@@ -77,7 +79,8 @@ class Problem(NamedTuple):
         choices: what is varied.
         ranges: of J and L, as `trials_of` takes them.
         margins: of the limits, as shares of them, shape (4,).
-        spread: factor on all that is random in the lots.
+        base: the program as it is, on any lots.
+        budget: time that there is.
     """
 
     programs: Programs
@@ -88,17 +91,21 @@ class Problem(NamedTuple):
     choices: Choices
     ranges: ScriptRanges
     margins: Array
-    spread: float = 1.0
+    base: Trials
+    budget: Budget
 
     def trials(self, use: int, lots: int) -> Trials:
         """The program as it is, on lots of its own for each use."""
-        return self.trials_of(self.programs, use, lots)
+        return self.base.on(lots_of(self.seed, use, lots))
 
     def trials_of(self, programs: Programs, use: int, lots: int) -> Trials:
-        """The same with another text."""
-        seeds = lots_of(self.seed, use, lots)
-        picks, spark_outs = self.ranges
-        return trials_of(programs, self.job, self.runs, seeds, picks=picks, spark_outs=spark_outs, spread=self.spread)
+        """Another text, with its own words only."""
+        return trials_of(programs, self.job, self.runs, lots_of(self.seed, use, lots))
+
+    def with_job(self, job: Job, margins: Array, budget: Budget) -> "Problem":
+        """The same with another job, other margins and another time."""
+        base = _base(self.programs, job, self.runs, self.seed, self.ranges)
+        return self._replace(job=job, margins=margins, base=base, budget=budget)
 
     @property
     def besides(self) -> bool:
@@ -112,20 +119,23 @@ class Problem(NamedTuple):
             table[:, variable.blocks, variable.column] = variable.settings[points[:, k], None]
         return table
 
-    def measure(self, trials: Trials, points: list[Point]) -> Measures:
+    def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
         """What programs with other words come to."""
-        return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides)
+        return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
 
-    def search(self, trials: Trials, deadline: float, progress: Progress, label: str) -> Search:
+    def search(self, trials: Trials, progress: Progress, label: str) -> Search:
         """A search on lots."""
+        budget = self.budget
 
         def costs(points: NDArray[np.int64]) -> Array:
-            found = trials.measure(self.settings(trials.own, points), besides=self.besides)
+            between = budget.require_search if search.costs else budget.require_first
+            found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
             beyond = found.violation(self.margins).sum(axis=1)
             return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1)))
 
         counts = [len(each.levels) for each in self.choices.variables]
-        return Search(costs, counts, deadline, lambda count: progress(label, count))
+        search = Search(costs, counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
+        return search
 
 
 def optimise(
@@ -149,13 +159,13 @@ def optimise(
         job: its job file; the program's name with `.toml` if not given.
         wishes: what is varied between which bounds, and margins of the limits.
         parts: how often the program is run before the wheel is handed over; the wheel carries over.
-        seconds: for the search.
+        seconds: for the search; it ends with them, and what follows within four times as many and 10 s.
         seed: of lots and search.
         unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         progress: called with what is being done and by how many programs it has come on.
 
     Raises:
-        GrindError: the program cannot be run, or there is nothing to vary in it.
+        GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.
     """
     program = Path(program)
     job = job_beside(program) if job is None else Path(job)
@@ -163,29 +173,52 @@ def optimise(
     if unroll:
         text = unrolled(programs, text)
         programs = read(text.text, programs.name, programs.folder)
-    problem = problem_of(programs, text, load_job(job), wishes or Wishes(), parts, seed)
-    return _optimised(problem, job.name, seconds, progress)
+    try:
+        problem = problem_of(programs, text, load_job(job), wishes or Wishes(), parts, seed, seconds)
+        return _optimised(problem, job.name, progress)
+    except TimeUp:
+        raise GrindError(
+            f"{programs.name}: there was no time to try one program on {SEARCHED} lots of {parts} parts, for the "
+            f"control executes this one step by step; give it more than --budget {seconds:g}s, or grind fewer --parts"
+        ) from None
 
 
-def problem_of(programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int) -> Problem:
+def problem_of(
+    programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int, seconds: float = math.inf
+) -> Problem:
     """What is to be searched.
 
     Raises:
         GrindError: as `optimise`.
+        TimeUp: there is not even time to look at the batch.
     """
     once = trials_of(programs, job, 1, [(0,)], spread=0.0)
+    budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
     choices = choices_of(once.simulation, text, wishes)
     margins = np.array([wishes.margin(name) for name in LIMITS])
-    problem = Problem(programs, text, job, runs, seed, choices, _ranges(choices), margins)
-    why = problem.trials(0, 1).simulation.why
-    if why is None or not any(problem.ranges):
+    ranges = _ranges(choices)
+    base = _base(programs, job, runs, seed, ranges, budget.require_first)
+    problem = Problem(programs, text, job, runs, seed, choices, ranges, margins, base, budget)
+    why = base.simulation.why
+    if why is None or not any(ranges):
         return problem
     others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
     remark = f"J and L are kept as they are: {why}"
     if not others.words:
         raise WishError(remark)
     choices = choices_of(once.simulation, text, others)
-    return problem._replace(choices=Choices(choices.variables, (*choices.remarks, remark)), ranges=ScriptRanges())
+    return problem._replace(
+        choices=Choices(choices.variables, (*choices.remarks, remark)),
+        ranges=ScriptRanges(),
+        base=_base(programs, job, runs, seed, ScriptRanges(), budget.require_first),
+    )
+
+
+def _base(
+    programs: Programs, job: Job, runs: int, seed: int, ranges: ScriptRanges, between: Between = nothing
+) -> Trials:
+    picks, spark_outs = ranges
+    return trials_of(programs, job, runs, lots_of(seed, 0, 1), picks=picks, spark_outs=spark_outs, between=between)
 
 
 def with_words(problem: Problem, point: Point) -> ProgramText:
@@ -226,28 +259,32 @@ def _ranges(choices: Choices) -> ScriptRanges:
     )
 
 
-def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -> Optimised:
-    deadline = time.monotonic() + seconds
-    variables = problem.choices.variables
+def _optimised(problem: Problem, job: str, progress: Progress) -> Optimised:
+    variables, budget = problem.choices.variables, problem.budget
     start = tuple(each.start for each in variables)
-    search = problem.search(problem.trials(1, SEARCHED), deadline, progress, "searching")
+    search = problem.search(problem.trials(1, SEARCHED), progress, "searching")
+    known = budget.spent
     search.run(start, problem.seed)
+    seconds = (budget.spent - known) / len(search.costs)
     feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
     point = _chosen(problem, feasible) if feasible else search.ranked[0]
     text = with_words(problem, point)
     programs = read(text.text, problem.programs.name, problem.programs.folder)
-    after = problem._replace(ranges=ScriptRanges()).trials_of(programs, 3, JUDGED)
-    before = problem.trials(3, JUDGED)
+    lots = JUDGED if problem.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
+    after, before = problem.trials_of(programs, 3, lots), problem.trials(3, lots)
     _require_said(problem, before, after, point)
     progress("judging", 0)
     old, new = before.measure(before.own[None]), after.measure(after.own[None])
     difference = _paired(new.cost[0] - old.cost[0])
     beyond = new.violation(problem.margins)[0]
     sought = feasible and before.simulation.compiled
-    prices = _prices(problem, before, point, time.monotonic() + 0.5 * seconds, progress) if sought else {}
+    prices = _prices(problem, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
     limits = _limits(problem, old, new, prices)
     on = lots_said(len(before.seeds), "unseen lots")
     verdict, reason = _verdict(bool(feasible), difference, limits, beyond, on)
+    if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
+        enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
+        verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     better = verdict is Verdict.BETTER
     quantities = _quantities(problem, programs, old, new)
     return Optimised(
@@ -258,7 +295,7 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
         words=tuple(_word(each, number) for each, number in zip(variables, point, strict=True)),
         quantities=quantities,
         limits=limits,
-        remarks=(*problem.choices.remarks, *_undressed(before, after, problem.runs)),
+        remarks=(*problem.choices.remarks, *_undressed(before, after, problem.runs), *_few(len(before.seeds), lots)),
         before=problem.text.text,
         after=text.text if better else problem.text.text,
         data=text.bytes() if better else problem.text.bytes(),
@@ -271,11 +308,16 @@ def _optimised(problem: Problem, job: str, seconds: float, progress: Progress) -
 
 
 def _chosen(problem: Problem, ranked: list[Point]) -> Point:
-    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them."""
-    compiled = problem.trials(0, 1).simulation.compiled
-    count, lots = (FINALISTS, CHOSEN) if compiled else STEP_BY_STEP
+    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
+
+    Without the time for that it is the first of them.
+    """
+    count, lots = (FINALISTS, CHOSEN) if problem.base.simulation.compiled else STEP_BY_STEP
     finalists = ranked[:count]
-    found = problem.measure(problem.trials(2, lots), finalists)
+    try:
+        found = problem.measure(problem.trials(2, lots), finalists, problem.budget.require_comparison)
+    except TimeUp:
+        return finalists[0]
     beyond = found.violation(problem.margins).sum(axis=1)
     cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
     return finalists[int(cost.argmin())]
@@ -366,7 +408,7 @@ def _limits(problem: Problem, old: Measures, new: Measures, prices: dict[str, In
     )
 
 
-def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, progress: Progress) -> dict[str, Interval]:
+def _prices(problem: Problem, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Interval]:
     """What each limit costs: what the best words without it save on unseen lots."""
     with_all, prices = problem.measure(judged, [best]).cost[0], {}
     for k, name in enumerate(LIMITS):
@@ -375,8 +417,8 @@ def _prices(problem: Problem, judged: Trials, best: Point, deadline: float, prog
             continue
         margins = problem.margins.copy()
         margins[k] = np.inf
-        other = problem._replace(job=free, margins=margins)
-        search = other.search(other.trials(1, SEARCHED), deadline, progress, f"without the limit of {name}")
+        other = problem.with_job(free, margins, budget)
+        search = other.search(other.trials(1, SEARCHED), progress, f"without the limit of {name}")
         search.run(best, problem.seed, GENERATIONS // FEWER)
         point = _chosen(other, [best, *search.ranked])
         found = other.measure(other.trials(3, JUDGED), [point]).cost[0]
@@ -401,6 +443,13 @@ def without(job: Job, limit: str) -> Job | None:
 
     parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
     return replace(job, part=freed(job.part), parts=parts)
+
+
+def _few(judged: int, lots: int) -> list[str]:
+    """A remark if there was no time for all the lots of the judgement; a job that states its parts has one."""
+    if judged == lots < JUDGED:
+        return [f"judged on {lots} lots, for {JUDGED} take longer than the time allows: --budget gives it more"]
+    return []
 
 
 def _undressed(before: Trials, after: Trials, runs: int) -> list[str]:

@@ -16,6 +16,7 @@ class Verdict(Enum):
     BETTER = "better"
     NOT_BETTER = "no better program found"
     INFEASIBLE = "no program keeps the limits"
+    UNTRIED = "too few programs were tried"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,6 @@ cost that limits cut off, and asks for a generation at a time, which is one repl
 end in a point that no single change, and no change of two values by one level each, makes cheaper.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.extras import needing
+from grind_env.shop.optimise.budget import TimeUp
 
 Array = NDArray[np.float64]
 Point = tuple[int, ...]
@@ -26,13 +26,9 @@ STRATEGY = "randtobest1bin"
 SETTLED = 1e-3
 """Relative spread of the costs of a generation at which it has settled."""
 AT_ONCE = 32
-"""Points between two looks at the clock."""
+"""Points between two looks at the clock, at most."""
 MOST_PAIRS = 14
 """Variables up to which changes of two at once are tried."""
-
-
-class _TimeUp(Exception):
-    """The deadline has passed."""
 
 
 @dataclass(slots=True)
@@ -40,17 +36,20 @@ class Search:
     """What has been evaluated.
 
     Attributes:
-        objective: costs of points, shape (C, variables) -> (C,); called once for each point.
+        objective: costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the
+            search without those points.
         counts: how many values each variable has.
-        deadline: clock reading at which it ends, s; infinite for none.
+        is_up: whether the time is up.
+        at_once: points that the objective gets at a time, at most.
         advance: called with the number of points after each call of the objective.
         costs: of all points evaluated.
-        ended_early: whether the deadline has ended it.
+        ended_early: whether the time was up before it had ended.
     """
 
     objective: Callable[[NDArray[np.int64]], Array]
     counts: Sequence[int]
-    deadline: float = float("inf")
+    is_up: Callable[[], bool] = lambda: False
+    at_once: int = AT_ONCE
     advance: Callable[[int], object] = lambda count: None
     costs: dict[Point, float] = field(default_factory=dict)
     ended_early: bool = False
@@ -63,23 +62,28 @@ class Search:
     def evaluate(self, points: Sequence[Point]) -> Array:
         """Costs of points, which are remembered."""
         new = [point for point in dict.fromkeys(points) if point not in self.costs]
-        for begin in range(0, len(new), AT_ONCE):
-            if self.costs and time.monotonic() > self.deadline:
-                raise _TimeUp
-            some = new[begin : begin + AT_ONCE]
+        at_once = min(self.at_once, AT_ONCE)
+        for begin in range(0, len(new), at_once):
+            if self.costs and self.is_up():
+                raise TimeUp
+            some = new[begin : begin + at_once]
             self.costs.update(zip(some, self.objective(np.array(some, np.int64)).tolist(), strict=True))
             self.advance(len(some))
         return np.array([self.costs[point] for point in points])
 
     def run(self, start: Point, seed: int, generations: int = GENERATIONS) -> Point:
-        """The cheapest point found, from a start that is one of the first generation."""
+        """The cheapest point found, from a start that is one of the first generation.
+
+        Raises:
+            TimeUp: before the start itself was evaluated.
+        """
         self.evaluate([start])
         if all(count == 1 for count in self.counts):
             return start
         try:
             self._evolve(start, seed, generations)
             self._descend()
-        except _TimeUp:
+        except TimeUp:
             self.ended_early = True
         return self.ranked[0]
 

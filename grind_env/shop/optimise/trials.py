@@ -1,7 +1,7 @@
 """What a program costs with other words, on the same lots for all of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.settings import SETTINGS, D, E, own_settings
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import NO_LIMIT
+from grind_env.shop.optimise.budget import Between, nothing
 
 Array = NDArray[np.float64]
 
@@ -87,23 +88,48 @@ class Trials:
         blocks = self.simulation.blocks[: self.blocks]
         return np.array([own_settings(block.plan, block.dress) for block in blocks])
 
-    def measure(self, settings: Array, *, besides: bool = False, handover: bool = True) -> Measures:
+    @property
+    def at_once(self) -> int:
+        """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
+        rows = len(self.seeds) * len(self.simulation.blocks)
+        return max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+
+    def on(self, seeds: Sequence[tuple[int, ...]]) -> "Trials":
+        """The same on other lots; on one of them where the job states how each part differs."""
+        return replace(self, seeds=tuple(seeds[:1] if self.simulation.job.parts else seeds))
+
+    def measure(
+        self, settings: Array, *, besides: bool = False, handover: bool = True, between: Between = nothing
+    ) -> Measures:
         """Run candidates.
 
         Args:
             settings: shape (C, blocks of one run or of all runs, fields of `BlockSettings`).
             besides: whether J, L and dress settings are others than the program's.
             handover: whether the dull wheel that is left is charged for.
+            between: called between two blocks of a program that the control executes; what it raises ends the run.
         """
-        lots, blocks = len(self.seeds), len(self.simulation.blocks)
-        at_once = max(ROWS_AT_ONCE // (lots * blocks), 1)
-        every = range(0, len(settings), at_once)
-        parts = [self._measure(settings[begin : begin + at_once], besides, handover) for begin in every]
+        every = range(0, len(settings), self.at_once)
+        parts = [self._measure(settings[begin : begin + self.at_once], besides, handover, between) for begin in every]
         return Measures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
-    def _measure(self, settings: Array, besides: bool, handover: bool) -> Measures:
+    def _measure(self, settings: Array, besides: bool, handover: bool, between: Between) -> Measures:
         simulation, lots, count = self.simulation, len(self.seeds), len(settings)
-        start = simulation.start([np.random.default_rng(seed) for seed in self.seeds])
+        together = [self.seeds] if simulation.compiled else [(seed,) for seed in self.seeds]
+        ground = [self._ground(settings, seeds, besides, handover, between) for seeds in together]
+        worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*ground, strict=True))
+        parts = worst.shape[2]
+        cost, seconds, good = sums.reshape(3, count, lots) / parts
+        power, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
+        shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
+        return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
+
+    def _ground(
+        self, settings: Array, seeds: Sequence[tuple[int, ...]], besides: bool, handover: bool, between: Between
+    ) -> tuple[Array, Array, Array]:
+        """Candidates on some lots, n of both: shares of the limits, shape (4, n, parts), sums, (3, n), and peaks."""
+        simulation, lots, count = self.simulation, len(seeds), len(settings)
+        start = simulation.start([np.random.default_rng(seed) for seed in seeds])
         episodes = start if count == 1 else start.pick(np.tile(np.arange(lots), count))
         part_of_block, parts = simulation.part_of_block, int(simulation.part_of_block[-1]) + 1
         rows = _LimitRows.of(simulation)
@@ -112,6 +138,8 @@ class Trials:
         sums = np.zeros((3, n))
         peaks = np.zeros((4, n, parts))
         for k, part in enumerate(part_of_block.tolist()):
+            if not simulation.compiled:
+                between()
             chosen = np.repeat(settings[:, k % settings.shape[1]], lots, axis=0)
             outcomes, tallies = simulation.step(
                 episodes, chosen[:, E].copy(), chosen[:, D].copy(), settings=chosen if besides else None
@@ -130,10 +158,7 @@ class Trials:
                 for limit, value, most in ((2, outcomes[:, _RA], rows.Ra[k]), (3, error, rows.size[k])):
                     if most > NO_LIMIT:
                         np.maximum(worst[limit, :, part], value / most, out=worst[limit, :, part])
-        cost, seconds, good = sums.reshape(3, count, lots) / parts
-        power, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
-        shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
-        return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
+        return worst, sums, peaks
 
 
 class _LimitRows(NamedTuple):
@@ -171,6 +196,7 @@ def trials_of(
     picks: Sequence[float] = (),
     spark_outs: Sequence[int] = (),
     spread: float = 1.0,
+    between: Between = nothing,
 ) -> Trials:
     """A program for a batch of parts.
 
@@ -182,6 +208,7 @@ def trials_of(
         picks: the lowest and the highest J that may be chosen, mm.
         spark_outs: the same of L.
         spread: factor on all that is random.
+        between: called between two blocks of its first executions by the control; what it raises ends them.
 
     Raises:
         GrindError: the program cannot be run, or runs other blocks for the next part; or there is no run, or there are
@@ -195,12 +222,13 @@ def trials_of(
             f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
             "parts",
         )
-    simulation = JobSimulation(repeated(programs, runs), job, spread, picks=picks, spark_outs=spark_outs)
+    batch = repeated(programs, runs)
+    simulation = JobSimulation(batch, job, spread, picks=picks, spark_outs=spark_outs, between=between)
     if len(simulation.blocks) % runs:
         raise JobProgramError(
             f"{programs.name} does not run the same cycle blocks for every part; choose --parts 1 for it"
         )
-    return Trials(simulation, runs, tuple(seeds[:1] if job.parts else seeds))
+    return Trials(simulation, runs, ()).on(seeds)
 
 
 def lots_of(seed: int, use: int, count: int) -> tuple[tuple[int, ...], ...]:

@@ -16,6 +16,7 @@ from grind_env.control.paths import INTEGRANDS
 from grind_env.control.source import SourceText
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.errors import listed
 from grind_env.machine import settings
 from grind_env.machine.dress_program import DEEPEST_INFEED
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
@@ -132,7 +133,7 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(wishes.kept - labels):
-        known = ", ".join(f"N{each}" for each in sorted(labels))
+        known = listed([f"N{each}" for each in sorted(labels)])
         raise WishError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
     names = wishes.words
     if simulation.script is None:

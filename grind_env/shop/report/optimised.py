@@ -33,7 +33,12 @@ from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES, Cells
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-LEVELS: Mapping[Verdict, Level] = {Verdict.BETTER: "good", Verdict.NOT_BETTER: "poor", Verdict.INFEASIBLE: "bad"}
+LEVELS: Mapping[Verdict, Level] = {
+    Verdict.BETTER: "good",
+    Verdict.NOT_BETTER: "poor",
+    Verdict.UNTRIED: "poor",
+    Verdict.INFEASIBLE: "bad",
+}
 
 
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
