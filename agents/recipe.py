@@ -25,6 +25,7 @@ from grind_env.files import read_text, write_atomically
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import find_problem
+from grind_env.targets import Own, check_own
 
 README = ROOT / "README.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -37,6 +38,7 @@ EPISODES = 128
 LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
 TASK = "power_limited"
 CSV, PAGE = "recipe.csv", "recipe.md"
+TITLE = "# The recipe of the README"
 
 
 class Cell(NamedTuple):
@@ -173,10 +175,14 @@ def run_recipe(
         results: folder of the table.
 
     Raises:
+        FileError: another table has the name of one that is to be written.
         GrindError: the README has no recipe, or a training failed.
     """
     request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
     results.mkdir(parents=True, exist_ok=True)
+    for name, begin in ((CSV, "sees,seed,steps,"), (PAGE, TITLE)):
+        own = Own("table of `python -m agents recipe`", re.compile(begin.encode()).match)
+        check_own(results / name, own, "--results")
     cells = [Cell(way, seed) for way in WAYS for seed in range(seeds)]
     found, failed = work_on_all(cells, request, jobs, console, train)
     if failed:
@@ -221,6 +227,6 @@ def page(found: Sequence[Trained]) -> str:
             )
         )
     return (
-        f"# The recipe of the README\n\n`python -m agents recipe` on {TASK}: {found[0].steps:,} steps of each,"
+        f"{TITLE}\n\n`python -m agents recipe` on {TASK}: {found[0].steps:,} steps of each,"
         f" {found[0].episodes} evaluation episodes.\n\n" + table(HEADINGS, rows) + "\n"
     )
