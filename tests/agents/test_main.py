@@ -15,8 +15,8 @@ from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
-ELSEWHERE = ("benchmark", "figure", "gaps", "scores")
-"""Commands that `test_benchmark`, `test_learning_figure`, `test_gaps` and `test_scores` run through the same `main`."""
+ELSEWHERE = ("benchmark", "figure", "gaps", "recipe", "scores")
+"""Commands that tests of their own run through the same `main`."""
 
 
 @pytest.fixture

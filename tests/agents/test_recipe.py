@@ -3,12 +3,14 @@
 import csv
 import json
 import re
+import sys
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from agents import recipe as recipes
+from agents.__main__ import main
 from agents.cells import RESULTS
 from agents.recipe import (
     CSV,
@@ -19,7 +21,6 @@ from agents.recipe import (
     Cell,
     Request,
     Trained,
-    page,
     recipe,
     run_recipe,
     train,
@@ -61,7 +62,9 @@ def test_a_training_is_judged_kept_and_taken_up_again(tmp_path: Path, monkeypatc
     assert train(cell, request, lambda done: None) == found
 
 
-def test_the_tables_are_of_all_trainings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tables_are_of_all_trainings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     def trained(cell: Cell, request: Request) -> Trained:
         score = 80.0 + cell.seed
         numbers = {"score": score, "score_low": score - 1.0, "score_high": score + 1.0, "cost_per_good_part": 2.8}
@@ -71,12 +74,15 @@ def test_the_tables_are_of_all_trainings(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(
         recipes, "work_on_all", lambda cells, request, *_: ([trained(cell, request) for cell in cells], {})
     )
-    found = run_recipe(3, 1000, jobs=1, console=Console(quiet=True), runs=tmp_path, results=tmp_path)
+    places = ("--runs", str(tmp_path), "--results", str(tmp_path))
+    monkeypatch.setattr(sys, "argv", ["agents", "recipe", "--seeds", "3", "--steps", "1000", *places])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert not ended.value.code and (text := (tmp_path / PAGE).read_text(encoding="utf-8")) in capsys.readouterr().out
     rows = list(csv.DictReader((tmp_path / CSV).read_text(encoding="utf-8").splitlines()))
     assert [(row["sees"], row["seed"]) for row in rows] == [(way, str(seed)) for way in WAYS for seed in range(3)]
     assert {"commit", "task_version", "torch"} <= set(rows[0])
-    assert (tmp_path / PAGE).read_text(encoding="utf-8") == page(found)
-    assert "| measurements alone | 81.0 | 80.0 | 80.0, 81.0, 82.0 |" in page(found)
+    assert "| measurements alone | 81.0 | 80.0 | 80.0, 81.0, 82.0 |" in text and "1,000 steps of each, 128" in text
     monkeypatch.setattr(recipes, "work_on_all", lambda cells, *_: ([], {cells[0]: "it burnt"}))
     with pytest.raises(GrindError, match="1 of 6 trainings failed: it burnt"):
         run_recipe(3, 1000, jobs=1, console=Console(quiet=True), runs=tmp_path, results=tmp_path)
