@@ -187,7 +187,9 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
     watch = Clock(monkeypatch, 1.0)
     assert status("optimise", executed, "--parts", 1, "--budget", f"{seconds}s") == 2
     error = capsys.readouterr().err
-    assert "no time to try one program on 16 lots of 1 parts" in error and error.count("\n") == 1
+    assert (
+        "no time to try one program on 16 lots, for the control executes this one" in error and error.count("\n") == 1
+    )
     assert "give it more than --budget" in error
     assert watch.now <= ONCE + 1.5 * seconds + 4.0 + 1.0
 

@@ -103,7 +103,7 @@ class Problem(NamedTuple):
         return trials_of(programs, self.job, self.runs, lots_of(self.seed, use, lots))
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Problem":
-        """The same with another job, other margins and another time."""
+        """The same with another job, other margins, shape (4,), and another time."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, margins=margins, base=base, budget=budget)
 
@@ -180,8 +180,8 @@ def optimise(
         return _optimised(problem, job.name, progress)
     except TimeUp:
         raise GrindError(
-            f"{programs.name}: there was no time to try one program on {SEARCHED} lots of {parts} parts, for the "
-            f"control executes this one step by step; give it more than --budget {seconds:g}s, or grind fewer --parts"
+            f"{programs.name}: there was no time to try one program on {SEARCHED} lots, for the control executes this "
+            f"one step by step; give it more than --budget {seconds:g}s, or grind fewer than --parts {parts}"
         ) from None
 
 
