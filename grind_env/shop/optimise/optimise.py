@@ -79,7 +79,8 @@ class Problem(NamedTuple):
         choices: what is varied.
         ranges: of J and L, as `trials_of` takes them.
         margins: of the limits, as shares of them, shape (4,).
-        base: the program as it is, on any lots.
+        once: one run of the program on the expected lot.
+        base: the batch with the program as it is, on any lots.
         budget: time that there is.
     """
 
@@ -91,6 +92,7 @@ class Problem(NamedTuple):
     choices: Choices
     ranges: ScriptRanges
     margins: Array
+    once: Trials
     base: Trials
     budget: Budget
 
@@ -103,7 +105,7 @@ class Problem(NamedTuple):
         return trials_of(programs, self.job, self.runs, lots_of(self.seed, use, lots))
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Problem":
-        """The same with another job, other margins and another time."""
+        """The same with another job, other margins, shape (4,), and another time."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, margins=margins, base=base, budget=budget)
 
@@ -178,8 +180,8 @@ def optimise(
         return _optimised(problem, job.name, progress)
     except TimeUp:
         raise GrindError(
-            f"{programs.name}: there was no time to try one program on {SEARCHED} lots of {parts} parts, for the "
-            f"control executes this one step by step; give it more than --budget {seconds:g}s, or grind fewer --parts"
+            f"{programs.name}: there was no time to try one program on {SEARCHED} lots, for the control executes this "
+            f"one step by step; give it more than --budget {seconds:g}s, or grind fewer than --parts {parts}"
         ) from None
 
 
@@ -192,13 +194,13 @@ def problem_of(
         GrindError: as `optimise`.
         TimeUp: there is not even time to look at the batch.
     """
-    once = trials_of(programs, job, 1, [(0,)], spread=0.0)
+    once = _expected(programs, job)
     budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
     choices = choices_of(once.simulation, text, wishes)
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)
     base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    problem = Problem(programs, text, job, runs, seed, choices, ranges, margins, base, budget)
+    problem = Problem(programs, text, job, runs, seed, choices, ranges, margins, once, base, budget)
     why = base.simulation.why
     if why is None or not any(ranges):
         return problem
@@ -212,6 +214,11 @@ def problem_of(
         ranges=ScriptRanges(),
         base=_base(programs, job, runs, seed, ScriptRanges(), budget.require_first),
     )
+
+
+def _expected(programs: Programs, job: Job) -> Trials:
+    """One run on the expected lot, as of `grind run`."""
+    return trials_of(programs, job, 1, [(0,)], spread=0.0)
 
 
 def _base(
@@ -271,10 +278,13 @@ def _optimised(problem: Problem, job: str, progress: Progress) -> Optimised:
     text = with_words(problem, point)
     programs = read(text.text, problem.programs.name, problem.programs.folder)
     lots = JUDGED if problem.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
-    after, before = problem.trials_of(programs, 3, lots), problem.trials(3, lots)
+    same = text.text == problem.text.text and not any(problem.ranges)
+    before = problem.trials(3, lots)
+    after = before if same else problem.trials_of(programs, 3, lots)
     _require_said(problem, before, after, point)
     progress("judging", 0)
-    old, new = before.measure(before.own[None]), after.measure(after.own[None])
+    old = before.measure(before.own[None])
+    new = old if same else after.measure(after.own[None])
     difference = _paired(new.cost[0] - old.cost[0])
     beyond = new.violation(problem.margins)[0]
     sought = feasible and before.simulation.compiled
@@ -286,7 +296,7 @@ def _optimised(problem: Problem, job: str, progress: Progress) -> Optimised:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     better = verdict is Verdict.BETTER
-    quantities = _quantities(problem, programs, old, new)
+    quantities = _quantities(problem.once, problem.once if same else _expected(programs, problem.job), old, new)
     return Optimised(
         program=problem.programs.name,
         job=job,
@@ -359,8 +369,8 @@ def _paired(difference: Array) -> Interval:
     return bootstrap(lambda values: np.asarray(values.mean(axis=-1)), difference)
 
 
-def _quantities(problem: Problem, programs: Programs, old: Measures, new: Measures) -> tuple[Quantity, ...]:
-    expected = [expected_lot(each, problem.job) for each in (problem.programs, programs)]
+def _quantities(once: Trials, once_after: Trials, old: Measures, new: Measures) -> tuple[Quantity, ...]:
+    expected = [_shown(each) for each in (once, once_after)]
     found = []
     for name, unit in QUANTITIES.items():
         scale = 100.0 if unit == "%" else 1.0
@@ -378,10 +388,9 @@ def _quantities(problem: Problem, programs: Programs, old: Measures, new: Measur
     return tuple(found)
 
 
-def expected_lot(programs: Programs, job: Job) -> dict[str, float]:
-    """Means of a part with one run of a program on the expected lot, as `grind run` shows them."""
-    trials = trials_of(programs, job, 1, [(0,)], spread=0.0)
-    found = trials.measure(trials.own[None], handover=False)
+def _shown(once: Trials) -> dict[str, float]:
+    """Means of a part with one run of a program, as `grind run` shows them."""
+    found = once.measure(once.own[None], handover=False)
     return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
 
 
