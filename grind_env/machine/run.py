@@ -301,8 +301,7 @@ class GrindingRun:
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
         self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
         self.mount.wheel = wheel
-        self.watch.dress(plan.line, dress, len(effective))
-        self.watch.strokes(event, rows, extremes, before, wheel, dressed[: len(effective)])
+        self.watch.strokes(event, rows, extremes, before, wheel, dress, dressed[: len(effective)])
         self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:
