@@ -152,6 +152,7 @@ class GrindingRun:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
             self.part.cutting = True
+            self.part.find_wheel(self.mount.diameter)
             self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
@@ -219,6 +220,7 @@ class GrindingRun:
                 self.watch.warn(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
+        self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(plan, self.part.deepest)
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self._line = plan.line
