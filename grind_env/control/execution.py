@@ -47,6 +47,11 @@ class Execution(Iterator[Event]):
         """The first `#` variable read whose value depends on the wheel, its dresses or on where a cycle has ended."""
         return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
+    @property
+    def over(self) -> bool:
+        """Whether the text has been gone through, so that the table only comes to rest, or strokes on by itself."""
+        return self._interpreter.over
+
     def move_axis(self, axis: int, coordinate: float) -> None:
         """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
         x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))

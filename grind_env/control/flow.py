@@ -82,6 +82,8 @@ class Call:
         interrupt: whether its M99 leads back into the middle of something: a dress or a program interrupt.
         arguments: local variables that G65 assigns, by number; None of a program that G65 has not called.
         loops: those under execution, the innermost last.
+        rounds: values of variables when each jump back was last made, by the index of its block, and how many system
+            variables had been read.
     """
 
     stream: BlockStream
@@ -89,6 +91,7 @@ class Call:
     interrupt: bool = False
     arguments: Mapping[int, Decimal] | None = None
     loops: list[Loop] = field(default_factory=list)
+    rounds: dict[int, tuple[object, int]] = field(default_factory=dict)
 
     def view(self) -> "Call":
         """The same to a look ahead, which changes nothing here."""
@@ -113,8 +116,10 @@ def obey(block: Block, call: Call, variables: Variables) -> None:
         variables: its variables.
 
     Raises:
-        ControlError: expression or not-supported, it has no value; jump, it leads nowhere; alarm, by #3000.
+        ControlError: expression or not-supported, it has no value; jump, it leads nowhere; alarm, by #3000;
+            block-budget, it leads round without end.
     """
+    here = call.stream.index
     match block.statement:
         case Assign():
             _assign(block, block.statement, variables)
@@ -130,6 +135,17 @@ def obey(block: Block, call: Call, variables: Variables) -> None:
             if not call.loops or call.loops[-1].number != number:
                 raise block.error("jump", f"END {number} ends no loop that has begun; DO {number} must come before it")
             call.stream.jump(call.loops[-1].begin)
+    if call.stream.index < here:
+        _refuse_endless(block, here, call, variables)
+
+
+def _refuse_endless(block: Block, here: int, call: Call, variables: Variables) -> None:
+    """Refuse to go round again with the values of the last time: the way through a program hangs on nothing else."""
+    now = variables.state, variables.system_reads
+    if call.rounds.get(here) == now:
+        message = "the program goes round here without end, for nothing on the way changes a variable"
+        raise block.error("block-budget", f"{message}; change one that a condition asks for")
+    call.rounds[here] = now
 
 
 def _assign(block: Block, assign: Assign, variables: Variables) -> None:

@@ -43,6 +43,7 @@ class Interpreter:
         self.table = Reciprocator(self.mover, self.interruptions, control)
         self.calls: list[Call] = []
         self.rounds: Rounds | None = None
+        self.over = False
         self.chosen: dict[str, str] = {}
 
     def run(self) -> Iterator[Event]:
@@ -56,6 +57,7 @@ class Interpreter:
             begun_again = True
             yield from self.table.stop()
             self.table.memory = type(self.table.memory)()
+        self.over = True
         if end == TEXT_END:
             yield from self.table.run_on()
         yield from self.table.stop()

@@ -37,10 +37,11 @@ class Variables:
     Attributes:
         level: of the macro under execution; 0 in the main program and in what M98 calls.
         dependent: the first variable read outside of a dress that a dress has assigned; None before.
+        system_reads: how often a system variable has been read, whose value may be another one every time.
     """
 
     def __init__(self, given: Values, system: System) -> None:
-        self.system, self.level = system, 0
+        self.system, self.level, self.system_reads = system, 0, 0
         self._locals: list[dict[int, Decimal]] = [{} for _ in range(DEEPEST_MACRO + 1)]
         self._common: dict[int, Decimal] = {}
         self._found: dict[tuple[int, int], Value] | None = None
@@ -60,6 +61,7 @@ class Variables:
         """
         held = self._held(number)
         if held is None:
+            self.system_reads += number != 0
             return None if number == 0 else self.system.read(number)
         value, key = held.get(number), self._key(number)
         if self._unread.get(key) is False:

@@ -51,7 +51,8 @@ class DressRuns:
     """Dress programs run by themselves, once for all that they may find where a cycle calls them.
 
     With other modes, tables or values of its `#` variables a program may do something else. Where it dresses the same
-    with other modes, it keeps the time of its first run, for only its way to the diamond begins elsewhere.
+    with other modes or values, such as it has itself left behind, it keeps the time of its first run, for only its way
+    to the diamond begins elsewhere.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
@@ -61,8 +62,8 @@ class DressRuns:
 
     def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
         """The dress program of a cycle, run; errors as for `run_dress`."""
-        tables = number, tuple(sorted(event.variables.items())), tuple(event.origins.items())
-        key = *tables, event.modes
+        tables = number, tuple(event.origins.items())
+        key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
             control = control_of_dress(event, self.job, self.control)
             found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)

@@ -251,8 +251,8 @@ FEED = Course(
 
 
 @inlined
-def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> float:
-    """By how much the strokes go deeper at most than those before, mm; nothing is ground.
+def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
+    """By how much the strokes go deeper at most than those before, and how deep they are, mm; nothing is ground.
 
     Args:
         cycle: the strokes.
@@ -265,4 +265,4 @@ def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> float:
         Z = depth(cycle, progress)
         most, reached = max(most, Z - reached), max(reached, Z)
         progress, _ = find(cycle, after_reversal(cycle, progress), motions)
-    return most
+    return most, reached

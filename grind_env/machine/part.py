@@ -1,5 +1,6 @@
 """One part on the machine: its surface in strips across, and what it has become in the end."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
@@ -21,7 +22,7 @@ from grind_env.machine.strips import IDLE, Strips
 from grind_env.machine.tally import NOTHING, has_stalled
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.zones import strip_centres
-from grind_env.process.cost import passed_limits, survival
+from grind_env.process.cost import passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState
 
@@ -85,6 +86,7 @@ class PartRun:
         self._plunges: list[tuple[float, float]] = []
         self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
         self._wear = 0.0  # of the wheel, not yet gauged, in the last stroke or infeed at full depth, mm
+        self._left, self._excess = math.inf, 0.0  # of the tally when nothing is left of the wheel, and beyond it, mm3
 
     @property
     def strokes(self) -> int:
@@ -239,6 +241,19 @@ class PartRun:
         self._new_wheel = True
         self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
 
+    def find_wheel(self, diameter: float) -> None:
+        """A part or a cycle begins with a wheel of that diameter, mm: no more can come off than is left of it."""
+        self._excess = self._beyond_wheel()
+        self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
+
+    def _off(self) -> float:
+        """Wheel volume worn and dressed off, mm3."""
+        return self.tally.worn + self.tally.dressed_off
+
+    def _beyond_wheel(self) -> float:
+        """How much of that there never was, mm3."""
+        return self._excess + max(self._off() - self._left, 0.0)
+
     def take_up(self, setup: Setup) -> None:
         """Go on with another set-up."""
         if setup is not self.job.setup:
@@ -295,7 +310,7 @@ class PartRun:
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         verdict = judge(
             seconds,
-            tally.worn + tally.dressed_off,
+            self._off() - self._beyond_wheel(),
             tally.dresses,
             rise,
             tally.peak_torque,

@@ -70,19 +70,20 @@ def cycle_of(row: BlockRow, settings: BlockSettings) -> Cycle:
 
 
 @inlined
-def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge: float) -> Feeding:
-    """The strokes beside the motions of a block, after those that its cycle has `made`."""
+def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge: float, reached: float) -> Feeding:
+    """The strokes beside the motions of a block, after those that its cycle has `made`, down to a depth, mm."""
     speed = settings.E / 60.0
     first = motion_time(row.first_length, speed, row.acceleration)
     travel = motion_time(row.stroke_length, speed, row.acceleration)
     pre_dress = row.pre_dress if row.cycle == NO_COURSE else 0.0
+    own = reached if row.cycle == NO_COURSE else max(reached, row.bottom)
     return Feeding(
         speed=speed,
         first_seconds=first + row.dwell,
         stroke_seconds=travel + row.dwell,
         pre_dress=pre_dress,
         full_plunge=full_plunge,
-        finish=row.finish,
+        finish=max(row.finish_besides, own),
         width=row.width,
         length=row.length,
         dress_passes=settings.dress_passes,
@@ -185,12 +186,12 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
             if row.motion >= 0.0:
                 full = deepest_plunge(row, chosen) - DEPTH_TOLERANCE
-                made, reached = tallies[i, STROKES], deepest(surfaces, i)
-                most = deepest_pick(feeding_of(row, chosen, made, full), reached, script.motions)
+                made, before = tallies[i, STROKES], deepest(surfaces, i)
+                most, reached = deepest_pick(feeding_of(row, chosen, made, full, before), before, script.motions)
                 if row.cycle == NO_COURSE:
                     full = FULL * most
                     picks[i] = most
-                write_feeding(feedings, i, feeding_of(row, chosen, made, max(full, DEPTH_TOLERANCE)))
+                write_feeding(feedings, i, feeding_of(row, chosen, made, max(full, DEPTH_TOLERANCE), reached))
                 feeding[feeds] = i
                 feeds += 1
         grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)

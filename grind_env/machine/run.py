@@ -156,6 +156,7 @@ class GrindingRun:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if not self.part.cutting:
             self.part.cutting = True
+            self.part.find_wheel(self.mount.diameter)
             self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
@@ -226,6 +227,7 @@ class GrindingRun:
                 self.watch.warn(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
+        self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(plan, self.part.deepest)
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self._line = plan.line
@@ -308,8 +310,7 @@ class GrindingRun:
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
         self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
         self.mount.wheel = wheel
-        self.watch.dress(plan.line, dress, len(effective))
-        self.watch.strokes(event, rows, extremes, before, wheel, dressed[: len(effective)])
+        self.watch.strokes(event, rows, extremes, before, wheel, dress, dressed[: len(effective)])
         self.position = event.end
 
     def _stroke(self, event: Stroke) -> None:

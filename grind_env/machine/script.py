@@ -41,8 +41,10 @@ from grind_env.control import (
     TableStop,
     execute,
 )
+from grind_env.control.flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
+from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import missed_pass
 from grind_env.machine.dressing import DressRuns
 from grind_env.machine.grind import refuse_unjudged
@@ -58,6 +60,7 @@ from grind_env.machine.script_bounds import (
     refuse_unlike_parts,
 )
 from grind_env.machine.settings import OWN_WORDS, Ranges
+from grind_env.machine.zones import strip_centres
 from grind_env.presenter import html
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)
@@ -159,6 +162,8 @@ class _Writer:
         self.leaving = False  # the part, by an M00 beside which the table has gone on
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
+        self.strokes_on = False  # the table of a G81, after the text
+        self.centres = strip_centres(job.part.across, job.part.width)
         self.approach = 0.0
 
     def run(self) -> list[ScriptBlock]:
@@ -186,8 +191,11 @@ class _Writer:
                 self._end(event.plan)
             case Stroke():
                 self._require_own_setup(event.cycle.line)
+                self._stroke(event)
             case CycleStrokes():
                 self._require_own_setup(event.plan.line)
+                for plunge, edge in zip(event.plunge, event.cross, strict=True):
+                    self._reach(plunge, edge)
             case Spindle():
                 self.running.set_speed(event)
             case Switch():
@@ -197,6 +205,8 @@ class _Writer:
             case ProgramStop() if not self.in_dress:
                 self._stop(event)
             case ProgramEnd():
+                if event.cause == TEXT_END and self.strokes_on:
+                    raise self._error("the text ends without M30 while a G81 strokes on")
                 self._unload()
                 self.way[True] = 0.0  # the way from a trailing M00 is no time of a part
                 self._close()
@@ -224,6 +234,18 @@ class _Writer:
                 raise self._error("the coolant is off in its strokes", line)
             words = "the wheel turns with another speed than the job's in its strokes"
             raise self._error(f"{words}; say {self.running.said_by_job}", line)
+
+    def _stroke(self, event: Stroke) -> None:
+        table, axis = self.execution.table, event.axis
+        if self.execution.over and table is not None and table.count <= self.control.strokes:
+            self.strokes_on |= not event.cycle.plunges
+        self._reach(event.middle[plunge_axis(axis)], event.middle[cross_axis(axis)])
+
+    def _reach(self, plunge: float, edge: float) -> None:
+        """A stroke with the wheel at these coordinates, which counts as deep as it is if it is over the part."""
+        first, last = self.centres.searchsorted((edge, edge + self.job.setup.wheel.width))
+        if first < last:
+            self.blocks[-1].reached = max(self.blocks[-1].reached, self.job.part.surface - plunge)
 
     def _begin(self, event: CycleStart) -> None:
         """A cycle begins."""

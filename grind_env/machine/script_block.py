@@ -35,6 +35,7 @@ class ScriptBlock:
         start: where the axes stand when it begins, mm.
         end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
         taken_over: whether it takes over a table that reciprocates.
+        reached: depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it.
         dress: one execution of its dress program; None if it knows none.
         beside: motions of the program beside the table, dwells among them, in their order.
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
@@ -53,6 +54,7 @@ class ScriptBlock:
     end: Position
     taken_over: bool
     dress: DressRun | None
+    reached: float = 0.0
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
     at_secondary: bool = True

@@ -15,7 +15,7 @@ from grind_env.machine.courses import COURSES
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
 from grind_env.machine.script import Script
-from grind_env.machine.script_block import ScriptBlock, depth_of, edge_of
+from grind_env.machine.script_block import ScriptBlock, edge_of
 from grind_env.machine.settings import BlockSettings, own_settings
 from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.process.cost import Limits
@@ -66,8 +66,10 @@ class BlockRow(NamedTuple):
     """1 if it may have a D word, else 0."""
     finish: float
     """Depth of the deepest block of its stage of the part, mm."""
+    finish_besides: float
+    """The same of the other blocks of that stage and those before, mm."""
     reached: float
-    """Depth to which the program has led on the part when the block is over, mm."""
+    """Depth to which strokes have led on the part when the block is over, mm."""
     width: float
     """Of the part, mm."""
     length: float
@@ -120,14 +122,17 @@ def tables_of(script: Script) -> ScriptTables:
     """A script in numbers."""
     motions: list[Motion] = []
     rows: list[BlockRow] = []
-    starts, part, reached, first_of_stage, stage = True, 0, 0.0, 0, 0
+    depths: list[float] = []
+    starts, part, reached, first_of_part, first_of_stage, stage = True, 0, 0.0, 0, 0, 0
     job, stages = script.job, script.job.part.stages
     for number, block in enumerate(script.blocks):
         if starts:
             part, reached, first_of_stage, stage = part + 1, 0.0, number, 0
+            first_of_part = number
             job = script.job.of_part(part)
         beside = _motions_of(block, job)
         reached = max(reached, _deepest(block, job))
+        depths.append(_deepest(block, job))
         ends_stage = block.stops > 0 and stage < len(stages)
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
@@ -141,7 +146,9 @@ def tables_of(script: Script) -> ScriptTables:
         )
         motions += beside
         if judged:
-            rows[first_of_stage:] = [row._replace(finish=reached) for row in rows[first_of_stage:]]
+            for k in range(first_of_stage, number + 1):
+                others = depths[first_of_part:k] + depths[k + 1 :]
+                rows[k] = rows[k]._replace(finish=reached, finish_besides=max(others, default=0.0))
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
     own = [own_settings(block.plan, block.dress_plan) for block in script.blocks]
@@ -189,6 +196,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         pre_dress=float(plan.pre_dress and block.dress is not None),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
+        finish_besides=reached,
         reached=reached,
         width=part.width,
         length=part.length,
@@ -213,16 +221,13 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
 
 
 def _deepest(block: ScriptBlock, job: Job) -> float:
-    """Depth to which the program leads in a block, mm."""
+    """Depth to which strokes lead in a block, mm; that of a cycle counts in any case, as in `machine.run`."""
     plan = block.plan
-    depths = [depth_of(position, plan, job) for motion in block.beside for position in (motion.start, motion.end)]
-    if plan.plunge_axis is not None:
-        depths.append(job.part.surface - plan.depth_target)
-    return max([depth_of(block.start, plan, job), *depths])
+    return block.reached if plan.plunge_axis is None else max(block.reached, job.part.surface - plan.depth_target)
 
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
-    """The motions beside the table, in depth from the zero of the axes; one of no time if its strokes go on without."""
+    """The motions beside the table, in depth from the zero of the axes, and the rest after them, if there are any."""
     control, plan, time, rows = job.control, block.plan, 0.0, []
     plunge = plunge_axis(plan.axis)
     total = sum(motion.seconds for motion in block.beside)
@@ -246,12 +251,23 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
             )
         )
         time += motion.seconds
-    if rows:
-        return [*rows[:-1], rows[-1]._replace(after=ENDS)]
-    if not (block.to_secondary or block.gauged_on_the_way) and plan.plunges:
+    if not (rows or block.to_secondary or block.gauged_on_the_way) and plan.plunges:
         return []
-    depth, edge = -block.end[plunge], edge_of(block.end, plan)
-    return [Motion(0.0, 0.0, depth, 0.0, edge, 0.0, 0.0, 1.0, -INSTANT, 0.0, ENDS)]
+    end = block.beside[-1].end if rows else block.end
+    rest = Motion(
+        begin=total,
+        end=total,
+        depth=-end[plunge],
+        way=0.0,
+        cross=edge_of(end, plan),
+        cross_way=0.0,
+        path=0.0,
+        rate=1.0,
+        last_begin=total - INSTANT,
+        leg_seconds=total,
+        after=ENDS,
+    )
+    return [*rows, rest]
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Table:

@@ -323,6 +323,7 @@ class Watch:
         extremes: Extremes,
         before: WheelState,
         after: WheelState,
+        dress: DressPlan,
         dressed: Table,
     ) -> None:
         """The strokes of a whole cycle have been made.
@@ -333,7 +334,8 @@ class Watch:
             extremes: what they have come to.
             before: the wheel before the first one.
             after: the wheel after the last one.
-            dressed: the dresses between them, shape (dresses, fields of `Dressed`); none where they miss the diamond.
+            dress: what each dress between them does.
+            dressed: what each has come to, shape (dresses, fields of `Dressed`); none where they miss the diamond.
         """
         assert self.part is not None and self._cycle is not None
         plan, least = event.plan, self.job.setup.wheel.minimum_diameter
@@ -345,9 +347,12 @@ class Watch:
             made, A = 0, before.A
             for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
                 self._judge_strokes(event, made, rows[made:upto], A)
+                self.dress(plan.line, dress, 1)
                 self.diameter(ds)
                 made, A = upto, dressed_A
             self._judge_strokes(event, made, rows[made:], A)
+        else:
+            self.dress(plan.line, dress, len(dressed))
         self._pick = None
         self._count(event.stroke(rows.size), extremes)
 

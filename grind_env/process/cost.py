@@ -3,10 +3,11 @@
 The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & Nee 1992).
 """
 
+import math
 from typing import NamedTuple
 
 from grind_env.kernel import inlined, logistic
-from grind_env.process.equations import dressed_volume, restoration, sharpening_effort
+from grind_env.process.equations import LEAST_DIAMETER, dressed_volume, restoration, sharpening_effort
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -45,6 +46,13 @@ class Limits(NamedTuple):
     """Highest Ra, um; 0 for none."""
     size: float
     """Tolerance on the size error, um; 0 for none."""
+
+
+@inlined
+def volume_left(diameter: float, width: float) -> float:
+    """What can be worn and dressed off a wheel of that diameter and width, mm, before nothing is left of it, mm3."""
+    ring = max(diameter * diameter - LEAST_DIAMETER * LEAST_DIAMETER, 0.0)
+    return 0.25 * math.pi * ring * width
 
 
 @inlined

@@ -411,7 +411,8 @@ class Writer:
         if kind < 0.85:
             return float(round(self._uniform(4000.0, 30_000.0)))
         self._saw("extreme E")
-        return self._one(400.0, 1500.0, 2999.0, 40_000.0, 90_000.0, 60.0)
+        # an E that the control clamps has no exact word in inches
+        return self._one(400.0, 1500.0, 2999.0, 40_000.0, 50_000.0 if self.inch else 90_000.0, 60.0)
 
     def _dress_words(self, code: str, pre: bool) -> list[str]:
         known = self.table.known

@@ -1,6 +1,5 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
-import math
 from typing import NamedTuple
 
 from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory
@@ -15,8 +14,7 @@ from grind_env.envs.observations import (
 from grind_env.kernel import inlined
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally, has_stalled, mean_first_power, mean_last_power
-from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival
-from grind_env.process.equations import LEAST_DIAMETER
+from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival, volume_left
 from grind_env.process.state import StrokeParameters, WheelState
 
 
@@ -57,13 +55,6 @@ def rates_of(shop: Shop) -> Rates:
 def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters) -> float:
     """Price of handing over the wheel of a task, $; `lead` is that of a dress, mm per wheel revolution."""
     return handover_cost(wheel, shop.dress_passes, lead, shop.dress_depth, shop.dress_seconds, p, rates_of(shop))
-
-
-@inlined
-def volume_left(diameter: float, shop: Shop) -> float:
-    """What can be worn and dressed off a wheel of that diameter, mm, before nothing is left of it, mm3."""
-    ring = max(diameter * diameter - LEAST_DIAMETER * LEAST_DIAMETER, 0.0)
-    return 0.25 * math.pi * ring * shop.wheel_width
 
 
 @inlined
@@ -119,7 +110,8 @@ def outcome_of(
     seconds = result.seconds + kind.load + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
-    removed, rates = min(result.worn + result.dressed_off, volume_left(old.found_diameter, shop)), rates_of(shop)
+    removed = min(result.worn + result.dressed_off, volume_left(old.found_diameter, shop.wheel_width))
+    rates = rates_of(shop)
     time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
     scrap_cost = finished * kind.scrap * (1.0 - good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.envs.blocks.settling import booked_diameter, counted_rise, outcome_of, power_readings, remembered
-from grind_env.envs.blocks.step import NEW_PART, write_factored
+from grind_env.envs.blocks.step import CHANGES, NEW_PART, write_factored
 from grind_env.envs.blocks.tables import (
     FOUND,
     Shop,
@@ -278,7 +278,8 @@ def steps_of(
             write_wheel(wheels, i, wheel)
             memory[i, FOUND] = wheel.ds
             tallies[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
-            write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), False)
+            changed = memory[i, CHANGES] > 0.0
+            write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), changed)
         script = ScriptTables(blocks, own, ways, motions, zones)
         grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)
         found = np.empty((n, FOUND_FIELDS))
