@@ -96,3 +96,4 @@ def test_what_is_checked_in_is_of_the_lines_of_the_readme_and_holds_what_they_pr
     for way, mean, least in (("measurements", 74.0, 68.0), ("belief", 84.0, 80.0)):
         scores = [float(row["score"]) for row in rows if row["sees"] == way]
         assert len(scores) == 5 and sum(scores) / 5 >= mean and min(scores) >= least
+        assert f" {sum(scores) / 5:.1f} " in README.read_text(encoding="utf-8").partition(TEXT)[0].split("\n\n")[-2]
