@@ -31,7 +31,7 @@ DEEPER = CYCLE.replace("Y-.03", "Y-.04")
 STAGES = FED.replace("Y-.0", "Y-.1")
 FOUND: dict[str, tuple[str, Job]] = {
     "M00 before the final G80, the table at its secondary point": (HEAD + TO_SECONDARY + "M00\n" + END, job()),
-    "M00 before the final G80, the table on its way": (HEAD + CYCLE + "M00\n" + END, job()),
+    "M00 before the final G80, the table at its primary point": (HEAD + CYCLE + "M00\n" + END, job()),
     "M00 beside infeeds": (HEAD + FED.replace("G01 Y-.02", "M00\nG01 Y-.02") + END, job()),
     "M00 and M01 beside dwells": (HEAD + CYCLE + "M00\nG04 X2.\nM01\nG04 X1.\n" + END, job()),
     "M00 where the next cycle takes over": (HEAD + CYCLE + "M00\n" + DEEPER + END, job()),
