@@ -38,9 +38,9 @@ def evaluated(monkeypatch):
     """The seeds of every evaluation that is run."""
     runs = []
 
-    def counted(policy, simulation, seeds):
+    def counted(policy, simulation, seeds, split):
         runs.append(seeds)
-        return evaluate(policy, simulation, seeds)
+        return evaluate(policy, simulation, seeds, split)
 
     monkeypatch.setattr(cells, "evaluate", counted)
     return runs

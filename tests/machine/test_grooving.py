@@ -314,3 +314,26 @@ def test_grind_run(wheel: str, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert (found["parts"][0]["S"] > 0.5) == (wheel == "true")
     assert found["seconds"] > 20.0 + 2 * 60.0 * 1.0 / 6.0
     assert len(rows.read_text().splitlines()) == 1 + 4
+
+
+def test_a_wheel_that_stalls_in_a_groove_loses_time_and_is_told_as_in_a_stroke() -> None:
+    text = START + "G77 X24.4 I.2 D0 F60.\nG77 X24. I.2 D0 F60.\nM30\n"
+    strong, weak = (groove_job(), groove_job())
+    machine = dataclasses.replace(weak.setup.machine, power_limit=900.0, stall_time=450.0)
+    strong = dataclasses.replace(
+        strong,
+        setup=dataclasses.replace(strong.setup, machine=dataclasses.replace(machine, power_limit=100_000.0)),
+    )
+    weak = dataclasses.replace(weak, setup=dataclasses.replace(weak.setup, machine=machine))
+    usual, stalled = (run(text, shop, control=NEAR) for shop in (strong, weak))
+    first = int(np.argmax(stalled.strokes["torque"] >= 1.0))
+    assert stalled.strokes["torque"][first] >= 1.0 > usual.strokes["torque"].max()
+    assert (stalled.strokes["ae"][first + 1 :] == 0.0).all()
+    later = np.where(np.arange(len(usual.strokes)) > first, 450.0, 0.0)
+    assert stalled.strokes["time"] - usual.strokes["time"] == pytest.approx(later)
+    (part,), (plain,) = stalled.parts, usual.parts
+    assert part["seconds"] - plain["seconds"] == pytest.approx(450.0)
+    assert part["survival"] == 0.0
+    (told,) = (each for each in stalled.warnings if "the spindle stalls" in each)
+    assert told.startswith("test.nc:3: in an infeed the spindle stalls, which has 0.9 kW")
+    assert "450 s are lost; take smaller steps or a lower F" in told

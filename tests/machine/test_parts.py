@@ -53,6 +53,17 @@ def test_parts_are_divided_at_m00() -> None:
     assert record.strokes["time"][record.strokes["number"] == 1] == pytest.approx(starts + 20.0)
 
 
+@pytest.mark.parametrize("beside", ["", "G04 X2.\n", "G01 Y-.06 F3.\nG04 X1.5\n"])
+def test_from_a_table_that_reciprocates_no_part_is_taken(beside: str) -> None:
+    again = "G00 Y20.\nG00 X-30.\nG00 Y0\n" + CYCLE + "G80\nG00 Y20.\nM30\n"
+    early = run(HEAD + CYCLE + "M00\n" + beside + "G80\n" + again, job())
+    late = run(HEAD + CYCLE + beside + "G80\nM00\n" + again, job())
+    assert early.parts.tolist() == late.parts.tolist() and len(early.parts) == 2
+    assert early.strokes.tolist() == late.strokes.tolist()
+    told = [each for each in early.warnings if "from which no part is taken" in each]
+    assert [each.startswith("test.nc:4: ") for each in told] == [True] * bool(beside)
+
+
 def test_m00_before_the_first_part_only_loads_it() -> None:
     record = run(HEAD + "M00\n" + CYCLE + "M30\n", job())
     assert list(record.parts["part"]) == [1]

@@ -1,0 +1,161 @@
+"""A short run of the campaign, proof that it sees what it looks for, and programs that have shown faults."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.machine.run import GrindingRun
+from tests.machine.harness import DRESS, job
+from tests.soak import __main__ as campaign
+from tests.soak import examine as ways
+from tests.soak.examine import Examined, Finding, examine
+from tests.soak.found import FOUND, PLAIN
+from tests.soak.writer import Case, case
+
+PROGRAMS = 150
+PATIENT = 300.0
+"""s of processor time for a way, with what numba compiles on it."""
+ASKED = {
+    "M00 in a cycle",
+    "M01 in a cycle",
+    "M01",
+    "dwell",
+    "WHILE",
+    "GOTO",
+    ".1 form",
+    "second block in a running cycle",
+    "weak spindle",
+    "spindle slows",
+    "stall",
+    "air",
+    "wheel left above",
+    "G81",
+    "G82",
+    "G83",
+    "G17",
+    "G18",
+    "G19",
+    "inch",
+    "M98",
+    "G65",
+    "G91",
+    "G52",
+    "stages",
+    "part conditions",
+    "several parts",
+    "dresses",
+    "redirected table",
+    "strokes inside the part",
+    "beside the part",
+    "extreme E",
+    "grooving by the wheel",
+    "grooving by a tool",
+    "wheel change",
+    "soft machine",
+    "Q",
+    "L",
+}
+
+
+def test_random_programs_come_to_the_same_on_all_their_ways() -> None:
+    seen: Counter[str] = Counter()
+    for seed in range(PROGRAMS):
+        drawn = case(seed)
+        examined = examine(drawn, seconds=PATIENT)
+        assert examined.findings == [], f"seed {seed}\n{drawn.text}"
+        seen.update(drawn.constructs | examined.happened | {examined.end, examined.replay})
+    assert seen["ground"] > 0.8 * PROGRAMS and seen["script"] > 0.25 * PROGRAMS
+    assert ASKED - set(seen) == set()
+
+
+def test_a_case_follows_from_its_seed() -> None:
+    assert [case(seed) for seed in range(20)] == [case(seed) for seed in range(20)]
+    assert len({case(seed).text for seed in range(200)}) == 200
+
+
+# --- it sees what it looks for ----------------------------------------------------------------------
+
+
+def of(text: str, shop: Job | None = None) -> Examined:
+    """What a program comes to on all its ways."""
+    return examine(Case(0, text + DRESS, shop or job(stock=0.03, tolerance=30.0), frozenset()), seconds=PATIENT)
+
+
+def kinds(examined: Examined) -> set[str]:
+    return {finding.kind for finding in examined.findings}
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "expected"),
+    [
+        ("parts", "peak_power", "replay: part power"),
+        ("parts", "rise", "replay: part temperature"),
+        ("parts", "seconds", "replay: seconds"),
+        ("parts", "total_cost", "replay: cost"),
+        ("parts", "survival", "replay: good parts"),
+        ("parts", "worn", "replay: worn"),
+        ("strokes", "T", "run: strokes stroke by stroke: T"),
+        ("strokes", "A", "run: strokes stroke by stroke: A"),
+    ],
+)
+def test_differences_are_seen(name: str, field: str, expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def other(*arguments: Any, **keywords: Any) -> GrindingRecord:
+        record = grind(*arguments, **keywords)
+        rows = getattr(record, name).copy()
+        rows[field] *= 1.0 + 1e-8
+        return replace(record, **{name: rows})
+
+    assert kinds(of(PLAIN)) == set()
+    monkeypatch.setattr(ways, "grind", other)
+    assert expected in kinds(of(PLAIN))
+
+
+def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def falls(run: GrindingRun) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(GrindingRun, "let_part_go", falls)
+    (found,) = of(PLAIN).findings
+    assert found.kind == "run: ZeroDivisionError in run.py:_begin_cutting" and "Traceback" in found.details
+
+    def hangs(*arguments: Any, **keywords: Any) -> None:
+        while True:
+            pass
+
+    monkeypatch.setattr(ways, "grind", hangs)
+    (slow,) = examine(Case(0, PLAIN + DRESS, job(), frozenset()), seconds=1.0).findings
+    assert slow.kind == "run: slow"
+
+
+def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def quick(drawn: Case, seconds: float = 0.0) -> Examined:
+        return Examined(end="ground", findings=[Finding("odd", "1 and not 2")] if drawn.seed % 40 == 7 else [])
+
+    monkeypatch.setattr(campaign, "examine", quick)
+    monkeypatch.setattr(campaign, "CHUNK", 20)
+    monkeypatch.setattr(campaign, "commit", lambda: "here")
+    for programs, chunks in ((20, 1), (60, 3), (60, 3)):
+        words = ["soak", "--programs", str(programs), "--seed", "0", "--jobs", "1", "--out", str(tmp_path)]
+        monkeypatch.setattr("sys.argv", words)
+        assert campaign.main() == 1
+        records = [json.loads(line) for line in (tmp_path / "here-seed-0.jsonl").read_text().splitlines()]
+        assert len(records) == chunks
+    assert sum(record["kinds"].get("odd", 0) for record in records) == 2
+    (kept,) = records[0]["findings"]
+    assert kept["text"] == case(kept["seed"]).text and "[part]" in kept["job"]
+
+
+# --- what it has found ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("text", "shop"), FOUND.values(), ids=list(FOUND))
+def test_what_has_fallen_stands(text: str, shop: Job) -> None:
+    examined = of(text, shop)
+    assert examined.findings == [] and examined.end == "ground"
