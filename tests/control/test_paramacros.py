@@ -244,10 +244,10 @@ def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "WHILE [1 EQ 1] DO 1\n#1=#1+1\nEND 1",
+        "#1=0\nWHILE [1 EQ 1] DO 1\n#1=#1+1\nEND 1",
         "#1=0\nN1 #1=1-#1\nGOTO 1",
         "DO 1\nG91 X.1\n#2=#5041\nEND 1",
-        "DO 1\nM98 P5\nEND 1\nO5\n#1=#1+1\nM99",
+        "#1=0\nDO 1\nM98 P5\nEND 1\nO5\n#1=#1+1\nM99",
     ],
 )
 def test_one_that_changes_something_ends_with_the_budget(text: str) -> None:
@@ -259,12 +259,12 @@ def test_a_loop_that_goes_round_with_values_of_before_may_end() -> None:
     # the second time it sets out with the same values as the first time, from another round of the loop around it
     inner = "#1=0\nWHILE [#1 LT 2] DO 2\n#1=#1+1\nG91 X.1\nEND 2\n"
     assert len(cycles(f"#2=0\nWHILE [#2 LT 3] DO 1\n{inner}#2=#2+1\nEND 1\nM30")) > 6
-    assert len(cycles("N1 G91 X.1\n#100=#100+1\nIF [#100 LT 3] GOTO 1\nM30")) > 2
+    assert len(cycles("#100=0\nN1 G91 X.1\n#100=#100+1\nIF [#100 LT 3] GOTO 1\nM30")) > 2
 
 
 def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
     filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
-    loop = "DO 1\n#1=1-#1\nEND 1"
+    loop = "#1=0\nDO 1\n#1=1-#1\nEND 1"
     assert refusal(f"{filling}{loop}\n{filling[:400]}", block_budget=60_000).name == "block-budget"
 
 

@@ -32,13 +32,14 @@ from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import STALL
-from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
 from grind_env.shop.optimise.trials import Trials
 from tests.soak.writer import Case
 
 SLOW = 5.0
 """s of processor time that a program may take on each of its ways."""
+QUICK = 1e-3
+"""The same for each motion of a longer one."""
 SUM = 1e-9
 """Share by which sums over a run may differ, and what comes of them."""
 NAME = "campaign.nc"
@@ -102,7 +103,7 @@ def examine(case: Case, seconds: float = SLOW) -> Examined:
     for name, way in ways:
         began = time.process_time()
         try:
-            with _limited(seconds):
+            with _limited(max(seconds, QUICK * known.get("motions", 0))):
                 go_on = way(case, examined, known)
         except TooSlowError:
             spent = time.process_time() - began
@@ -129,6 +130,7 @@ def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         return False
     radius = {WHEEL_RADIUS: 0.5 * first_diameter(case.job)}
     report = check(known["programs"], replace(case.job.control, radii=radius))
+    known["motions"] = report.motions
     known["checked"] = str(report.errors[-1]) if report.errors else None
     for error in report.errors:
         _require_sentence(error, examined)
@@ -375,8 +377,9 @@ def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Ex
 
 
 def _worn_away(record: GrindingRecord) -> bool:
-    """Whether nothing is left of the wheel: what there was, is known to a millionth, by where a block begins."""
-    return bool((record.strokes["ds"] <= LEAST_DIAMETER).any())
+    """Whether more has come off the wheel than there was: that is known less well, by where a block begins."""
+    parts = record.parts
+    return bool((record.job.rates.wheel * (parts["worn"] + parts["dressed_off"]) > 1.0001 * parts["wheel_cost"]).any())
 
 
 def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:

@@ -284,7 +284,7 @@ class Writer:
         for part in range(self.parts):
             lines += self._part(last=part + 1 == self.parts)
             if self._chance(0.05):
-                lines += [f"{self._one('G70', 'G71') if self._chance(0.2) else ''}"]
+                lines += [self._one("", "G94", "N77 G90")]
         return lines
 
     def _by_while(self) -> list[str]:
