@@ -179,6 +179,11 @@ class _Writer:
             raise self._error(f"it reads #{self.execution.dependent}, which {depends}")
 
     def _take(self, event: Event) -> None:
+        table = self.execution.table
+        if table is not None and self.blocks and not isinstance(event, CycleStart):
+            plan = self.blocks[-1].plan
+            if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
+                raise self._error("the program redirects the table", getattr(event, "line", 0))
         match event:
             case CycleAhead():
                 self._require_independent()  # for it may lead to blocks that the program as it is does not run
@@ -293,9 +298,6 @@ class _Writer:
             raise self._error("the wheel moves along an arc beside the table", event.line)
         if self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
-        plan = self.blocks[-1].plan
-        if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
-            raise self._error("the program redirects the table", event.line)
         self.blocks[-1].beside.append(event)
 
     def _stand(self, plan: CyclePlan) -> None:

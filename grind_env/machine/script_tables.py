@@ -65,7 +65,8 @@ class BlockRow(NamedTuple):
     takes_dresses: float
     """1 if it may have a D word, else 0."""
     finish: float
-    """Depth of the deepest block of its stage of the part, mm."""
+    """Depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
+    stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block."""
     finish_besides: float
     """The same of the other blocks of that stage and those before, mm."""
     reached: float

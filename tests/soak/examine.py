@@ -30,15 +30,18 @@ from grind_env.machine.rows import Table
 from grind_env.machine.run import GrindingRun
 from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
+from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import STALL
-from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
 from grind_env.shop.optimise.trials import Trials
 from tests.soak.writer import Case
 
 SLOW = 5.0
 """s of processor time that a program may take on each of its ways."""
+FINISH, ENDS_PART = (BlockRow._fields.index(name) for name in ("finish", "ends_part"))
+QUICK = 1e-3
+"""The same for each motion of a longer one, each time that it is run."""
 SUM = 1e-9
 """Share by which sums over a run may differ, and what comes of them."""
 NAME = "campaign.nc"
@@ -97,12 +100,12 @@ class Examined:
 def examine(case: Case, seconds: float = SLOW) -> Examined:
     """Run a program on all its ways."""
     examined = Examined()
-    ways = (("check", _check), ("run", _run), ("replay", _replay))
+    ways = (("check", _check, 1), ("run", _run, 2), ("replay", _replay, 10))
     known: dict[str, Any] = {}
-    for name, way in ways:
+    for name, way, runs in ways:
         began = time.process_time()
         try:
-            with _limited(seconds):
+            with _limited(max(seconds, QUICK * runs * known.get("motions", 0))):
                 go_on = way(case, examined, known)
         except TooSlowError:
             spent = time.process_time() - began
@@ -129,6 +132,7 @@ def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         return False
     radius = {WHEEL_RADIUS: 0.5 * first_diameter(case.job)}
     report = check(known["programs"], replace(case.job.control, radii=radius))
+    known["motions"] = report.motions
     known["checked"] = str(report.errors[-1]) if report.errors else None
     for error in report.errors:
         _require_sentence(error, examined)
@@ -279,6 +283,10 @@ def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
         _require_sentence(error, examined)  # a macro may say in one place what two blocks do
         return
     found = _stepped_blocks(simulation, choices)
+    last = simulation.tables.blocks[simulation.tables.blocks[:, ENDS_PART] > 0.0, FINISH]
+    deepest = [record.strokes["Z"][record.strokes["part"] == part].max(initial=0.0) for part in record.parts["part"]]
+    if len(last) != len(deepest) or not np.allclose(last, deepest, rtol=0.0, atol=SUM):
+        return  # what heat counts is known to the stroke that another E lets lie elsewhere beside a later infeed
     _compare_sums("chosen", found, record, examined)
     if _by_blocks(simulation, record):
         _compare_parts("chosen", simulation, found, record, examined)
@@ -375,8 +383,9 @@ def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Ex
 
 
 def _worn_away(record: GrindingRecord) -> bool:
-    """Whether nothing is left of the wheel: what there was, is known to a millionth, by where a block begins."""
-    return bool((record.strokes["ds"] <= LEAST_DIAMETER).any())
+    """Whether more has come off the wheel than there was: that is known less well, by where a block begins."""
+    parts = record.parts
+    return bool((record.job.rates.wheel * (parts["worn"] + parts["dressed_off"]) > 1.0001 * parts["wheel_cost"]).any())
 
 
 def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:

@@ -62,6 +62,7 @@ FOUND: dict[str, tuple[str, Job]] = {
         job(across=-4.2),
     ),
     "a text that ends while a G81 strokes on": (HEAD + CYCLE + FED, job()),
+    "a table that is redirected before the next cycle": (HEAD + FED.split("\n")[0] + "\nI-45.\n" + CYCLE + END, job()),
     "an E with decimals": (HEAD + CYCLE.replace("12000.", "12345.678") + END, job()),
     "other factors for a changed wheel": (
         (HEAD + CYCLE.replace("P9100", "P9100 D2") + OFF) * 2 + HEAD + CYCLE + END,

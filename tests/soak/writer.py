@@ -284,7 +284,7 @@ class Writer:
         for part in range(self.parts):
             lines += self._part(last=part + 1 == self.parts)
             if self._chance(0.05):
-                lines += [f"{self._one('G70', 'G71') if self._chance(0.2) else ''}"]
+                lines += [self._one("", "G94", "N77 G90")]
         return lines
 
     def _by_while(self) -> list[str]:
@@ -538,8 +538,11 @@ class Writer:
     def _fed(self) -> list[str]:
         """Infeeds, dwells and moves of the program beside the table."""
         lines = []
+        if self.height > self.surface + 1.0:
+            self.height = self.surface - self.depth
+            lines.append(f"G00 {self._at(self.down, self.height)}")
         if self._chance(0.2):
-            return self._fed_by_loop()
+            return lines + self._fed_by_loop()
         for _ in range(self._one(1, 1, 2, 3, 4)):
             kind = self.rng.random()
             if kind < 0.55:
