@@ -161,6 +161,17 @@ def fingerprint(text: str) -> str:
     return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
 
 
+def check_recipe(folder: Path) -> None:
+    """Find out whether a folder has files under the names of the tables that are none of its own.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, begin in ((CSV, "sees,seed,steps,"), (PAGE, TITLE)):
+        own = Own("table of `python -m agents recipe`", re.compile(begin.encode()).match)
+        check_own(folder / name, own, "--results")
+
+
 def run_recipe(
     seeds: int, steps: int, *, jobs: int, console: Console, runs: Path = RUNS, results: Path = RESULTS
 ) -> list[Trained]:
@@ -180,9 +191,7 @@ def run_recipe(
     """
     request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
     results.mkdir(parents=True, exist_ok=True)
-    for name, begin in ((CSV, "sees,seed,steps,"), (PAGE, TITLE)):
-        own = Own("table of `python -m agents recipe`", re.compile(begin.encode()).match)
-        check_own(results / name, own, "--results")
+    check_recipe(results)
     cells = [Cell(way, seed) for way in WAYS for seed in range(seeds)]
     found, failed = work_on_all(cells, request, jobs, console, train)
     if failed:

@@ -12,6 +12,7 @@ from agents.commands.dress_study import FOLDER
 from agents.dressing.study import TABLE as STUDY
 from agents.learning.batches import PICTURE, draw
 from agents.learning.curve import Point
+from agents.recipe import check_recipe
 from agents.reference.gap_table import check_gaps
 from agents.reference.scores import TABLE as SCORES
 from grind_env import examples
@@ -61,11 +62,12 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
         (REFERENCES, [FILE]),
         (BENCHMARK, [RESULTS / CSV]),
         (STUDY, FOLDER.glob("*.csv")),
-        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in ("benchmark", "gaps")]),
+        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in ("benchmark", "gaps", "recipe")]),
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
     check_gaps(RESULTS)
+    check_recipe(RESULTS)
 
 
 def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
