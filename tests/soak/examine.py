@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.errors import GrindError
-from grind_env.machine.grind import grind
+from grind_env.machine import script
+from grind_env.machine.grind import grind, refuse_unjudged
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.record import GrindingRecord
@@ -32,6 +34,7 @@ from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
 from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.tally import Tally
+from grind_env.machine.unjudged import UnjudgedError
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
 from grind_env.shop.optimise.trials import Trials
@@ -165,6 +168,8 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if sorted(whole.warnings) != sorted(stepped.warnings):
         odd = sorted(set(whole.warnings) ^ set(stepped.warnings))
         examined.differ("run: warnings stroke by stroke", odd, [])
+    if whole.unjudged != stepped.unjudged:
+        examined.differ("run: not judged stroke by stroke", str(whole.unjudged)[:300], str(stepped.unjudged)[:300])
     if whole.stages != stepped.stages:
         examined.differ("run: stages stroke by stroke", whole.stages, stepped.stages)
     known["record"] = whole
@@ -225,7 +230,24 @@ def _compare_tables(kind: str, found: Table, expected: Table, loosely: bool, exa
 
 
 def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
-    """Step it block by block with its own words: compiled if it has a script, by the control some of the others."""
+    """Step it block by block; what is refused because nobody can judge its parts moves its wheel as it does, too."""
+    record = known.get("record")
+    if record is not None:
+        try:
+            refuse_unjudged(known["programs"], case.job)
+        except UnjudgedError as error:
+            _require_sentence(error, examined)
+            if not any(record.unjudged):
+                examined.differ("replay: refuses what is judged", str(error)[:300], "judged")
+        else:
+            if any(record.unjudged):
+                examined.differ("replay: grinds what is not judged", "judged", str(record.unjudged)[:300])
+    with patch.object(script, "refuse_unjudged"):
+        return _replayed(case, examined, known)
+
+
+def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
+    """With its own words: compiled if it has a script, by the control some of the others."""
     programs, job, record = known["programs"], case.job, known.get("record")
     try:
         if case.seed % STEPPED_BY_CONTROL:
@@ -260,6 +282,8 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.differ(f"{way}: blocks", len(found.outcomes), len(wheels))
         return False
     _compare_wheels(way, simulation, found.wheels, wheels, examined)
+    if any(record.unjudged):  # it is charged for as scrap
+        return True
     _compare_sums(way, found, record, examined)
     if not _by_blocks(simulation, record):
         return True
@@ -281,6 +305,8 @@ def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
         record = grind(read(text, NAME), case.job)
     except GrindError as error:
         _require_sentence(error, examined)  # a macro may say in one place what two blocks do
+        return
+    if any(record.unjudged):
         return
     found = _stepped_blocks(simulation, choices)
     last = simulation.tables.blocks[simulation.tables.blocks[:, ENDS_PART] > 0.0, FINISH]
