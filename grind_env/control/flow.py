@@ -151,7 +151,7 @@ def obey(block: Block, call: Call, variables: Variables) -> None:
 def _refuse_endless(block: Block, here: int, call: Call, variables: Variables) -> None:
     """Refuse to go round with the values of a time before: the way through a program hangs on nothing else.
 
-    Each jump is compared with one before that lies ever farther back (Brent), so that ways round of any length are found.
+    Each jump is compared with one ever farther back (Brent), so that ways round of any length are found.
     """
     now, known = (variables.state, variables.system_reads), call.rounds.get(here)
     if known is not None and known.values == now:
