@@ -72,6 +72,17 @@ class Loop(NamedTuple):
     end: int
 
 
+class Round(NamedTuple):
+    """A time at which a jump back was made."""
+
+    values: tuple[object, int]
+    """Of all variables, and how often a system variable had been read."""
+    span: int
+    """For how many jumps it is kept."""
+    left: int
+    """Of these, to come."""
+
+
 @dataclass(slots=True)
 class Call:
     """A program under execution.
@@ -82,8 +93,7 @@ class Call:
         interrupt: whether its M99 leads back into the middle of something: a dress or a program interrupt.
         arguments: local variables that G65 assigns, by number; None of a program that G65 has not called.
         loops: those under execution, the innermost last.
-        rounds: values of variables when each jump back was last made, by the index of its block, and how many system
-            variables had been read.
+        rounds: what was found when jumps back were made, by the index of their blocks.
     """
 
     stream: BlockStream
@@ -91,7 +101,7 @@ class Call:
     interrupt: bool = False
     arguments: Mapping[int, Decimal] | None = None
     loops: list[Loop] = field(default_factory=list)
-    rounds: dict[int, tuple[object, int]] = field(default_factory=dict)
+    rounds: dict[int, "Round"] = field(default_factory=dict)
 
     def view(self) -> "Call":
         """The same to a look ahead, which changes nothing here."""
@@ -140,12 +150,19 @@ def obey(block: Block, call: Call, variables: Variables) -> None:
 
 
 def _refuse_endless(block: Block, here: int, call: Call, variables: Variables) -> None:
-    """Refuse to go round again with the values of the last time: the way through a program hangs on nothing else."""
-    now = variables.state, variables.system_reads
-    if call.rounds.get(here) == now:
-        message = "the program goes round here without end, for nothing on the way changes a variable"
+    """Refuse to go round with the values of a time before: the way through a program hangs on nothing else.
+
+    Each jump is compared with one ever farther back (Brent), so that ways round of any length are found.
+    """
+    now, known = (variables.state, variables.system_reads), call.rounds.get(here)
+    if known is not None and known.values == now:
+        message = "the program goes round here without end, for its variables come back to what they were"
         raise block.error("block-budget", f"{message}; change one that a condition asks for")
-    call.rounds[here] = now
+    if known is None or known.left == 0:
+        span = 1 if known is None else 2 * known.span
+        call.rounds[here] = Round(now, span, span - 1)
+    else:
+        call.rounds[here] = known._replace(left=known.left - 1)
 
 
 def _assign(block: Block, assign: Assign, variables: Variables) -> None:

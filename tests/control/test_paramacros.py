@@ -234,6 +234,8 @@ def test_nested_loops_are_those_of_python(counts: list[int]) -> None:
         "N1 #1=0\nGOTO 1",
         "DO 1\nM98 P5\nEND 1\nO5\nG91 X.1\nM99",
         "DO 1\nG65 P5\nEND 1\nO5\nM99",
+        "#1=0\nN1 #1=1-#1\nGOTO 1",
+        "#1=0\nDO 1\n#1=[#1+1] MOD 37\nEND 1",
     ],
 )
 def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
@@ -246,7 +248,6 @@ def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
     "text",
     [
         "#1=0\nWHILE [1 EQ 1] DO 1\n#1=#1+1\nEND 1",
-        "#1=0\nN1 #1=1-#1\nGOTO 1",
         "DO 1\nG91 X.1\n#2=#5041\nEND 1",
         "#1=0\nDO 1\nM98 P5\nEND 1\nO5\n#1=#1+1\nM99",
     ],
@@ -265,7 +266,7 @@ def test_a_loop_that_goes_round_with_values_of_before_may_end() -> None:
 
 def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
     filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
-    loop = "#1=0\nDO 1\n#1=1-#1\nEND 1"
+    loop = "#1=0\nDO 1\n#1=#1+1\nEND 1"
     assert refusal(f"{filling}{loop}\n{filling[:400]}", block_budget=60_000).name == "block-budget"
 
 
