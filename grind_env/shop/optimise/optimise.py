@@ -188,11 +188,10 @@ def optimise(
 def problem_of(
     programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int, seconds: float = math.inf
 ) -> Problem:
-    """What is to be searched.
+    """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
 
     Raises:
         GrindError: as `optimise`.
-        TimeUp: there is not even time to look at the batch.
     """
     once = _expected(programs, job)
     budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
