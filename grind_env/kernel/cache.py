@@ -5,6 +5,9 @@ notices edits in the file of the kernel alone. Here the name of a file is the fi
 on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of its name and of the rest.
 Whatever happens to the files, a kernel can be compiled anew, and one line says so.
 
+A kernel from disk brings the symbols of the process that compiled it, and of two with one name LLVM takes the first,
+whatever the other holds. numba numbers them, so that those of two processes meet: here the numbers are drawn.
+
 The checksum is against damage, not against malice: who may write into the folder may run code here.
 """
 
@@ -15,6 +18,7 @@ import logging
 import multiprocessing
 import os
 import pickle
+import secrets
 import shutil
 import time
 from pathlib import Path
@@ -22,6 +26,7 @@ from typing import Any, ClassVar
 
 import numba
 import platformdirs
+from numba.core.bytecode import FunctionIdentity
 
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
@@ -30,6 +35,8 @@ DIGEST = hashlib.sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # s, after which a file is deleted
 COMPILATION = 0.1  # s of one core for each function that a kernel is made of, within a factor of two
 LONG = 3.0  # s that somebody waits without wondering
+
+FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), -1)
 
 
 def keep_on_disk(kernel: Any) -> None:
@@ -44,7 +51,7 @@ def keep_on_disk(kernel: Any) -> None:
 class KernelCache:
     """The cache of one kernel, in the place of numba's own (`Dispatcher._cache`, which sets the names of its methods).
 
-    Of numba's internals it uses `CompileResult._reduce` and `_rebuild`, `has_dynamic_globals` of a code library,
+    Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`, `has_dynamic_globals` of a code library,
     `magic_tuple` of a code generator (platform, name and features of the CPU) and `serialize.dumps`.
     """
 

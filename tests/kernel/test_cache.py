@@ -39,6 +39,26 @@ kernels = [scaled(factor) for factor in range(6)]
 print([kernel(2.0) for kernel in kernels])
 print(sum(sum(kernel.stats.cache_hits.values()) for kernel in kernels if hasattr(kernel, "stats")))
 """
+CALLING = """
+import sys
+from math import sin
+from grind_env.kernel import entry
+
+def scaled(factor):
+    @entry
+    def called(x):
+        return factor * (sin(x) + sin(x + 1.0) + SINES)
+
+    @entry
+    def kernel(x):
+        return called(x) - called(x + 1.0)
+    return kernel
+
+print([scaled(int(factor))(2.0) for factor in sys.argv[1:]])
+print(0)
+""".replace("SINES", " + ".join(f"sin({k} * x)" for k in range(2, 60)))
+"""A kernel that calls one that is too long to be inlined."""
+
 RESULTS = "[1.0, 3.0, 5.0, 7.0, 9.0, 11.0]"
 
 DAMAGES: list[Callable[[bytes], bytes]] = [
@@ -110,6 +130,12 @@ def test_a_file_under_the_name_of_another_kernel_is_not_loaded(toy: Toy) -> None
     results, hits, (line,) = toy.start()
     assert (results, hits) == (RESULTS, 5)
     assert str(other) in line
+
+
+def test_kernels_that_other_processes_compiled_call_their_own_functions(toy: Toy) -> None:
+    toy.script.write_text(CALLING, encoding="utf-8")
+    alone = [toy.start(factor).results.strip("[]") for factor in "123"]
+    assert toy.start(*"123").results == f"[{', '.join(alone)}]"
 
 
 def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy) -> None:
