@@ -48,6 +48,11 @@ class Execution(Iterator[Event]):
         return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
     @property
+    def changing_dress(self) -> int | None:
+        """The first dress program that has left offsets, other tables, wheel or coolant not as it has found them."""
+        return self._interpreter.interruptions.changing_dress
+
+    @property
     def over(self) -> bool:
         """Whether the text has been gone through, so that the table only comes to rest, or strokes on by itself."""
         return self._interpreter.over

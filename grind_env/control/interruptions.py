@@ -37,6 +37,7 @@ class Interruptions:
         requests: program interrupts requested by time, not yet run.
         known_dresses: dress programs that have once left the tables of the control as they found them, with the values
             of variables that they have read.
+        changing_dress: the first dress program that has not; None before.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Interruptions:
         self.programs, self.control, self.execute = programs, control, execute
         self.requests = deque(control.interrupts)
         self.known_dresses: dict[int, Notes] = {}
+        self.changing_dress: int | None = None
 
     def nothing_comes_between(self, plan: CyclePlan) -> bool:
         """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
@@ -131,7 +133,9 @@ class Interruptions:
         self.variables.begin_notes()
         yield from self._run(program, Source.DRESS, returning=True)
         notes = self.variables.end_notes()
-        if mover.tables == tables and self.variables.state == values:
+        if mover.tables != tables:
+            self.changing_dress = self.changing_dress or number
+        elif self.variables.state == values:
             self.known_dresses[number] = notes
         if self.control.dress_amount > 0.0:
             mover.follow_wheel(self.control.dress_amount)

@@ -51,8 +51,9 @@ def keep_on_disk(kernel: Any) -> None:
 class KernelCache:
     """The cache of one kernel, in the place of numba's own (`Dispatcher._cache`, which sets the names of its methods).
 
-    Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`, `has_dynamic_globals` of a code library,
-    `magic_tuple` of a code generator (platform, name and features of the CPU) and `serialize.dumps`.
+    Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
+    `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU)
+    and `serialize.dumps`.
     """
 
     announced: ClassVar[bool] = False

@@ -177,6 +177,9 @@ class _Writer:
         if self.execution.dependent is not None:
             depends = "depends on the wheel, on its dresses or on where a cycle has ended"
             raise self._error(f"it reads #{self.execution.dependent}, which {depends}")
+        if (number := self.execution.changing_dress) is not None:
+            changes = "leaves offsets, tables, wheel or coolant otherwise than it finds them"
+            raise self._error(f"dress program O{number} {changes}, so that dresses move what follows")
 
     def _take(self, event: Event) -> None:
         table = self.execution.table

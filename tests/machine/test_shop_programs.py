@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
-from grind_env.control import Programs, check, execute, read_file
+from grind_env.control import Programs, check, execute, read, read_file
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
@@ -17,7 +17,7 @@ from grind_env.machine.run import GrindingRun
 from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
 from grind_env.machine.tally import Tally
-from tests.machine.harness import DRESS
+from tests.machine.harness import DRESS, HEAD
 from tests.machine.test_replay import assert_same, shop
 
 DRESS_INCH = """
@@ -177,6 +177,15 @@ def test_what_depends_on_the_part_has_no_script(tmp_path: Path, lines: str, reas
     with pytest.raises(ScriptError, match=reason):
         script_of(programs, job)
     assert len(grind(programs, job).parts) == 1
+
+
+@pytest.mark.parametrize("line", ["#5222=[#5222-.01]", "G10 L2 P1 Y-.01", "M09", "T2"])
+def test_a_dress_that_moves_what_follows_has_no_script(line: str) -> None:
+    text = f"{HEAD}M08\nG82 X230. I-30. Y-.03 J-.01 F600. E9000. P9100 D1\nG80\nM30\n{DRESS}"
+    script_of(read(text), shop())
+    changed = text.replace("M99", f"{line}\nM99")
+    with pytest.raises(ScriptError, match="dress program O9100 leaves offsets, tables, wheel or coolant otherwise"):
+        script_of(read(changed), shop())
 
 
 def test_variables_are_set_from_outside(tmp_path: Path) -> None:
