@@ -67,9 +67,9 @@ def test_sweep_is_grind_sweep(grind: Grind) -> None:
 
 
 def test_wishes_may_be_texts_or_values_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = pytest.importorskip("grind_env.shop.optimise.optimise")
+    module = pytest.importorskip("grind_env.shop.optimise.finding")
     asked = []
-    monkeypatch.setattr(module, "optimise", lambda program, job, wishes, **others: asked.append((wishes, others)))
+    monkeypatch.setattr(module, "find_words", lambda program, job, wishes, **others: asked.append((wishes, others)))
     grind_env.optimise(
         PLATE, vary="E,J", bounds="E=5000..25000,J=.002...02", margin=["power=.85", "Ra=0.9"], keep="N80", budget="2min"
     )

@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 from grind_env.notebook.markup import fragment, paragraphs, table
-from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.sweep.figure import draw_sweep
 from grind_env.shop.sweep.study import Sweep
 from grind_env.shop.sweep.table import sentences, tables_of
+from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -120,12 +120,14 @@ def optimise(
     Raises:
         GrindError: the program cannot be run, there is nothing to vary in it, or a wish cannot be read.
     """
-    from grind_env.shop.optimise.optimise import optimise as search
+    from grind_env.shop.optimise.finding import find_words
 
     wishes = wishes_of(vary, _named(bounds), _named(rounding), _named(keep), _named(margin))
     seconds = seconds_of(str(budget))
     with progress() as advance:
-        return search(program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance)
+        return find_words(
+            program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance
+        )
 
 
 def sweep(

@@ -18,15 +18,16 @@ from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.statistics import bootstrap
 from grind_env.shop.optimise import budget as clock
-from grind_env.shop.optimise import optimise as optimising
+from grind_env.shop.optimise import finding
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.optimise import optimise, problem_of
+from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised, Verdict
 from grind_env.shop.optimise.search import Search
 from grind_env.shop.optimise.table import as_data, sentences
-from grind_env.shop.optimise.trials import trials_of
+from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
+from grind_env.shop.trials import trials_of
 from tests.shop.programs import EXAMPLES, write
 
 PARTS = 4
@@ -50,7 +51,7 @@ def status(*arguments: object) -> int:
 
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def found(request: pytest.FixtureRequest) -> Optimised:
-    return optimise(EXAMPLES / f"{request.param}.nc", parts=PARTS, seconds=1000.0)
+    return find_words(EXAMPLES / f"{request.param}.nc", parts=PARTS, seconds=1000.0)
 
 
 def test_every_example_is_made_better(found: Optimised) -> None:
@@ -82,7 +83,7 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
 
 
 def test_the_same_seed_finds_the_same() -> None:
-    runs = [optimise(EXAMPLES / "keyway_g81.nc", parts=3, seconds=1000.0, seed=5) for _ in range(2)]
+    runs = [find_words(EXAMPLES / "keyway_g81.nc", parts=3, seconds=1000.0, seed=5) for _ in range(2)]
     assert runs[0] == runs[1]
 
 
@@ -116,7 +117,7 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_the_time_ends_the_search_and_says_so() -> None:
-    assert optimise(EXAMPLES / "plate_g82.nc", parts=2, seconds=0.0).ended_early
+    assert find_words(EXAMPLES / "plate_g82.nc", parts=2, seconds=0.0).ended_early
 
 
 class Clock:
@@ -142,7 +143,7 @@ class Clock:
 @pytest.fixture
 def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program without a script, two blocks under G96, that is tried on a quarter of the lots."""
-    monkeypatch.setattr(optimising, "SEARCHED", 4)
+    monkeypatch.setattr(finding, "SEARCHED", 4)
     monkeypatch.setattr(clock, "LEAST_JUDGED", 2)
     path = tmp_path / "part.nc"
     text = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
@@ -160,7 +161,7 @@ def test_the_search_of_a_program_that_is_executed_ends_with_its_time(
 ) -> None:
     budget = LOOKED + 3.5 * TRIAL  # ends within the fourth trial
     watch = Clock(monkeypatch, 1.0)
-    found = optimise(executed, parts=1, seconds=budget)
+    found = find_words(executed, parts=1, seconds=budget)
     assert found.ended_early and found.evaluations == 3
     compared = 3 * 8 * 2
     assert watch.searched <= ONCE + budget + 1.0 + compared
@@ -198,11 +199,11 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     wishes, found = wishes_of("D", ["D=0..1"], keep=["70"]), []
-    monkeypatch.setattr(optimising, "JUDGED", 12)
+    monkeypatch.setattr(finding, "JUDGED", 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
             Clock(patched, pace)
-            found.append(optimise(executed, wishes=wishes, parts=1, seconds=1000.0))
+            found.append(find_words(executed, wishes=wishes, parts=1, seconds=1000.0))
     assert found[0] == found[1] and not found[0].ended_early
     assert found[0].lots == 12 and found[0].evaluations == 2
 
@@ -235,9 +236,9 @@ def test_options_that_cannot_be_read_are_told(
 def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
     path = EXAMPLES / "rail_g83.nc"
     job = load_job(path.with_suffix(".toml"))
-    problem = problem_of(read_file(path), text_of(path.read_bytes()), job, wishes_of("E,J,L"), 2, 1)
-    assert {each.name for each in problem.choices.variables} == {"E"}
-    assert "J and L are kept as they are" in problem.choices.remarks[0]
+    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of("E,J,L"), 2, 1)
+    assert {each.name for each in variation.choices.variables} == {"E"}
+    assert "J and L are kept as they are" in variation.choices.remarks[0]
 
 
 def test_the_search_finds_the_optimum_of_oracle6() -> None:

@@ -17,8 +17,8 @@ from grind_env.machine.job_file import load_job
 from grind_env.machine.script import script_of
 from grind_env.machine.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
-from grind_env.shop.optimise.optimise import Problem, problem_of, with_words
 from grind_env.shop.optimise.unrolling import UnrollError, unrolled
+from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 
@@ -28,13 +28,13 @@ VARIED = re.compile(r"[ \t]?[EDJLFYedjlfy][+-]?[0-9.]+")
 
 
 @cache
-def problem(name: str, folder: Path, vary: str = ALL, unroll: bool = False) -> Problem:
+def asked_for(name: str, folder: Path, vary: str = ALL, unroll: bool = False) -> Variation:
     path = write(folder, name)
     programs, text = read_file(path), text_of(read_bytes(path))
     if unroll:
         text = unrolled(programs, text)
         programs = read(text.text, programs.name)
-    return problem_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary), 1, 1)
+    return variation_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary), 1, 1)
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +46,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @settings(max_examples=25, deadline=None)
 @given(data=st.data())
 def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
-    asked = problem(name, folder, "E,D,J,L,lead,depth")
+    asked = asked_for(name, folder, "E,D,J,L,lead,depth")
     variables = asked.choices.variables
     point = tuple(
         data.draw(st.integers(0, len(each.levels) - 1), label=f"{each.place} {each.name}") for each in variables
     )
-    text = with_words(asked, point)
+    text = asked.with_words(point)
 
     old, new = PROGRAMS[name].split(b"\n"), text.bytes().split(b"\n")
     assert len(new) == len(old)
@@ -75,26 +75,26 @@ def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folde
 
 @pytest.mark.parametrize("name", ["plate", "lower", "loop"])
 def test_passes_are_left_out_or_repeated(name: str, folder: Path) -> None:
-    asked = problem(name, folder, "passes")
+    asked = asked_for(name, folder, "passes")
     (passes,) = asked.choices.variables
     assert [int(level) for level in passes.levels] == [1, 2, 4]
     for number, level in enumerate(passes.levels):
-        script = script_of(read(with_words(asked, (number,)).text), asked.job)
+        script = script_of(read(asked.with_words((number,)).text), asked.job)
         dress = script.blocks[0].dress_plan
         assert dress is not None
         assert (dress.passes, dress.depth, dress.feed) == (level, pytest.approx(0.02), pytest.approx(191.0 / 60.0))
 
 
 def test_passes_of_absolute_infeeds_are_not_repeated(folder: Path) -> None:
-    (passes,) = problem("inch", folder, "passes").choices.variables
+    (passes,) = asked_for("inch", folder, "passes").choices.variables
     assert [int(level) for level in passes.levels] == [1, 2]
 
 
 def test_one_value_holds_for_all_calls_and_each_has_its_own_when_they_are_written_out(folder: Path) -> None:
-    together, apart = problem("loop", folder, "E,D"), problem("loop", folder, "E,D", unroll=True)
+    together, apart = asked_for("loop", folder, "E,D"), asked_for("loop", folder, "E,D", unroll=True)
     assert [each.blocks for each in together.choices.variables] == [(0, 1, 2, 3)] * 2
     assert [each.blocks for each in apart.choices.variables] == [(0,), (1,), (2,), (3,)] * 2
-    text = with_words(apart, (0, 1, 2, 3) * 2).text
+    text = apart.with_words((0, 1, 2, 3) * 2).text
     speeds = [block.plan.feed for block in script_of(read(text), apart.job).blocks]
     assert speeds == [3000.0, 3100.0, 3200.0, 3300.0]
     plain = [own_settings(block.plan, block.dress_plan) for block in script_of(read(apart.text.text), apart.job).blocks]
@@ -126,16 +126,16 @@ def test_calls_without_end_are_refused_and_thousands_are_written_out_at_once() -
 def test_a_block_that_is_kept_stays_as_it_is() -> None:
     path = EXAMPLES / "plate_g82.nc"
     wishes = wishes_of("E,D", keep=["N50"])
-    found = problem_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes, 1, 1)
+    found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes, 1, 1)
     assert {each.place for each in found.choices.variables} == {"N70"}
     with pytest.raises(WishError, match=r"N51 is no cycle block .* there are N50, N70"):
-        problem_of(found.programs, found.text, found.job, wishes_of(keep=["51"]), 1, 1)
+        variation_of(found.programs, found.text, found.job, wishes_of(keep=["51"]), 1, 1)
 
 
 def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
     path = write(tmp_path, "plate")
     path.write_text(PROGRAMS["plate"].decode().replace("E9000.", "E[9000.]"), encoding="utf-8")
-    found = problem_of(
+    found = variation_of(
         read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes_of(), 1, 1
     )
     assert [(each.name, each.place) for each in found.choices.variables] == [("E", "N50"), ("D", "N50")]
@@ -168,11 +168,11 @@ def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_de
     path.write_text(plate[: plate.index("O9100")] + dress, encoding="utf-8")
     programs, text = read_file(path), text_of(read_bytes(path))
     job = load_job(EXAMPLES / "plate_g82.toml")
-    asked = problem_of(programs, text, job, wishes_of("passes,depth", ["passes=2..4"]), 1, 1)
+    asked = variation_of(programs, text, job, wishes_of("passes,depth", ["passes=2..4"]), 1, 1)
     (passes,) = asked.choices.variables
     assert (passes.name, [int(level) for level in passes.levels]) == ("passes", [2, 4])
     assert "depth of O9100 is kept as it is: it has no infeed, for its dresser advances by itself" in " ".join(
         asked.choices.remarks
     )
-    changed = script_of(read(with_words(asked, (1,)).text), job).blocks[0].dress_plan
+    changed = script_of(read(asked.with_words((1,)).text), job).blocks[0].dress_plan
     assert (changed.passes, changed.depth) == (4, 0.02)

@@ -16,7 +16,8 @@ from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.optimise import optimise, problem_of, with_words
+from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.report.blocks import HEADINGS, block_rows
 from tests.shop.test_optimise import status
@@ -78,9 +79,9 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 def test_other_words_leave_every_other_byte(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    problem = problem_of(read_file(path), text, job, wishes_of("E,D"), 1, 1)
-    assert {(each.place, each.name) for each in problem.choices.variables}
-    new = with_words(problem, [0] * len(problem.choices.variables)).bytes()
+    variation = variation_of(read_file(path), text, job, wishes_of("E,D"), 1, 1)
+    assert {(each.place, each.name) for each in variation.choices.variables}
+    new = variation.with_words([0] * len(variation.choices.variables)).bytes()
     old = path.read_bytes()
     assert old.count(b"\r\n") == new.count(b"\r\n") and old.endswith(b"\n") == new.endswith(b"\n")
     before, after = old.split(b"\n"), new.split(b"\n")
@@ -129,7 +130,7 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
 @pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
-    found = optimise(path, parts=2, seconds=1000.0, wishes=wishes_of("D"))
+    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of("D"))
     part = grind(read(found.after), load_job(path.with_suffix(".toml"))).parts[0]
     assert found.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
     assert found.quantity("seconds").expected[1] == pytest.approx(part["seconds"], rel=1e-9)

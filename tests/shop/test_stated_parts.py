@@ -17,7 +17,7 @@ from grind_env.machine.job import Job, JobError, PartConditions
 from grind_env.machine.job_file import load_job
 from grind_env.machine.settings import D, E
 from grind_env.policies.planners.dynamic_programming import exact_optimum
-from grind_env.shop.optimise.trials import trials_of
+from grind_env.shop.trials import trials_of
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, PLATE
 

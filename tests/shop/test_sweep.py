@@ -9,8 +9,8 @@ from grind_env.cli import main
 from grind_env.control import read
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job_file import load_job
-from grind_env.shop.optimise.trials import lots_of, trials_of
-from grind_env.shop.sweep.study import LOT_USE, LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, PLATE
 
@@ -31,7 +31,7 @@ def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found
     parts = lines.split("D1")
     written = parts[0] + "".join(f"D{int((k + 1) % every == 0)}{rest}" for k, rest in enumerate(parts[1:]))
     programs = read(f"{written}\n{text[text.index('O9100') :]}")
-    trials = trials_of(programs, job, 1, lots_of(1, LOT_USE, LOTS))
+    trials = trials_of(programs, job, 1, lots_of(1, LotUse.SWEEP, LOTS))
     assert len(parts) == PARTS + 1
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-9)
 
@@ -47,7 +47,7 @@ def test_a_lead_costs_what_the_dress_program_written_so_costs(found: Sweep) -> N
     feed = round(0.1 * turns)
     ranges = Ranges(lead=(feed / turns, feed / turns * 1.5))
     point = sweep(EXAMPLES / "plate_g82.nc", None, ranges, parts=2).dresses[0]
-    trials = trials_of(read(PLATE.replace("F191.", f"F{feed}.")), job, 2, lots_of(1, LOT_USE, LOTS))
+    trials = trials_of(read(PLATE.replace("F191.", f"F{feed}.")), job, 2, lots_of(1, LotUse.SWEEP, LOTS))
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-6)
 
 

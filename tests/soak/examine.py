@@ -37,7 +37,7 @@ from grind_env.machine.tally import Tally
 from grind_env.machine.unjudged import UnjudgedError
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
-from grind_env.shop.optimise.trials import Trials
+from grind_env.shop.trials import Trials
 from tests.soak.writer import Case
 
 SLOW = 5.0

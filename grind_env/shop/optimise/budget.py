@@ -5,7 +5,6 @@ be known before it may take somewhat longer than the search, and what is found i
 as time allows.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import monotonic
 
@@ -23,10 +22,6 @@ ENOUGH_TRIALS = 100
 
 class TimeUp(Exception):
     """The time is up in the midst of something."""
-
-
-def nothing() -> None:
-    """Let whatever takes time take it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +70,6 @@ class Budget:
     def _require(self, seconds: float) -> None:
         if self.spent > seconds:
             raise TimeUp
-
-
-Between = Callable[[], object]
-"""Called between two blocks of a program; it may raise `TimeUp`."""
 
 
 def time_said(seconds: float) -> str:

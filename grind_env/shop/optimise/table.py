@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
-from grind_env.shop.optimise.trials import lots_said
+from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 from grind_env.extras import needing
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
-from grind_env.shop.optimise.optimise import WORTH_NAMING
+from grind_env.shop.optimise.judgement import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
-from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.report.document import (
     Cell,
     Level,
@@ -29,6 +28,7 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.foundations import foundations, revisions
 from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES, Cells
+from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
     from markupsafe import Markup

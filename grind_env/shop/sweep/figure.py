@@ -8,8 +8,8 @@ import numpy as np
 
 from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
-from grind_env.shop.optimise.trials import LIMITS, lots_said
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
+from grind_env.shop.trials import LIMITS, lots_said
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

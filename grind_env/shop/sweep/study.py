@@ -13,7 +13,7 @@ from grind_env.machine.job_file import job_beside, load_job
 from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
-from grind_env.shop.optimise.trials import Array, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import Array, LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,8 +27,6 @@ LONGEST = 20
 """Parts from dress to dress up to which is swept where the user does not say it."""
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
-LOT_USE = 4
-"""Of the lots, beside those of a search."""
 
 
 class SweepError(GrindError):
@@ -177,7 +175,7 @@ def sweep(
     """
     program = Path(program)
     job = job_beside(program) if job is None else Path(job)
-    trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LOT_USE, LOTS))
+    trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LotUse.SWEEP, LOTS))
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])

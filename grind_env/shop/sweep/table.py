@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from grind_env.shop.optimise.trials import lots_said
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
+from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -1,8 +1,9 @@
 """What a program costs with other words, on the same lots for all of them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from enum import IntEnum
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +19,25 @@ from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.settings import SETTINGS, D, E, own_settings
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import NO_LIMIT
-from grind_env.shop.optimise.budget import Between, nothing
 
 Array = NDArray[np.float64]
+Between: TypeAlias = Callable[[], object]
+"""Called between two blocks of a program that the control executes; what it raises ends the run."""
+
+
+class LotUse(IntEnum):
+    """What lots are drawn for: those of one use are no other's."""
+
+    BASE = 0
+    SEARCH = 1
+    COMPARISON = 2
+    JUDGEMENT = 3
+    SWEEP = 4
+
+
+def nothing() -> None:
+    """Let whatever takes time take it."""
+
 
 ROWS_AT_ONCE = 60_000
 """Episodes times blocks that are replayed together; bounds the memory."""
@@ -231,15 +248,15 @@ def trials_of(
     return Trials(simulation, runs, ()).on(seeds)
 
 
-def lots_of(seed: int, use: int, count: int) -> tuple[tuple[int, ...], ...]:
-    """Seeds of some lots, which no other use of the same seed has.
+def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
+    """Seeds of some lots for a use.
 
     Raises:
         TrialsError: the seed is below 0.
     """
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
-    return tuple((seed, use, k) for k in range(count))
+    return tuple((seed, int(use), k) for k in range(count))
 
 
 def lots_said(count: int, what: str = "lots") -> str:

@@ -1,0 +1,208 @@
+"""Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grind_env.control import read, read_file
+from grind_env.errors import GrindError
+from grind_env.files import read_bytes
+from grind_env.machine.job import Job, Part
+from grind_env.machine.job_file import job_beside, load_job
+from grind_env.machine.settings import DRESS_SECONDS
+from grind_env.policies.statistics import Interval
+from grind_env.process.cost import NO_LIMIT
+from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.judgement import few, limits_of, paired, quantities_of, undressed, verdict_of, word_of
+from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.optimise.search import GENERATIONS, Point
+from grind_env.shop.optimise.unrolling import unrolled
+from grind_env.shop.optimise.variation import INFEASIBLE, Progress, Variation, one_run, variation_of
+from grind_env.shop.optimise.wishes import Wishes
+from grind_env.shop.trials import LIMITS, LotUse, Trials, lots_said
+
+SEARCHED, CHOSEN, JUDGED = 16, 128, 256
+"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; fewer
+of a program that the control executes, if there is no time for them."""
+FINALISTS = 12
+STEP_BY_STEP = 3, 8
+"""Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
+FEWER = 4
+"""Generations of a search without a limit, over those of the whole one."""
+SAME = 1e-6
+"""Relative difference of settings that are the same but for rounding."""
+
+FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
+"""Field of a part that holds a limit, and what it is without."""
+
+
+def find_words(
+    program: str | Path,
+    job: str | Path | None = None,
+    wishes: Wishes | None = None,
+    *,
+    parts: int = 50,
+    seconds: float = 60.0,
+    seed: int = 1,
+    unroll: bool = False,
+    progress: Progress = lambda label, count: None,
+) -> Optimised:
+    """Search better words for a program.
+
+    The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
+    all programs. The result is the same for the same seed unless the time ends the search.
+
+    Args:
+        program: file of the part program.
+        job: its job file; the program's name with `.toml` if not given.
+        wishes: what is varied between which bounds, and margins of the limits.
+        parts: how often the program is run before the wheel is handed over; the wheel carries over.
+        seconds: for the search; it ends with them, and what follows within four times as many and 10 s.
+        seed: of lots and search.
+        unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
+        progress: called with what is being done and by how many programs it has come on.
+
+    Raises:
+        GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.
+    """
+    program = Path(program)
+    job = job_beside(program) if job is None else Path(job)
+    programs, text = read_file(program), text_of(read_bytes(program))
+    if unroll:
+        text = unrolled(programs, text)
+        programs = read(text.text, programs.name, programs.folder)
+    try:
+        variation = variation_of(programs, text, load_job(job), wishes or Wishes(), parts, seed, seconds)
+        return _optimised(variation, job.name, progress)
+    except TimeUp:
+        raise GrindError(
+            f"{programs.name}: there was no time to try one program on {SEARCHED} lots, for the control executes this "
+            f"one step by step; give it more than --budget {seconds:g}s, or grind fewer than --parts {parts}"
+        ) from None
+
+
+def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
+    variables, budget = variation.choices.variables, variation.budget
+    start = tuple(each.start for each in variables)
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching")
+    known = budget.spent
+    search.run(start, variation.seed)
+    seconds = (budget.spent - known) / len(search.costs)
+    feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
+    point = _chosen(variation, feasible) if feasible else search.ranked[0]
+    text = variation.with_words(point)
+    programs = read(text.text, variation.programs.name, variation.programs.folder)
+    lots = JUDGED if variation.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
+    same = text.text == variation.text.text and not any(variation.ranges)
+    before = variation.trials(LotUse.JUDGEMENT, lots)
+    after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
+    _require_said(variation, before, after, point)
+    progress("judging", 0)
+    old = before.measure(before.own[None])
+    new = old if same else after.measure(after.own[None])
+    difference = paired(new.cost[0] - old.cost[0])
+    beyond = new.violation(variation.margins)[0]
+    sought = feasible and before.simulation.compiled
+    prices = _prices(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
+    limits = limits_of(variation, old, new, prices)
+    on = lots_said(len(before.seeds), "unseen lots")
+    verdict, reason = verdict_of(bool(feasible), difference, limits, beyond, on)
+    if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
+        enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
+        verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
+    better = verdict is Verdict.BETTER
+    quantities = quantities_of(variation.once, variation.once if same else one_run(programs, variation.job), old, new)
+    return Optimised(
+        program=variation.programs.name,
+        job=job,
+        verdict=verdict,
+        reason=reason,
+        words=tuple(word_of(each, number) for each, number in zip(variables, point, strict=True)),
+        quantities=quantities,
+        limits=limits,
+        remarks=(
+            *variation.choices.remarks,
+            *undressed(before, after, variation.runs),
+            *few(len(before.seeds), lots, JUDGED),
+        ),
+        before=variation.text.text,
+        after=text.text if better else variation.text.text,
+        data=text.bytes() if better else variation.text.bytes(),
+        parts=variation.runs,
+        lots=len(before.seeds),
+        seed=variation.seed,
+        evaluations=len(search.costs),
+        ended_early=search.ended_early,
+    )
+
+
+def _chosen(variation: Variation, ranked: list[Point]) -> Point:
+    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
+
+    Without the time for that it is the first of them.
+    """
+    count, lots = (FINALISTS, CHOSEN) if variation.base.simulation.compiled else STEP_BY_STEP
+    finalists = ranked[:count]
+    try:
+        found = variation.measure(
+            variation.trials(LotUse.COMPARISON, lots), finalists, variation.budget.require_comparison
+        )
+    except TimeUp:
+        return finalists[0]
+    beyond = found.violation(variation.margins).sum(axis=1)
+    cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
+    return finalists[int(cost.argmin())]
+
+
+def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> None:
+    """Refuse a text that does not say what was searched: what its blocks set is read off the text itself."""
+    asked = variation.settings(before.own, np.array([point]))[0]
+    said = after.own
+    columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]
+    if asked.shape != said.shape or not np.allclose(asked[:, columns], said[:, columns], rtol=SAME, atol=0.0):
+        raise GrindError(
+            f"{variation.programs.name}: other numbers in its words do not change its cycles as they say, so that no "
+            "better program can be written; vary fewer words with --vary"
+        )
+
+
+def _prices(
+    variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress
+) -> dict[str, Interval]:
+    """What each limit costs: what the best words without it save on unseen lots."""
+    with_all, prices = variation.measure(judged, [best]).cost[0], {}
+    for k, name in enumerate(LIMITS):
+        free = without(variation.job, name)
+        if free is None:
+            continue
+        margins = variation.margins.copy()
+        margins[k] = np.inf
+        other = variation.with_job(free, margins, budget)
+        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}")
+        search.run(best, variation.seed, GENERATIONS // FEWER)
+        point = _chosen(other, [best, *search.ranked])
+        found = other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]).cost[0]
+        prices[name] = paired(with_all - found)
+    return prices
+
+
+def without(job: Job, limit: str) -> Job | None:
+    """The job without a limit; None if it has none."""
+    machine = job.setup.machine
+    if limit == "power":
+        stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))
+        return replace(job, setup=replace(job.setup, machine=stronger))
+    name, free = FREE[limit]
+    kinds = [job.part, *(each.part for each in job.parts if each.part is not None)]
+    if free == NO_LIMIT and all(getattr(asked, name) == NO_LIMIT for kind in kinds for asked in (kind, *kind.stages)):
+        return None
+
+    def freed(part: Part) -> Part:
+        other: dict[str, Any] = {name: free}
+        return replace(part, stages=tuple(replace(stage, **other) for stage in part.stages), **other)
+
+    parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
+    return replace(job, part=freed(job.part), parts=parts)

@@ -1,0 +1,149 @@
+"""What is said of the best words found: better or not, by how much, and which limits bind."""
+
+import numpy as np
+
+from grind_env.machine.settings import D
+from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
+from grind_env.shop.optimise.variables import Variable
+from grind_env.shop.optimise.variation import Variation
+from grind_env.shop.trials import LIMITS, Array, Measures, Trials
+
+WORTH_NAMING = 0.01
+"""Share of the cost of a part that a limit costs at least if it is said to bind."""
+
+QUANTITIES = {
+    "cost": "$",
+    "seconds": "s",
+    "Ra": "um",
+    "power": "kW",
+    "rise": "K",
+    "size_error": "um",
+    "scrap": "%",
+}
+UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
+
+LEAST = {"passes": 1}
+
+
+def verdict_of(
+    feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array, on: str
+) -> tuple[Verdict, str]:
+    """Whether the best words are better, and why.
+
+    Args:
+        feasible: whether any words tried keep the limits.
+        difference: of the cost of a part to that with the words of before, $.
+        limits: how near they come to each.
+        beyond: by how much they are beyond each, as shares of them, shape (4,).
+        on: what lots that was judged on.
+    """
+    worst = limits[int(beyond.argmax())]
+    if not feasible:
+        return Verdict.INFEASIBLE, (
+            f"the limit of {worst.name} forbids all programs tried: with the nearest one 95 of 100 parts stay "
+            f"below {100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+        )
+    if beyond.max() > 0.0:
+        return Verdict.NOT_BETTER, (
+            f"the best one is beyond the limit of {worst.name} on {on}: 95 of 100 parts stay below "
+            f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+        )
+    said = f"{difference.value:+.3f} $ a part ({difference.low:+.3f} to {difference.high:+.3f})"
+    if difference.high >= 0.0:
+        return Verdict.NOT_BETTER, f"the best one costs {said} more than the program as it is"
+    return Verdict.BETTER, f"{said} on {on}, the same for both"
+
+
+def paired(difference: Array) -> Interval:
+    """Mean of what was found on each of some lots, with its interval."""
+    return bootstrap(lambda values: np.asarray(values.mean(axis=-1)), difference)
+
+
+def quantities_of(once: Trials, once_after: Trials, old: Measures, new: Measures) -> tuple[Quantity, ...]:
+    """What a part comes to before and after, on lots and with one run on the expected lot."""
+    expected = [_shown(each) for each in (once, once_after)]
+    found = []
+    for name, unit in QUANTITIES.items():
+        scale = 100.0 if unit == "%" else 1.0
+        before, after = (scale * getattr(each, name)[0] for each in (old, new))
+        found.append(
+            Quantity(
+                name=name,
+                unit=unit,
+                before=paired(before),
+                after=paired(after),
+                difference=paired(after - before),
+                expected=(scale * expected[0][name], scale * expected[1][name]),
+            )
+        )
+    return tuple(found)
+
+
+def _shown(once: Trials) -> dict[str, float]:
+    """Means of a part with one run of a program, as `grind run` shows them."""
+    found = once.measure(once.own[None], handover=False)
+    return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
+
+
+def limits_of(variation: Variation, old: Measures, new: Measures, prices: dict[str, Interval]) -> tuple[LimitUse, ...]:
+    """How near parts come to each limit, and what it costs, where that was looked at: `prices`, $ a part."""
+    limits = variation.job.limits
+    values = {
+        "power": limits.power / 1000.0,
+        "temp": limits.rise,
+        "Ra": limits.roughness,
+        "size": limits.size,
+    }
+    return tuple(
+        LimitUse(
+            name=name,
+            limit=values[name],
+            unit=UNITS[name],
+            margin=float(variation.margins[k]),
+            before=float(old.ratios[0, k]),
+            after=float(new.ratios[0, k]),
+            price=prices.get(name),
+            binds=name in prices and prices[name].low > WORTH_NAMING * float(new.cost.mean()),
+        )
+        for k, name in enumerate(LIMITS)
+    )
+
+
+def few(judged: int, lots: int, most: int) -> list[str]:
+    """A remark if there was no time for all the lots of the judgement; a job that states its parts has one."""
+    if judged == lots < most:
+        return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
+    return []
+
+
+def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
+    """A warning if the wheel is no longer dressed."""
+    before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)
+    if before.own[:, D].any() and not after.own[:, D].any() and not before_cycles:
+        return [
+            f"no block dresses the wheel any more: that holds for batches of {runs} runs, after which it is dressed; "
+            "let --parts be how many you grind with a wheel, or see with `grind sweep` how often to dress it"
+        ]
+    return []
+
+
+def _bound(variable: Variable, number: int) -> str:
+    """Which end of what was tried a value is; empty for none, and for the least that there can be."""
+    if number == len(variable.levels) - 1:
+        return "highest"
+    return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
+
+
+def word_of(variable: Variable, number: int) -> WordChange:
+    """A variable at the value of a number, as a change of its word."""
+    inch = variable.unit != 1
+    units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
+    return WordChange(
+        name=variable.name,
+        place=variable.place,
+        before=f"{variable.own.normalize():f}",
+        after=f"{variable.levels[number].normalize():f}",
+        unit=units[variable.name][inch] if variable.name in units else "",
+        at_bound=_bound(variable, number),
+    )
