@@ -7,7 +7,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.belief.hidden import FACTORS
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
@@ -28,7 +27,6 @@ HASTE_WIDTH = 0.1
 SECONDS = Outcome._fields.index("seconds")
 SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
 MATERIAL, ROUGHNESS = (TapeRow._fields.index(name) for name in ("material", "ra_scale"))
-DRAWN = [TapeRow._fields.index(name) for name in FACTORS]
 
 
 class Prices(NamedTuple):
