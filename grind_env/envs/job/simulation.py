@@ -360,13 +360,9 @@ class JobSimulation(Simulation):
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         step = step_jobs if self._whole else step_zoned_jobs
-        step(
-            *self.tables,
-            self.kinds,
-            self.base,
-            self._shops,
-            self.script.approach,
-            self.job.times.load,
+        times = self.script.approach, self.job.times.load
+        room = np.empty((n, self.base.shape[1])), np.empty(n), np.empty(n)
+        state = (
             episodes.tape,
             episodes.first,
             episodes.block,
@@ -375,11 +371,9 @@ class JobSimulation(Simulation):
             episodes.parts,
             episodes.memory,
             episodes.stages,
-            chosen,
-            active,
-            tallies,
-            outcomes,
         )
+        tables = *self.tables, self.kinds, self.base, self._shops, *times, *room
+        step(tables, state, (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
