@@ -107,7 +107,7 @@ class Choices(NamedTuple):
 def stroking_of(
     kind: KindRow, shop: Shop, E: float, seconds: float, start: float, target: float, finish: float
 ) -> Stroking:
-    """Strokes of some seconds at E (mm/min), of a cycle from depth `start` to `target`; the part is to come to `finish`.
+    """Strokes of some seconds at E (mm/min), from depth `start` to `target` on a part that is to come to `finish`.
 
     All three are mm.
     """
