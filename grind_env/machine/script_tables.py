@@ -7,7 +7,6 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.control import CyclePlan, Dwell, Line
 from grind_env.control.cycles import RULES
@@ -16,6 +15,7 @@ from grind_env.machine.axes import plunge_axis
 from grind_env.machine.courses import COURSES
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
+from grind_env.machine.rows import Table
 from grind_env.machine.script import Script
 from grind_env.machine.script_block import ScriptBlock, edge_of
 from grind_env.machine.settings import BlockSettings, own_settings
@@ -29,8 +29,6 @@ NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
 NO_BLOCK = -1.0
 AS_PRIMARY = -1.0
 """In place of a Q."""
-
-Table = NDArray[Any]
 
 
 class BlockRow(NamedTuple):

@@ -89,10 +89,10 @@ class Case:
         lead = dress_lead(dressed_wheel(300.0, 0.0, 0.1, 0.02, p), FEED, p)
         return dressed_wheel(300.0, 0.0, lead, 0.02, p)._replace(A=self.wear_flats, V=self.volume)
 
-    def cycle(self, dress_seconds: float = 30.0) -> tuple[float, ...]:
+    def stroking(self, dress_seconds: float = 30.0) -> Stroking:
         v = self.E / 60.0
         seconds = motion_time(260.0, v, 1000.0) + 0.15
-        stroking = Stroking(
+        return Stroking(
             speed=v,
             first_seconds=seconds,
             stroke_seconds=seconds,
@@ -110,7 +110,6 @@ class Case:
             cross_start=self.start / 4.0,
             cross_end=self.end / 4.0,
         )
-        return *stroking, *self.rules
 
     @property
     def rules(self) -> TraverseCycle:
@@ -169,7 +168,7 @@ def padded(tables: list[Table]) -> Table:
 
 def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Table, Table, Table]:
     return (
-        np.array([case.cycle(dress_seconds) for case in cases]),
+        np.array([(*case.stroking(dress_seconds), *case.rules) for case in cases]),
         as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
         as_table(np.array([case.wheel for case in cases], WHEEL)),
     )
@@ -226,7 +225,7 @@ def test_the_lanes_have_the_bits_of_the_scalar_loop(many: list[Case], joined: bo
 @given(case=cases(D=0, pre_dress=False))
 def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case: Case) -> None:
     found = one_by_one([case], strip_zones(case.centres)[None])
-    wheel, p, cycle, centres = case.wheel, case.job.parameters, case.cycle(), case.centres
+    wheel, p, stroking, centres = case.wheel, case.job.parameters, case.stroking(), case.centres
     ground, roughness, reached = (
         np.zeros(centres.size),
         np.full(centres.size, INITIAL_ROUGHNESS),
@@ -240,7 +239,7 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
             place = int(first), int(last), float(row["Z"])
             depth = place[-1] if torque < 1.0 else RETRACTED
             wheel, stroke, b, _ = grind_strips(
-                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p, depth
+                wheel, ground, roughness, reached, *place, stroking.speed, stroking.width, stroking.length, p, depth
             )
             torque = max(torque, stroke.torque)
         assert row["b"] == b

@@ -73,7 +73,7 @@ class Found(NamedTuple):
 
 
 read_stage, write_stage = column_reader(Stage), column_writer(Stage)
-fresh, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone")
+with_stage, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone")
 read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS = len(Stage._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
@@ -83,10 +83,10 @@ SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torq
 
 
 @inlined
-def place_on(tape: Any, first: int, block: int) -> int:
-    """Row of a block on a tape that begins with block `first`."""
-    row: int = min(block - first, tape.shape[1] - 1)
-    return row
+def place_of(episodes: Any, i: int) -> int:
+    """Row of the block of episode i on its tape, which begins with block `first`."""
+    place: int = min(episodes.block[i] - episodes.first[i], episodes.tape.shape[1] - 1)
+    return place
 
 
 @inlined
@@ -96,7 +96,7 @@ def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, 
     if starts or stage.gauged > 0.0:
         wheel = measured(wheel)
     if starts:
-        stage = fresh(stage, (0.0, 0.0, 0.0))
+        stage = with_stage(stage, (0.0, 0.0, 0.0))
     return stage, wheel
 
 
@@ -123,7 +123,7 @@ def judged(
         torque, rise = (torque if torque >= STALL else 0.0), 0.0
     if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
         good = 0.0
-    return good, fresh(stage, (torque, rise, row.gauged))
+    return good, with_stage(stage, (torque, rise, row.gauged))
 
 
 @inlined
@@ -148,62 +148,6 @@ def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: Stro
     rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     lead = dress_lead(wheel, own.dress_feed, p)
     return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates)
-
-
-@entry
-def settle_jobs(
-    kinds: Any,
-    shops: Any,
-    tape: Any,
-    first: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    settings: Any,
-    active: Any,
-    tallies: Any,
-    found: Any,
-    outcomes: Any,
-) -> None:
-    """Write what the blocks that were run have cost and shown, and go on to the next ones.
-
-    Args:
-        kinds: of `JobTables`, like the next one.
-        shops: numbers of the job.
-        tape: of `JobArrays`, like the next six.
-        first: number of the block that it begins with.
-        block: number of the block; updated.
-        wheels: after it.
-        parts: after it.
-        memory: updated.
-        settings: of the blocks, shape (N, fields of `BlockSettings`).
-        active: indices of the episodes.
-        tallies: of the blocks, with all their time.
-        found: shape (N, fields of `Found`).
-        outcomes: written.
-    """
-    shop = read_shop(shops, 0)
-    for i in active:
-        kind, row = read_kind(kinds, block[i]), read_row(tape[i], place_on(tape, first[i], block[i]))
-        part, tally, old = read_part(parts, i), read_tally(tallies, i), read_memory(memory, i)
-        chosen, seen = read_settings(settings, i), read_found(found, i)
-        rise = counted_rise(kind, tally)
-        outcome = outcome_of(
-            kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
-        )
-        write_outcome(outcomes, i, outcome)
-        powers = power_readings(row, tally, seen.change)
-        volume = tally.deepened * kind.length
-        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
-        # the wheel is touched off on the next part
-        wheel = read_wheel(wheels, i)
-        diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
-        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
-        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
-        write_memory(memory, i, new)
-        memory[i, PICK] = seen.pick
-        block[i] += 1
 
 
 class JobTables(NamedTuple):
@@ -234,24 +178,23 @@ class JobTables(NamedTuple):
 
 
 class JobArrays(NamedTuple):
-    """The state of N episodes; all but the tape and `first` are updated."""
+    """The state of N episodes, as in `simulation.JobEpisodes`; all but the tape and `first` are updated.
+
+    The first five are as in `EpisodeArrays`, but the last row of a tape holds for all blocks after it.
+    """
 
     tape: Any
-    """Shape (N, blocks, fields of `TapeRow`); the last row holds for all blocks after it."""
-    first: Any
-    """Number of the block that it begins with, shape (N,), int64."""
     block: Any
-    """Number of the coming block, shape (N,), int64."""
     wheels: Any
-    """Shape (N, fields of `WheelState`)."""
-    surfaces: Any
-    """Of the parts; `parts` itself, or shape (N, zones, fields of `Zone`)."""
     parts: Any
-    """As they are gauged, shape (N, fields of `PartState`)."""
+    """As they are gauged."""
     memory: Any
-    """Shape (N, fields of `ShopMemory`)."""
     stages: Any
     """Shape (N, fields of `Stage`)."""
+    surfaces: Any
+    """Of parts in zones, shape (N, zones, fields of `Zone`)."""
+    first: Any
+    """Number of the block that each tape begins with, shape (N,), int64."""
 
 
 class JobChoices(NamedTuple):
@@ -261,15 +204,65 @@ class JobChoices(NamedTuple):
     """Shape (N, fields of `BlockSettings`)."""
 
 
-def work_of(grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]) -> Work:
+@entry
+def settle_jobs(
+    kinds: Any,
+    shops: Any,
+    episodes: JobArrays,
+    settings: Any,
+    active: Any,
+    tallies: Any,
+    found: Any,
+    outcomes: Any,
+) -> None:
+    """Write what the blocks that were run have cost and shown, and go on to the next ones.
+
+    Args:
+        kinds: of `JobTables`, like the next one.
+        shops: numbers of the job.
+        episodes: their memory and block numbers are updated.
+        settings: of the blocks, shape (N, fields of `BlockSettings`).
+        active: indices of the episodes.
+        tallies: of the blocks, with all their time.
+        found: shape (N, fields of `Found`).
+        outcomes: written.
+    """
+    shop, block = read_shop(shops, 0), episodes.block
+    for i in active:
+        kind, row = read_kind(kinds, block[i]), read_row(episodes.tape[i], place_of(episodes, i))
+        part, tally, old = read_part(episodes.parts, i), read_tally(tallies, i), read_memory(episodes.memory, i)
+        chosen, seen = read_settings(settings, i), read_found(found, i)
+        rise = counted_rise(kind, tally)
+        outcome = outcome_of(
+            kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
+        )
+        write_outcome(outcomes, i, outcome)
+        powers = power_readings(row, tally, seen.change)
+        volume = tally.deepened * kind.length
+        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
+        # the wheel is touched off on the next part
+        wheel = read_wheel(episodes.wheels, i)
+        diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
+        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
+        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
+        write_memory(episodes.memory, i, new)
+        episodes.memory[i, PICK] = seen.pick
+        block[i] += 1
+
+
+def work_of(
+    surfaces: str, grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]
+) -> Work:
     """The step on parts whose surface is kept in one way.
 
     Args:
+        surfaces: what of `JobArrays` holds it.
         grind_blocks: of `machine.replay`.
         lay: `lay(surfaces, i, zones)`: puts a new part on machine i.
         gauge: `gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a
             stock, mm.
     """
+    kept = JobArrays._fields.index(surfaces)
 
     @entry
     def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
@@ -278,13 +271,13 @@ def work_of(grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: 
             row = read_block(tables.blocks, number)
             stage, wheel = on_the_part(row, read_stage(episodes.stages, i), read_wheel(episodes.wheels, i))
             if row.starts_part > 0.0:
-                lay(episodes.surfaces, i, tables.zones)
+                lay(episodes[kept], i, tables.zones)
             write_stage(episodes.stages, i, stage)
             write_wheel(episodes.wheels, i, wheel)
             episodes.memory[i, FOUND] = wheel.ds
             results[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
-            changed, place = episodes.memory[i, CHANGES] > 0.0, place_on(episodes.tape, episodes.first[i], number)
-            write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place, changed)
+            changed = episodes.memory[i, CHANGES] > 0.0
+            write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place_of(episodes, i), changed)
 
     @entry
     def grind(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
@@ -294,7 +287,7 @@ def work_of(grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: 
             choices.settings,
             tables.parameters,
             episodes.wheels,
-            episodes.surfaces,
+            episodes[kept],
             results,
             tables.picks,
             tables.across,
@@ -310,9 +303,8 @@ def work_of(grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: 
             number, p = episodes.block[i], read_parameters(tables.parameters, i)
             row, tally = read_block(tables.blocks, number), read_tally(results, i)
             wheel, stage = read_wheel(episodes.wheels, i), read_stage(episodes.stages, i)
-            place = place_on(episodes.tape, episodes.first[i], number)
-            stock = row.stock if row.stock > 0.0 else episodes.tape[i, place, STOCK]
-            part = gauge(episodes.surfaces, i, stock)
+            stock = row.stock if row.stock > 0.0 else episodes.tape[i, place_of(episodes, i), STOCK]
+            part = gauge(episodes[kept], i, stock)
             write_part(episodes.parts, i, part)
             before = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
@@ -333,21 +325,7 @@ def work_of(grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: 
             write_stage(episodes.stages, i, gone_on(stage, (afterwards,)))
             seen = Found(good=good, size_error=size_error, change=change, handover=handover, pick=tables.picks[i])
             write_found(found, i, seen)
-        settle_jobs(
-            tables.kinds,
-            tables.shops,
-            episodes.tape,
-            episodes.first,
-            episodes.block,
-            episodes.wheels,
-            episodes.parts,
-            episodes.memory,
-            choices.settings,
-            active,
-            results,
-            found,
-            outcomes,
-        )
+        settle_jobs(tables.kinds, tables.shops, episodes, choices.settings, active, results, found, outcomes)
 
     return Work(JobTables, JobArrays, JobChoices, prepare, grind, settle)
 
@@ -379,5 +357,5 @@ def _gauge_zones(surfaces: Any, i: int, stock: float) -> PartState:
     return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra)
 
 
-step_jobs = step_of(work_of(grind_blocks, _lay_whole, _gauge_whole))
-step_zoned_jobs = step_of(work_of(grind_zoned_blocks, _lay_zones, _gauge_zones))
+step_jobs = step_of(work_of("parts", grind_blocks, _lay_whole, _gauge_whole))
+step_zoned_jobs = step_of(work_of("surfaces", grind_zoned_blocks, _lay_zones, _gauge_zones))
