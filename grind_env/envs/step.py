@@ -1,6 +1,6 @@
 """The compiled step of every environment: cycles for the coming blocks, the loops over their strokes, what came of it.
 
-Arrays come in plain tuples: Python hands over four of them (1.8 us) about as fast as all their arrays one by one
+Arrays come in plain tuples: Python hands over three of them (1.8 us) about as fast as all their arrays one by one
 (1.2 us), and named ones much slower (6 us). A `Work` says how they are named within.
 """
 

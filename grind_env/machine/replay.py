@@ -45,7 +45,8 @@ def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[Block
 @inlined
 def deepest_plunge(plan: Any) -> float:
     """The larger one of J and Q, mm."""
-    return max(plan.primary_pick, plan.secondary_pick)
+    deepest: float = max(plan.primary_pick, plan.secondary_pick)
+    return deepest
 
 
 @inlined
@@ -91,7 +92,7 @@ def feeding_of(row: BlockRow, plan: Any, speed: float, made: float) -> Feeding:
 
 
 @inlined
-def _no_rules(number: float, plan: Any, coverage: float, cycles: Any, i: int) -> bool:
+def _no_rules(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
     return False
 
 
@@ -108,7 +109,7 @@ def _writer(codes: Sequence[str]) -> Callable[..., bool]:
     write_cycle = column_writer(course.cycle, RULES_FROM)
 
     @inlined
-    def write(number: float, plan: Any, coverage: float, cycles: Any, i: int) -> bool:
+    def write(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
         if number != own:
             return write_others(number, plan, coverage, cycles, i)
         cycle = cycle_of(plan, coverage)
@@ -131,7 +132,7 @@ def _ends_across(rules: Rules, course: Course) -> Callable[[Any], bool]:
         progress = begin(narrow)
         while not finished(narrow, progress):
             progress = after_reversal(narrow, progress)
-        return (cycle.width > 0.0) & (cross(progress, 0.0, 1.0) > 0.0)
+        return cycle.width > 0.0 and cross(progress, 0.0, 1.0) > 0.0
 
     return ends_across
 

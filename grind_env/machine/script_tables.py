@@ -223,11 +223,10 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
 
 def _plan_row(block: ScriptBlock, row: BlockRow) -> Any:
     numbers = {name: float(getattr(block.plan, name)) for name in PLAN}
-    return PlanRow(**numbers)._replace(
-        depth=-_target(block) - row.start,
-        secondary_pick=block.plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY,
-        pre_dress=float(block.plan.pre_dress and block.dress is not None),
-    )
+    numbers["depth"] = -_target(block) - row.start
+    numbers["secondary_pick"] = block.plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY
+    numbers["pre_dress"] = float(block.plan.pre_dress and block.dress is not None)
+    return PlanRow(**numbers)
 
 
 def _target(block: ScriptBlock) -> float:
