@@ -22,7 +22,7 @@ from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.tables import kind_row, shop_row
 from grind_env.envs.reciprocation.infeed import write_motions
 from grind_env.envs.reciprocation.program import TASK
-from grind_env.envs.reciprocation.step import feeding_of, infeed_of
+from grind_env.envs.reciprocation.step import feeding_of, infeed_of, infeed_stroking
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.batch import (
     CYCLE,
@@ -35,7 +35,7 @@ from grind_env.machine.batch import (
     WHEEL,
     as_table,
     grind_cycles,
-    longest_first,
+    longest_plunges,
 )
 from grind_env.machine.feeding import Motion
 from tests import speed_control, speed_envs, speed_training
@@ -73,7 +73,7 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     table["speed"] = rng.uniform(100.0, 400.0, machines)
     table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
     table["first_seconds"] = table["stroke_seconds"]
-    table["target"] = table["bottom"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
+    table["depth"] = table["bottom"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
     table["primary_pick"] = table["secondary_pick"] = 0.01
     table["full_plunge"] = 0.01 - DEPTH_TOLERANCE
     table["at_depth"] = 1.0 + rng.integers(0, 4, machines)
@@ -87,7 +87,7 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
 def plunges(*tables: np.ndarray) -> None:
     """G82 in lanes, with the sorting."""
     order = np.empty(len(tables[0]), np.int64)
-    longest_first(tables[0], np.arange(len(tables[0])), order)
+    longest_plunges(tables[0], np.arange(len(tables[0])), order)
     PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
 
 
@@ -107,7 +107,7 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
         speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
         infeed = infeed_of(kind, kind.stock, speed, executions, shop, rate)
         write_motions(motions, first, infeed)
-        rows.append(feeding_of(kind, infeed, speed, shop, 0.0, first))
+        rows.append((*infeed_stroking(kind, shop, speed, infeed), *feeding_of(infeed, 0.0, first)))
 
     def feeds(*tables: np.ndarray) -> None:
         FEEDS.lanes(*tables, motions, np.arange(machines), 0, 1)

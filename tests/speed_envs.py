@@ -11,7 +11,7 @@ from rich.table import Table
 
 import grind_env
 from grind_env.envs.blocks import step
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
+from grind_env.machine.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
 from grind_env.machine.tally import Tally
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
@@ -64,16 +64,15 @@ def vector_episode(
     blocks, n, _ = actions.shape
     env = gym.make_vec(env_id, n, autoreset_mode="SameStep").unwrapped
     episodes, simulation = env.episodes, env.simulation
-    cycles = np.empty((n, step.CYCLE_FIELDS))
+    cycles = np.empty((n, CYCLE_FIELDS))
     parameters = np.empty((n, simulation.base.shape[1]))
     results = np.zeros((n, len(Tally._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
-    materials = len(simulation.kinds) // len(env.task.kinds)
-    tables = step.Tables(simulation.kinds, simulation.base, simulation.shop, materials)
+    tables = step.Tables(simulation.kinds, simulation.base, np.array([simulation.shop]), cycles, parameters)
 
     def kernel() -> None:
-        longest_first(cycles, everyone, order)
+        longest_plunges(cycles, everyone, order)
         PLUNGES.lanes(cycles, parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1)
 
     steps, cores, restart = np.full(blocks, np.inf), np.full(blocks, np.inf), np.inf
@@ -84,9 +83,7 @@ def vector_episode(
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
             choices = step.Choices(*env.codec.decode(action), nothing)
             results[:] = 0.0
-            step.prepare(
-                tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, cycles, parameters, results
-            )
+            step.prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, results)
             cores[k] = min(cores[k], seconds(clock, kernel))
             episodes.wheels[:], episodes.parts[:] = wheels, parts
             steps[k] = min(steps[k], seconds(clock, env.step, action))

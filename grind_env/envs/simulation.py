@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.observe import observe_blocks
-from grind_env.envs.blocks.step import CYCLE_FIELDS, NEW_PART, step_blocks
+from grind_env.envs.blocks.step import NEW_PART, step_blocks
 from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory, kind_table, parameter_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.tasks import Task
+from grind_env.machine.batch import CYCLE_FIELDS
 from grind_env.machine.cycle import PartState
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import running_cost
@@ -226,16 +227,9 @@ class Simulation:
         if len(self._cycles) < n:
             self._cycles, self._parameters = np.empty((n, CYCLE_FIELDS)), np.empty((n, self.base.shape[1]))
         self._grind(
-            self._cycles[:n],
-            self._parameters[:n],
-            self.kinds,
-            self.base,
-            self._shops,
-            *episodes.arrays().values(),
-            speeds,
-            executions,
-            np.zeros(n) if pre_dresses is None else pre_dresses,
-            self._materials,
+            (self.kinds, self.base, self._shops, self._cycles[:n], self._parameters[:n]),
+            tuple(episodes.arrays().values()),
+            (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
             active,
             results,
             outcomes,
@@ -359,6 +353,6 @@ class Simulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    def _grind(self, cycles: Table, *arguments: Any) -> None:
-        """Grind the next blocks; arguments as for `step_blocks`, with all arrays of the episodes."""
-        step_blocks(cycles, *arguments)
+    def _grind(self, tables: tuple[Any, ...], *arguments: Any) -> None:
+        """Grind the next blocks; arguments as for `envs.step.step_of`."""
+        step_blocks(tables, *arguments)

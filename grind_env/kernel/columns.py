@@ -26,9 +26,9 @@ LANES, ROWS = 1, 2
 """Dimensions of the array."""
 
 
-def dtype_of(record: type[NamedTuple]) -> np.dtype[np.void]:
-    """The structured dtype with one float64 per field of a named tuple."""
-    return np.dtype([(name, np.float64) for name in record._fields])
+def dtype_of(*records: type[NamedTuple]) -> np.dtype[np.void]:
+    """The structured dtype with one float64 per field of some named tuples, one after the other."""
+    return np.dtype([(name, np.float64) for record in records for name in record._fields])
 
 
 def lane_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int], Any]:
@@ -52,9 +52,9 @@ def lane_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any,
     return _stores(write, record, LANES, _in_lane(fields))
 
 
-def column_reader(record: type[Any]) -> Callable[[Any, int], Any]:
-    """Compiled `read(table, i) -> record` from row i of a two-dimensional array, one field a column."""
-    fields = tuple(range(len(record._fields)))
+def column_reader(record: type[Any], first: int = 0) -> Callable[[Any, int], Any]:
+    """Compiled `read(table, i) -> record` from row i of a two-dimensional array, one field a column from `first` on."""
+    fields = tuple(range(first, first + len(record._fields)))
 
     def read(table: Any, i: int) -> Any:
         return record(*(table[i, column] for column in fields))
@@ -63,7 +63,7 @@ def column_reader(record: type[Any]) -> Callable[[Any, int], Any]:
 
 
 def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any], None]:
-    """Compiled `write(table, i, value)`, the counterpart of `column_reader`, for a record from column `first` on."""
+    """Compiled `write(table, i, value)`, the counterpart of `column_reader`."""
     fields = tuple(range(first, first + len(record._fields)))
 
     def write(table: Any, i: int, value: Any) -> None:

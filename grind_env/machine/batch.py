@@ -3,18 +3,22 @@
 Machines are dealt to the lanes longest predicted cycle first, so that these end together; very many as they come.
 """
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
 from grind_env.control.cycles import RULES
+from grind_env.control.cycles.plunge import PlungeCycle
+from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.kernel import entry
-from grind_env.kernel.columns import dtype_of
+from grind_env.kernel.columns import column_reader, dtype_of
 from grind_env.machine.courses import COURSES
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.feeding import FEED
 from grind_env.machine.loops import LANES, loops_of, zoned_loops_of
-from grind_env.machine.rows import Table, read_cycle
+from grind_env.machine.rows import RULES_FROM, Table
 from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -31,7 +35,10 @@ LONGEST_BUCKET = 1024
 MANY = 1024
 """Machines from which on they are not sorted at all."""
 
-CYCLE = dtype_of(Cycle)
+CYCLE = dtype_of(Stroking, PlungeCycle)
+"""Of a G82; other cycles have the numbers of their own rules after those of `Stroking`."""
+CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *COURSES.values()))
+"""Of the longest row of a cycle."""
 PARAMETERS = dtype_of(StrokeParameters)
 WHEEL = dtype_of(WheelState)
 PART = dtype_of(PartState)
@@ -41,31 +48,39 @@ NO_MOTIONS = np.empty((0, 0))
 """Of cycles whose strokes lie where their picks have led."""
 
 
-@entry
-def longest_first(cycles: Table, machines: Table, order: Table) -> None:
-    """Write `machines` into `order`, longest predicted cycle first (counting sort, stable).
+def longest_first_of(rules: type[Any]) -> Callable[[Table, Table, Table], None]:
+    """Compiled `longest_first(cycles, machines, order)` for cycles whose rules have these numbers.
 
-    Very few begin together anyway. Of very many the order matters to the last ones only, and rows are read faster in
-    their own.
+    It writes `machines` into `order`, longest predicted cycle first (counting sort, stable). Very few begin together
+    anyway. Of very many the order matters to the last ones only, and rows are read faster in their own.
     """
-    if machines.size <= LANES or machines.size >= MANY:
-        # a loop: for a copy of all numba compiles what it would say of unequal shapes
+    read_cycle = column_reader(rules, RULES_FROM)
+
+    @entry
+    def longest_first(cycles: Table, machines: Table, order: Table) -> None:
+        if machines.size <= LANES or machines.size >= MANY:
+            # a loop: for a copy of all numba compiles what it would say of unequal shapes
+            for k in range(machines.size):
+                order[k] = machines[k]
+            return
+        count = np.zeros(LONGEST_BUCKET + 1, np.int64)
+        bucket = np.empty(machines.size, np.int64)
         for k in range(machines.size):
-            order[k] = machines[k]
-        return
-    count = np.zeros(LONGEST_BUCKET + 1, np.int64)
-    bucket = np.empty(machines.size, np.int64)
-    for k in range(machines.size):
-        cycle = read_cycle(cycles, machines[k])
-        picks = 2.0 * (cycle.target - cycle.start) / (cycle.primary_pick + cycle.secondary_pick)
-        strokes = min(picks + cycle.at_depth - 1.0, float(LONGEST_BUCKET - 1))
-        bucket[k] = LONGEST_BUCKET - 1 - int(strokes)
-        count[bucket[k] + 1] += 1
-    for k in range(LONGEST_BUCKET):
-        count[k + 1] += count[k]
-    for k in range(machines.size):
-        order[count[bucket[k]]] = machines[k]
-        count[bucket[k]] += 1
+            cycle = read_cycle(cycles, machines[k])
+            picks = 2.0 * cycle.depth / (cycle.primary_pick + cycle.secondary_pick)
+            strokes = min(picks + cycle.at_depth - 1.0, float(LONGEST_BUCKET - 1))
+            bucket[k] = LONGEST_BUCKET - 1 - int(strokes)
+            count[bucket[k] + 1] += 1
+        for k in range(LONGEST_BUCKET):
+            count[k + 1] += count[k]
+        for k in range(machines.size):
+            order[count[bucket[k]]] = machines[k]
+            count[bucket[k]] += 1
+
+    return longest_first
+
+
+longest_plunges, longest_traverses = longest_first_of(PlungeCycle), longest_first_of(TraverseCycle)
 
 
 def grind_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, *, threads: int = 1) -> Table:
@@ -86,7 +101,7 @@ def grind_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, 
     """
     _check(cycles, parameters=parameters, wheels=wheels, parts=parts)
     tallies, order = np.zeros(len(cycles), TALLY), np.empty(len(cycles), np.int64)
-    longest_first(as_table(cycles), np.arange(len(cycles)), order)
+    longest_plunges(as_table(cycles), np.arange(len(cycles)), order)
     tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
     if threads == 1:
         PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
@@ -103,15 +118,13 @@ def _check(cycles: Table, **tables: Table) -> None:
             raise ValueError(
                 f"{name} has shape {table.shape}, but there are {len(cycles)} cycles: give one record a machine"
             )
-    idle = np.flatnonzero((cycles["start"] >= cycles["target"]) & (cycles["at_depth"] <= 0.0))
+    idle = np.flatnonzero((cycles["depth"] <= 0.0) & (cycles["at_depth"] <= 0.0))
     if idle.size > 0:
         raise ValueError(f"cycle {idle[0]} makes no stroke: give it a depth, a coverage or a spark-out stroke")
     picks = np.maximum(cycles["primary_pick"], cycles["secondary_pick"])
-    endless = np.flatnonzero(~((picks > 0.0) & (cycles["start"] <= cycles["target"])))
+    endless = np.flatnonzero(~((picks > 0.0) & (cycles["depth"] >= 0.0)))
     if endless.size > 0:
-        raise ValueError(
-            f"cycle {endless[0]} would not end: give it a pick above 0 and a target as deep as its start or deeper"
-        )
+        raise ValueError(f"cycle {endless[0]} would not end: give it a pick above 0 and a depth of 0 or more")
 
 
 def as_table(records: Table) -> Table:

@@ -1,18 +1,23 @@
 """A cycle block as the compiled loops see it, and its strokes and dresses: control and process model joined."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
+from grind_env.kernel.columns import replacer
 from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
 
 
-class Cycle(NamedTuple):
-    """A cycle block. Depths are mm into the part, `start` and `target` from wherever the program counts."""
+class Stroking(NamedTuple):
+    """The strokes of a cycle block, whatever its rules are.
+
+    Depths are mm into the part, `start` from wherever the program counts. In the row of a machine the numbers of the
+    rules follow, as `control.cycles` has them.
+    """
 
     speed: float
     """Table speed E/60, mm/s."""
@@ -22,22 +27,10 @@ class Cycle(NamedTuple):
     """Time of every other stroke, s."""
     start: float
     """Depth at which the wheel stands when the cycle begins, mm."""
-    target: float
-    """Depth Y, mm."""
     surface: float
-    """Of the touched-off surface above the zero of these two, mm; what they are below it, they are with it added."""
+    """Of the touched-off surface above the zero of `start`, mm; what is below it, is that with it added."""
     bottom: float
-    """Depth of a stroke at `target` below the touched-off surface, mm."""
-    primary_pick: float
-    """J, mm."""
-    secondary_pick: float
-    """Q, mm."""
-    at_depth: float
-    """Number of strokes, in a G83 traverses, at full depth: that of coverage (PD-13) and L."""
-    executions: float
-    """D, the number of auto-dresses."""
-    pre_dress: float
-    """1 for the .1 forms, else 0."""
+    """Depth of a stroke at the full depth of the cycle, below the touched-off surface, mm."""
     full_plunge: float
     """By how much a stroke goes deeper at least that counts as a full plunge when power is averaged, mm."""
     finish: float
@@ -55,13 +48,9 @@ class Cycle(NamedTuple):
     dress_seconds: float
     """Time of one execution with set-up, approach and retrace, s."""
     cross_start: float
-    """Cross coordinate of the wheel's edge where the crossover of a G83 begins, mm; 0 in the other cycles."""
+    """Cross coordinate of the wheel's edge on the minus side where the cycle begins, mm."""
     cross_end: float
-    """Where it ends, mm."""
-    primary_cross_pick: float
-    """K of a G83, mm."""
-    secondary_cross_pick: float
-    """R of a G83, mm."""
+    """Where its crossover ends, mm; the same without one."""
 
 
 class PartState(NamedTuple):
@@ -75,9 +64,12 @@ class PartState(NamedTuple):
     """Roughness Ra, um."""
 
 
+with_wear = replacer(WheelState, "W")
+
+
 @inlined
 def advance(
-    cycle: Cycle,
+    stroking: Stroking,
     Z: float,
     seconds: float,
     b: float,
@@ -90,7 +82,7 @@ def advance(
     """One stroke.
 
     Args:
-        cycle: of the stroke.
+        stroking: of the cycle.
         Z: its depth, mm.
         seconds: its time.
         b: engaged width, mm.
@@ -102,8 +94,8 @@ def advance(
     """
     wheel, stroke = grind_stroke(wheel, part.S, part.Rs, wheel_depth(Z, tally), b, k)
     deeper = Z - part.Z
-    finishing = cycle.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    plunge, full = reached + DEPTH_TOLERANCE < Z, cycle.full_plunge <= deeper
+    finishing = stroking.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
+    plunge, full = reached + DEPTH_TOLERANCE < Z, stroking.full_plunge <= deeper
     tally = count_stroke(tally, stroke, seconds, deeper, plunge, full, finishing, k.stall_time)
     return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
 
@@ -117,23 +109,20 @@ def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
 @inlined
 def measured(wheel: WheelState) -> WheelState:
     """The wheel once its wear is known, which is then compensated."""
-    return WheelState(
-        ds=wheel.ds, A=wheel.A, lam=wheel.lam, V=wheel.V, Rd=wheel.Rd, Cd=wheel.Cd, alw=wheel.alw, W=0.0, wd=wheel.wd
-    )
+    return with_wear(wheel, (0.0,))
 
 
 @inlined
-def stroke_seconds(cycle: Any, reversal: float) -> float:
+def stroke_seconds(stroking: Stroking, reversal: float) -> float:
     """Time of the stroke after so many reversals of the cycle, s."""
-    seconds: float = cycle.stroke_seconds if reversal > 0.0 else cycle.first_seconds
-    return seconds
+    return stroking.stroke_seconds if reversal > 0.0 else stroking.first_seconds
 
 
 @inlined
 def dress(
-    cycle: Cycle, wheel: WheelState, tally: Tally, p: StrokeParameters, waited: float
+    stroking: Stroking, wheel: WheelState, tally: Tally, p: StrokeParameters, waited: float
 ) -> tuple[WheelState, Tally]:
     """One dress execution within a cycle, for which the table has waited so many s."""
-    lead = dress_lead(wheel, cycle.dress_feed, p)
-    wheel, removed = dress_wheel(wheel, cycle.dress_passes, lead, cycle.dress_depth, p)
-    return wheel, count_dress(tally, cycle.dress_seconds + waited, removed)
+    lead = dress_lead(wheel, stroking.dress_feed, p)
+    wheel, removed = dress_wheel(wheel, stroking.dress_passes, lead, stroking.dress_depth, p)
+    return wheel, count_dress(tally, stroking.dress_seconds + waited, removed)

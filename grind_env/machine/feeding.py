@@ -12,7 +12,7 @@ from grind_env.control.rules import INSTANT
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.courses import Course
-from grind_env.machine.cycle import stroke_seconds
+from grind_env.machine.cycle import Stroking
 from grind_env.machine.rules import travelled
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
@@ -23,28 +23,18 @@ FULL = 0.9
 
 
 class Feeding(NamedTuple):
-    """The strokes beside some motions; fields as of `machine.cycle.Cycle`, and where and how long they are."""
+    """The strokes beside some motions: when they are, and from where they go on."""
 
-    speed: float
-    first_seconds: float
-    stroke_seconds: float
     pre_dress: float
-    full_plunge: float
-    finish: float
-    width: float
-    length: float
-    dress_passes: float
-    dress_feed: float
-    dress_depth: float
-    dress_seconds: float
-    first_middle: float
-    """Time from the begin of the first stroke of the cycle to its middle, s."""
-    middle: float
+    """1 for a dress before the first one, else 0."""
+    first_travel: float
+    """Time of the first stroke of the cycle without the dwell at its end, s."""
+    travel: float
     """The same of every other stroke, s."""
+    dwell: float
+    """At a reversal point, s."""
     acceleration: float
     """Of the motions, mm/s2."""
-    surface: float
-    """Of the touched-off surface above the zero of their depths, mm."""
     made: float
     """Strokes that the cycle has made before."""
     away: float
@@ -122,12 +112,6 @@ in_motion = replacer(FeedProgress, *(name for name in Motion._fields if name in 
 
 
 @inlined
-def as_planned(cycle: Feeding) -> Feeding:
-    """A feeding is its own plan."""
-    return cycle
-
-
-@inlined
 def begin(cycle: Feeding) -> FeedProgress:
     """Before the first stroke, which has still to be found."""
     return FeedProgress(
@@ -157,8 +141,8 @@ def begin(cycle: Feeding) -> FeedProgress:
 def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
     """After the next stroke."""
     begins = progress.ends
-    ends = begins + cycle.stroke_seconds
-    return after_stroke(progress, (progress.reversal + 1.0, 0.0, begins, begins + cycle.middle, ends, 0.0))
+    ends = begins + (cycle.travel + cycle.dwell)
+    return after_stroke(progress, (progress.reversal + 1.0, 0.0, begins, begins + 0.5 * cycle.travel, ends, 0.0))
 
 
 @inlined
@@ -179,7 +163,8 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
     """Find the motion under way in the coming stroke, the dresses before it, and how long the table waits for them."""
     begins, dresses, waited, over = progress.begins, progress.dresses, 0.0, 0.0
     row = int(progress.row)
-    wait = cycle.middle if progress.reversal > 0.0 else cycle.first_middle
+    travel = cycle.travel if progress.reversal > 0.0 else cycle.first_travel
+    wait = 0.5 * travel
     motion = read_motion(motions, row)
     while True:
         if begins >= motion.last_begin:
@@ -199,7 +184,7 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
         row += 1
         motion = read_motion(motions, row)
     # what is measured when the table stands, or before it comes to its next reversal point, is known there
-    ends = begins + stroke_seconds(cycle, progress.reversal)
+    ends = begins + (travel + cycle.dwell)
     gauged = 1.0 if over > 0.0 or ends > progress.gauged_at else 0.0
     gauged = gauged if progress.gauged_at < math.inf else 0.0
     gauged_at = math.inf if gauged > 0.0 else progress.gauged_at
@@ -224,13 +209,13 @@ def share(progress: FeedProgress) -> float:
 
 
 @inlined
-def depth(cycle: Feeding, progress: FeedProgress) -> float:
+def depth(stroking: Stroking, cycle: Feeding, progress: FeedProgress) -> float:
     """Depth of the coming stroke, mm."""
-    return (progress.depth + share(progress) * progress.way) + cycle.surface
+    return (progress.depth + share(progress) * progress.way) + stroking.surface
 
 
 @inlined
-def edge(cycle: Feeding, progress: FeedProgress) -> float:
+def edge(stroking: Stroking, progress: FeedProgress) -> float:
     """Cross coordinate of the wheel's edge in the coming stroke, mm."""
     return progress.cross + share(progress) * progress.cross_way
 
@@ -238,7 +223,6 @@ def edge(cycle: Feeding, progress: FeedProgress) -> float:
 FEED = Course(
     cycle=Feeding,
     progress=FeedProgress,
-    plan=as_planned,
     begin=begin,
     after_reversal=after_reversal,
     finished=finished,
@@ -251,18 +235,19 @@ FEED = Course(
 
 
 @inlined
-def deepest_pick(cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
+def deepest_pick(stroking: Stroking, cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
     """By how much the strokes go deeper at most than those before, and how deep they are, mm; nothing is ground.
 
     Args:
-        cycle: the strokes.
+        stroking: the strokes.
+        cycle: when they are.
         reached: depth of the deepest stroke before, mm.
         motions: table of the motions beside them.
     """
     most = 0.0
     progress, _ = find(cycle, begin(cycle), motions)
     while not finished(cycle, progress):
-        Z = depth(cycle, progress)
+        Z = depth(stroking, cycle, progress)
         most, reached = max(most, Z - reached), max(reached, Z)
         progress, _ = find(cycle, after_reversal(cycle, progress), motions)
     return most, reached

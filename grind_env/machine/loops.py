@@ -12,14 +12,16 @@ import numpy as np
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, lane_reader, lane_writer
 from grind_env.machine.courses import Course
-from grind_env.machine.cycle import PartState, advance, dress, measured, stroke_seconds
+from grind_env.machine.cycle import PartState, Stroking, advance, dress, measured, stroke_seconds
 from grind_env.machine.rows import (
+    RULES_FROM,
     Made,
     Table,
     log_made,
     log_stroke,
     log_wheel,
     read_parameters,
+    read_stroking,
     read_tally,
     read_wheel,
     write_tally,
@@ -53,9 +55,10 @@ class Loops(NamedTuple):
 def loops_of(course: Course) -> Loops:
     """The loops over a cycle on parts that the wheel covers.
 
-    Their tables have one row a machine: `cycles` with the fields of `course.cycle`, `parameters` of
-    `StrokeParameters`, `wheels` of `WheelState`, `surfaces` of `PartState`, `tallies` of `Tally`. Wheels, surfaces and
-    tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks strokes up in.
+    Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`,
+    `parameters` of `StrokeParameters`, `wheels` of `WheelState`, `surfaces` of `PartState`, `tallies` of `Tally`.
+    Wheels, surfaces and tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks
+    strokes up in. A table may have more columns.
     """
     return _loops(course, whole)
 
@@ -67,6 +70,7 @@ def zoned_loops_of(course: Course) -> Loops:
 
 def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     records: tuple[type[Any], ...] = (
+        Stroking,
         course.cycle,
         StrokeParameters,
         StrokeConstants,
@@ -77,32 +81,32 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     )
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
-    get_cycle, get_parameters, get_constants, get_wheel, get_part, get_progress, get_tally = (
+    get_stroking, get_cycle, get_parameters, get_constants, get_wheel, get_part, get_progress, get_tally = (
         lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
-    put_cycle, put_parameters, put_constants, put_wheel, put_part, put_progress, put_tally = (
+    put_stroking, put_cycle, put_parameters, put_constants, put_wheel, put_part, put_progress, put_tally = (
         lane_writer(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
-    read_cycle = column_reader(course.cycle)
-    plan_of, begin, after_reversal, finished = course.plan, course.begin, course.after_reversal, course.finished
+    read_cycle = column_reader(course.cycle, RULES_FROM)
+    begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
     @inlined
     def place_in(rows: Table, lane: int) -> Place:
         """Where the coming stroke of a lane lies."""
-        cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
-        near, Z = edge(cycle, progress), depth(cycle, progress)
+        stroking, progress = get_stroking(rows, lane), get_progress(rows, lane)
+        near, Z = edge(stroking, progress), depth(stroking, get_cycle(rows, lane), progress)
         face = wheel_depth(Z, get_tally(rows, lane))
         return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
     def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> StrokeResult:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
-        cycle, progress = get_cycle(rows, lane), get_progress(rows, lane)
+        stroking, cycle, progress = get_stroking(rows, lane), get_cycle(rows, lane), get_progress(rows, lane)
         wheel, part, tally, stroke = advance(
-            cycle,
-            depth(cycle, progress),
-            stroke_seconds(cycle, progress.reversal),
+            stroking,
+            depth(stroking, cycle, progress),
+            stroke_seconds(stroking, progress.reversal),
             b,
             reached,
             get_wheel(rows, lane),
@@ -110,20 +114,19 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
             get_tally(rows, lane),
             get_constants(rows, lane),
         )
-        plan = plan_of(cycle)
-        progress = after_reversal(plan, progress)
+        progress = after_reversal(cycle, progress)
         put_progress(rows, lane, progress)
         put_wheel(rows, lane, wheel)
         put_part(rows, lane, part)
         put_tally(rows, lane, tally)
-        event = finished(plan, progress) | (progress.dresses > 0.0) | lost(progress)
+        event = finished(cycle, progress) | (progress.dresses > 0.0) | lost(progress)
         rows[event_row + lane] = 1.0 if event else 0.0
         return stroke
 
     buffer = Buffer(
         lanes=LANES,
         rows=starts[-1] + 1,
-        cycle=get_cycle,
+        stroking=get_stroking,
         wheel=get_wheel,
         part=get_part,
         place=place_in,
@@ -145,13 +148,14 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         i: int,
     ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
-        cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
+        stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)
+        put_stroking(rows, lane, stroking)
         put_cycle(rows, lane, cycle)
         put_parameters(rows, lane, p)
-        put_constants(rows, lane, stroke_constants(p, cycle.speed, cycle.length))
+        put_constants(rows, lane, stroke_constants(p, stroking.speed, stroking.length))
         put_wheel(rows, lane, read_wheel(wheels, i))
         put_part(rows, lane, part_of(surfaces, i))
-        put_progress(rows, lane, begin(plan_of(cycle)))
+        put_progress(rows, lane, begin(cycle))
         put_tally(rows, lane, read_tally(tallies, i))
         load_surface(rows, lane, surfaces, i)
 
@@ -165,13 +169,13 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     @inlined
     def serve(rows: Table, lane: int, motions: Table) -> None:
         """Find the coming stroke of a lane, and run the dress executions that are due before it."""
-        cycle, p = get_cycle(rows, lane), get_parameters(rows, lane)
+        stroking, p = get_stroking(rows, lane), get_parameters(rows, lane)
         wheel, tally = get_wheel(rows, lane), get_tally(rows, lane)
-        progress, waited = find(cycle, get_progress(rows, lane), motions)
+        progress, waited = find(get_cycle(rows, lane), get_progress(rows, lane), motions)
         if gauged(progress):
             wheel = measured(wheel)
         for number in range(int(progress.dresses)):
-            wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
+            wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
         put_wheel(rows, lane, wheel)
         put_progress(rows, lane, progress)
         put_tally(rows, lane, tally)
@@ -202,7 +206,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
             for lane in range(LANES):
                 if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
                     serve(rows, lane, motions)
-                    if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
+                    if finished(get_cycle(rows, lane), get_progress(rows, lane)):
                         store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
@@ -212,7 +216,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
                     load(rows, lane, cycles, parameters, wheels, surfaces, tallies, machine[lane])
                     serve(rows, lane, motions)
                     running += 1
-                    if finished(plan_of(get_cycle(rows, lane)), get_progress(rows, lane)):
+                    if finished(get_cycle(rows, lane), get_progress(rows, lane)):
                         store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
@@ -225,29 +229,31 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         cycles: Table, parameters: Table, wheels: Table, surfaces: Table, tallies: Table, motions: Table, log: Table
     ) -> None:
         for i in range(len(cycles)):
-            cycle, p = read_cycle(cycles, i), read_parameters(parameters, i)
+            stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)
             wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
-            plan, k = plan_of(cycle), stroke_constants(p, cycle.speed, cycle.length)
-            progress, waited = find(cycle, begin(plan), motions)
+            k = stroke_constants(p, stroking.speed, stroking.length)
+            progress, waited = find(cycle, begin(cycle), motions)
             if gauged(progress):
                 wheel = measured(wheel)
             for number in range(int(progress.dresses)):
-                wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
-            while not finished(plan, progress):
-                seconds = stroke_seconds(cycle, progress.reversal)
-                near, Z = edge(cycle, progress), depth(cycle, progress)
+                wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
+            while not finished(cycle, progress):
+                seconds = stroke_seconds(stroking, progress.reversal)
+                near, Z = edge(stroking, progress), depth(stroking, cycle, progress)
                 place = Place(Z=Z, depth=wheel_depth(Z, tally), edge=near, end=near + p.bs)
-                wheel, part, tally, stroke, b = advance_one(surfaces, i, place, cycle, seconds, wheel, part, tally, k)
+                wheel, part, tally, stroke, b = advance_one(
+                    surfaces, i, place, stroking, seconds, wheel, part, tally, k
+                )
                 if tally.strokes <= log.shape[1]:
                     row = int(tally.strokes) - 1
                     log_made(log[i], row, Made(seconds=seconds, edge=place.edge, Z=place.Z, b=b))
                     log_stroke(log[i], row, stroke)
                     log_wheel(log[i], row, wheel)
-                progress, waited = find(cycle, after_reversal(plan, progress), motions)
+                progress, waited = find(cycle, after_reversal(cycle, progress), motions)
                 if gauged(progress):
                     wheel = measured(wheel)
                 for number in range(int(progress.dresses)):
-                    wheel, tally = dress(cycle, wheel, tally, p, waited if number == 0 else 0.0)
+                    wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
             write_wheel(wheels, i, wheel)
             write_tally(tallies, i, tally)
 

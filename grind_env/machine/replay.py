@@ -1,60 +1,66 @@
 """A script run for many machines at once, in compiled code: every block with settings of its own."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from grind_env.control.cycles import RULES, Rules
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.batch import FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.kernel import entry, inlined, inlined_rule
+from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.machine.batch import CYCLE_FIELDS, FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
+from grind_env.machine.courses import COURSES, Course
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.feeding import FULL, Feeding, deepest_pick
 from grind_env.machine.loops import Loops
-from grind_env.machine.rows import read_part, read_zone, write_cycle
-from grind_env.machine.rules import depth_after_pick, motion_time
-from grind_env.machine.script_tables import NO_COURSE, NUMBERS, BlockRow, ScriptTables
+from grind_env.machine.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
+from grind_env.machine.rules import motion_time
+from grind_env.machine.script_tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
 from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
 
-read_block = column_reader(BlockRow)
-write_feeding = column_writer(Feeding)
-CYCLE_FIELDS, FEEDING_FIELDS = len(Cycle._fields), len(Feeding._fields)
+read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
+write_feeding = column_writer(Feeding, RULES_FROM)
+with_settings = replacer(PlanRow, "primary_pick", "secondary_pick", "spark_out", "dresses")
+down_to = replacer(Stroking, "full_plunge", "finish")
 STROKES = Tally._fields.index("strokes")
 
 
 @inlined
-def secondary_pick(row: BlockRow, settings: BlockSettings) -> float:
-    """Q, mm; as J if the block has none (ruling 4)."""
-    return row.secondary_pick if row.secondary_pick >= 0.0 else settings.J
+def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
+    """The plan of a block with settings in place of its own; its Q is as its J if it has none (ruling 4)."""
+    Q = own.secondary_pick if own.secondary_pick >= 0.0 else settings.J
+    D = settings.D if row.takes_dresses > 0.0 else 0.0
+    return with_settings(own, (settings.J, Q, settings.L, D))
 
 
 @inlined
-def deepest_plunge(row: BlockRow, settings: BlockSettings) -> float:
+def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[BlockRow, Any, BlockSettings]:
+    """Block `number` of a script, its plan, and the settings with which machine i runs it."""
+    row, chosen = read_block(script.blocks, number), read_settings(settings, i)
+    return row, plan_of(row, read_plan(script.plans, number), chosen), chosen
+
+
+@inlined
+def deepest_plunge(plan: Any) -> float:
     """The larger one of J and Q, mm."""
-    return max(settings.J, secondary_pick(row, settings))
+    deepest: float = max(plan.primary_pick, plan.secondary_pick)
+    return deepest
 
 
 @inlined
-def cycle_of(row: BlockRow, settings: BlockSettings) -> Cycle:
-    """The cycle of a block with settings of its own."""
+def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings) -> Stroking:
+    """The strokes of a block with settings of its own."""
     speed = settings.E / 60.0
-    executions = settings.D if row.takes_dresses > 0.0 else 0.0  # numba takes no condition among many keywords
-    return Cycle(
+    return Stroking(
         speed=speed,
         first_seconds=motion_time(row.first_length, speed, row.acceleration) + row.dwell,
         stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + row.dwell,
         start=row.start,
-        target=row.target,
         surface=row.surface,
         bottom=row.bottom,
-        primary_pick=settings.J,
-        secondary_pick=secondary_pick(row, settings),
-        at_depth=row.coverage + settings.L,
-        executions=executions,
-        pre_dress=row.pre_dress,
-        full_plunge=deepest_plunge(row, settings) - DEPTH_TOLERANCE,
+        full_plunge=deepest_plunge(plan) - DEPTH_TOLERANCE,
         finish=row.finish,
         width=row.width,
         length=row.length,
@@ -64,36 +70,19 @@ def cycle_of(row: BlockRow, settings: BlockSettings) -> Cycle:
         dress_seconds=settings.dress_seconds,
         cross_start=row.cross_start,
         cross_end=row.cross_end,
-        primary_cross_pick=row.primary_cross_pick,
-        secondary_cross_pick=row.secondary_cross_pick,
     )
 
 
 @inlined
-def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge: float, reached: float) -> Feeding:
-    """The strokes beside the motions of a block, after those that its cycle has `made`, down to a depth, mm."""
-    speed = settings.E / 60.0
-    first = motion_time(row.first_length, speed, row.acceleration)
-    travel = motion_time(row.stroke_length, speed, row.acceleration)
-    pre_dress = row.pre_dress if row.cycle == NO_COURSE else 0.0
-    own = reached if row.cycle == NO_COURSE else max(reached, row.bottom)
+def feeding_of(row: BlockRow, plan: Any, speed: float, made: float) -> Feeding:
+    """The strokes beside the motions of a block at some mm/s, after those that its cycle has `made`."""
+    pre_dress = plan.pre_dress if row.cycle == NO_COURSE else 0.0
     return Feeding(
-        speed=speed,
-        first_seconds=first + row.dwell,
-        stroke_seconds=travel + row.dwell,
         pre_dress=pre_dress,
-        full_plunge=full_plunge,
-        finish=max(row.finish_besides, own),
-        width=row.width,
-        length=row.length,
-        dress_passes=settings.dress_passes,
-        dress_feed=settings.dress_feed,
-        dress_depth=settings.dress_depth,
-        dress_seconds=settings.dress_seconds,
-        first_middle=0.5 * first,
-        middle=0.5 * travel,
+        first_travel=motion_time(row.first_length, speed, row.acceleration),
+        travel=motion_time(row.stroke_length, speed, row.acceleration),
+        dwell=row.dwell,
         acceleration=row.acceleration,
-        surface=row.surface,
         made=made,
         away=row.away,
         to_secondary=row.to_secondary,
@@ -103,17 +92,54 @@ def feeding_of(row: BlockRow, settings: BlockSettings, made: float, full_plunge:
 
 
 @inlined
-def ends_across(row: BlockRow, settings: BlockSettings) -> bool:
-    """Whether the cycle comes to its end where its crossover ends, and not where that begins."""
-    total, plunges, depth = row.target - row.start, 0.0, 0.0
-    if row.cross_end == row.cross_start:
-        return False
-    while depth < total:
-        plunges += 1.0
-        depth = depth_after_pick(plunges, depth, total, settings.J, secondary_pick(row, settings))
-    crossed = max(plunges, 1.0) - 1.0 + row.coverage + settings.L
-    odd: bool = crossed > 2.0 * np.floor(0.5 * crossed)
-    return odd
+def _no_rules(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
+    return False
+
+
+def _writer(codes: Sequence[str]) -> Callable[..., bool]:
+    """`write(number, plan, coverage, cycles, i) -> across`: numbers of the rules of a cycle to row i, if it has one.
+
+    `across` is whether it comes to its end where its crossover ends, and not where that begins.
+    """
+    if not codes:
+        return _no_rules
+    code, *others = codes
+    own, rules, course = NUMBERS[code], RULES[code], COURSES[code]
+    cycle_of, is_across, write_others = inlined_rule(rules.cycle_of), _ends_across(rules, course), _writer(others)
+    write_cycle = column_writer(course.cycle, RULES_FROM)
+
+    @inlined
+    def write(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
+        if number != own:
+            return write_others(number, plan, coverage, cycles, i)
+        cycle = cycle_of(plan, coverage)
+        write_cycle(cycles, i, cycle)
+        return is_across(cycle)
+
+    return write
+
+
+def _ends_across(rules: Rules, course: Course) -> Callable[[Any], bool]:
+    if rules.cross is None:
+        return _never
+    begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
+    cross, narrowed = inlined_rule(rules.cross), replacer(course.cycle, "width")
+
+    @inlined
+    def ends_across(cycle: Any) -> bool:
+        # the plunges and the traverses at depth decide, however wide the crossover is
+        narrow = narrowed(cycle, (0.0,))
+        progress = begin(narrow)
+        while not finished(narrow, progress):
+            progress = after_reversal(narrow, progress)
+        return cycle.width > 0.0 and cross(progress, 0.0, 1.0) > 0.0
+
+    return ends_across
+
+
+@inlined
+def _never(cycle: Any) -> bool:
+    return False
 
 
 @inlined
@@ -144,11 +170,11 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         feeds: of the strokes beside motions.
         deepest: `deepest(surfaces, i)`: depth of the deepest stroke on machine i, mm.
     """
-    grind_cycles, grind_feedings = _in_turn(loops), feeds.lanes
+    write_rules, grind_cycles, grind_feedings = _writer(list(loops)), _in_turn(loops), feeds.lanes
 
     @entry
     def grind_blocks(
-        script: ScriptTables,
+        script: Any,
         block: Any,
         settings: Any,
         parameters: Any,
@@ -156,12 +182,13 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         surfaces: Any,
         tallies: Any,
         picks: Any,
+        across: Any,
         active: Any,
     ) -> None:
         """Run a block on each of some machines.
 
         Args:
-            script: the program.
+            script: the program, with the fields of `ScriptTables`.
             block: number of the block of each machine, shape (N,), int64.
             settings: of that block, shape (N, fields of `BlockSettings`).
             parameters: shape (N, fields of `StrokeParameters`).
@@ -169,32 +196,37 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
             tallies: shape (N, fields of `Tally`); updated.
             picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
+            across: whether the cycle has come to its end where its crossover ends, shape (N,); written.
             active: machines to run, int64.
         """
         n = block.size
-        cycles, feedings = np.empty((n, CYCLE_FIELDS)), np.empty((n, FEEDING_FIELDS))
-        numbers, feeding, feeds = np.full(n, NO_COURSE), np.empty(n, np.int64), 0
+        cycles, numbers = np.empty((n, CYCLE_FIELDS)), np.full(n, NO_COURSE)
+        feeding, feeds = np.empty(n, np.int64), 0
         for i in active:
-            row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
-            stands = row.start + row.surface
-            picks[i] = max(min(deepest_plunge(row, chosen), row.target - row.start), stands - deepest(surfaces, i))
+            row, plan, chosen = chosen_block(script, block[i], settings, i)
+            picks[i] = max(min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i))
             numbers[i] = row.cycle
-            if row.cycle != NO_COURSE:
-                write_cycle(cycles, i, cycle_of(row, chosen))
+            write_stroking(cycles, i, stroking_of(row, plan, chosen))
+            across[i] = write_rules(row.cycle, plan, row.coverage, cycles, i)
         grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
-            row, chosen = read_block(script.blocks, block[i]), read_settings(settings, i)
+            row, plan, chosen = chosen_block(script, block[i], settings, i)
             if row.motion >= 0.0:
-                full = deepest_plunge(row, chosen) - DEPTH_TOLERANCE
-                made, before = tallies[i, STROKES], deepest(surfaces, i)
-                most, reached = deepest_pick(feeding_of(row, chosen, made, full, before), before, script.motions)
+                stroking, before = read_stroking(cycles, i), deepest(surfaces, i)
+                cycle = feeding_of(row, plan, stroking.speed, tallies[i, STROKES])
+                most, reached = deepest_pick(stroking, cycle, before, script.motions)
+                full = stroking.full_plunge
                 if row.cycle == NO_COURSE:
                     full = FULL * most
                     picks[i] = most
-                write_feeding(feedings, i, feeding_of(row, chosen, made, max(full, DEPTH_TOLERANCE), reached))
+                else:
+                    reached = max(reached, row.bottom)
+                finish = max(row.finish_besides, reached)
+                write_stroking(cycles, i, down_to(stroking, (max(full, DEPTH_TOLERANCE), finish)))
+                write_feeding(cycles, i, cycle)
                 feeding[feeds] = i
                 feeds += 1
-        grind_feedings(feedings, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
+        grind_feedings(cycles, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
 
     return grind_blocks
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
@@ -14,12 +14,16 @@ from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 Table = NDArray[Any]
 """One row a machine."""
 
-read_cycle, write_cycle = column_reader(Cycle), column_writer(Cycle)
+read_stroking, write_stroking = column_reader(Stroking), column_writer(Stroking)
 read_parameters = column_reader(StrokeParameters)
 read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
 read_part, write_part = column_reader(PartState), column_writer(PartState)
 read_tally, write_tally = column_reader(Tally), column_writer(Tally)
 read_zone, write_zone = column_reader(Zone), column_writer(Zone)
+
+
+RULES_FROM = len(Stroking._fields)
+"""Column of the row of a cycle from which on the numbers of its rules stand."""
 
 
 class Made(NamedTuple):

@@ -1,19 +1,21 @@
 """A script in numbers, as compiled code replays it: a row for every cycle block and every motion beside the table."""
 
 import math
+from collections import namedtuple
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grind_env.control import Dwell, Line
+from grind_env.control import CyclePlan, Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.courses import COURSES
 from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
+from grind_env.machine.rows import Table
 from grind_env.machine.script import Script
 from grind_env.machine.script_block import ScriptBlock, edge_of
 from grind_env.machine.settings import BlockSettings, own_settings
@@ -28,15 +30,12 @@ NO_BLOCK = -1.0
 AS_PRIMARY = -1.0
 """In place of a Q."""
 
-Table = NDArray[Any]
-
 
 class BlockRow(NamedTuple):
     """A cycle block of a script in numbers. Depths are mm from the touched-off surface, into the part.
 
-    `start` and `target` are mm into the part, too, but from the zero of the axes. `surface`, `bottom`, `cross_start`,
-    `cross_end`, `primary_cross_pick` and `secondary_cross_pick` are mm. The limits are `rise` in K, `power` in W,
-    `roughness` and `size` in um.
+    `start` is mm into the part, too, but from the zero of the axes. `surface`, `bottom`, `cross_start` and `cross_end`
+    are mm. The limits are `rise` in K, `power` in W, `roughness` and `size` in um.
     """
 
     cycle: float
@@ -52,16 +51,11 @@ class BlockRow(NamedTuple):
     acceleration: float
     """mm/s2."""
     start: float
-    target: float
+    """As of `cycle.Stroking`, like the next two."""
     surface: float
-    """As of `cycle.Cycle`, like the next one."""
     bottom: float
-    secondary_pick: float
-    """Q, mm; `AS_PRIMARY` if the block has none."""
     coverage: float
     """1 if a pass over the part at full depth precedes those of L, else 0."""
-    pre_dress: float
-    """1 for the .1 forms, else 0."""
     takes_dresses: float
     """1 if it may have a D word, else 0."""
     finish: float
@@ -76,9 +70,8 @@ class BlockRow(NamedTuple):
     length: float
     """Of the part, mm."""
     cross_start: float
+    """As of `cycle.Stroking`, like the next one."""
     cross_end: float
-    primary_cross_pick: float
-    secondary_cross_pick: float
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""
     gauged_at: float
@@ -104,11 +97,22 @@ class BlockRow(NamedTuple):
     """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
 
 
+PLAN = ("depth", *(each.name for each in fields(CyclePlan) if each.type in (bool, int, float)))
+PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
+"""The `CyclePlan` of a block in numbers, of which `cycle_of` of its rules makes their own.
+
+`depth` is that of the strokes, which rounds as they do. `secondary_pick` is `AS_PRIMARY` if the block has no Q, and
+`pre_dress` is 1 for the .1 forms if there is a dress to run.
+"""
+
+
 class ScriptTables(NamedTuple):
-    """A script in numbers: `blocks`, `own`, `ways`, `motions` and `zones` are in the units of their fields."""
+    """A script in numbers: `blocks`, `plans`, `own`, `ways`, `motions` and `zones` are in the units of their fields."""
 
     blocks: Table
     """Shape (blocks, fields of `BlockRow`)."""
+    plans: Table
+    """Shape (blocks, fields of `PlanRow`)."""
     own: Table
     """What the program itself sets in them, shape (blocks, fields of `BlockSettings`)."""
     ways: Table
@@ -152,10 +156,12 @@ def tables_of(script: Script) -> ScriptTables:
                 rows[k] = rows[k]._replace(finish=reached, finish_besides=max(others, default=0.0))
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
+    plans = [_plan_row(block, row) for block, row in zip(script.blocks, rows, strict=True)]
     own = [own_settings(block.plan, block.dress_plan) for block in script.blocks]
     ways = np.array([block.ways for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
     zones = _zones(script, rows)
-    return ScriptTables(_table(rows, BlockRow), _table(own, BlockSettings), ways, _table(motions, Motion), zones)
+    blocks = _table(rows, BlockRow), _table(plans, PlanRow)
+    return ScriptTables(*blocks, _table(own, BlockSettings), ways, _table(motions, Motion), zones)
 
 
 def is_whole(script: Script, tables: ScriptTables) -> bool:
@@ -178,7 +184,6 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
     stands = block.start[plunge_axis(plan.axis)]
-    target = stands if plan.plunge_axis is None else plan.depth_target
     edge = edge_of(block.start, plan)
     crosses = plan.cross_axis is not None
     return BlockRow(
@@ -189,12 +194,9 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         dwell=job.control.reversal_dwell,
         acceleration=job.control.acceleration,
         start=-stands,
-        target=-target,
         surface=part.surface,
-        bottom=part.surface - target,
-        secondary_pick=plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY,
+        bottom=part.surface - _target(block),
         coverage=float(job.control.coverage_pass),
-        pre_dress=float(plan.pre_dress and block.dress is not None),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
         finish_besides=reached,
@@ -203,8 +205,6 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         length=part.length,
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
-        primary_cross_pick=plan.primary_cross_pick,
-        secondary_cross_pick=plan.secondary_cross_pick,
         motion=motion,
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
@@ -219,6 +219,19 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         size=limits.size,
         stock=0.0,
     )
+
+
+def _plan_row(block: ScriptBlock, row: BlockRow) -> Any:
+    numbers = {name: float(getattr(block.plan, name)) for name in PLAN}
+    numbers["depth"] = -_target(block) - row.start
+    numbers["secondary_pick"] = block.plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY
+    numbers["pre_dress"] = float(block.plan.pre_dress and block.dress is not None)
+    return PlanRow(**numbers)
+
+
+def _target(block: ScriptBlock) -> float:
+    """Where the plunge axis is at full depth, mm; where it stands if there is none."""
+    return block.start[plunge_axis(block.plan.axis)] if block.plan.plunge_axis is None else block.plan.depth_target
 
 
 def _deepest(block: ScriptBlock, job: Job) -> float:

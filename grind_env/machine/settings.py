@@ -1,15 +1,11 @@
 """What may be chosen in a cycle block of a script: its words E, D, J and L, and what its dress program does."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
-
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from grind_env.control import CyclePlan
 from grind_env.kernel.columns import column_reader
 from grind_env.machine.dress_program import NO_DRESS, DressPlan
-
-Table = NDArray[Any]
 
 
 class BlockSettings(NamedTuple):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
-from grind_env.machine.cycle import Cycle, PartState, advance
+from grind_env.machine.cycle import PartState, Stroking, advance
 from grind_env.machine.rows import Table, read_part, read_zone, write_part, write_zone
 from grind_env.machine.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
 from grind_env.machine.tally import Tally
@@ -32,8 +32,8 @@ class Buffer(NamedTuple):
     lanes: int
     rows: int
     """Of what is not of the surface."""
-    cycle: Callable[..., Any]
-    """`cycle(rows, lane)`: numbers of the cycle."""
+    stroking: Callable[..., Any]
+    """`stroking(rows, lane)`: the strokes of its cycle."""
     wheel: Callable[..., Any]
     """`wheel(rows, lane)`: the wheel before the coming stroke."""
     part: Callable[..., Any]
@@ -59,14 +59,14 @@ class Surface(NamedTuple):
     """`advance_lanes(rows)`: one stroke in every lane; a function of its own, for it vectorises only with nothing but
     `rows` in sight."""
     advance: Callable[..., Any]
-    """`advance(surfaces, i, place, cycle, seconds, wheel, part, tally, k)`: the same stroke on machine i; gives wheel,
-    part and tally after it, the stroke and the engaged width, which is 0 where the wheel is beside the part."""
+    """`advance(surfaces, i, place, stroking, seconds, wheel, part, tally, k)`: the same stroke on machine i; gives
+    wheel, part and tally after it, the stroke and the engaged width, which is 0 where the wheel is beside the part."""
 
 
 def whole(buffer: Buffer) -> Surface:
     """Surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
     lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
-    cycle_in, part_in, stroke_in = buffer.cycle, buffer.part, buffer.stroke
+    stroking_in, part_in, stroke_in = buffer.stroking, buffer.part, buffer.stroke
 
     @inlined
     def size(surfaces: Table) -> int:
@@ -84,23 +84,23 @@ def whole(buffer: Buffer) -> Surface:
     def advance_lanes(rows: Table) -> None:
         for lane in range(lanes):
             part = part_in(rows, lane)
-            stroke_in(rows, lane, cycle_in(rows, lane).width, part.Z, part)
+            stroke_in(rows, lane, stroking_in(rows, lane).width, part.Z, part)
 
     @inlined
     def advance_one(
         surfaces: Table,
         i: int,
         place: Place,
-        cycle: Cycle,
+        stroking: Stroking,
         seconds: float,
         wheel: WheelState,
         part: PartState,
         tally: Tally,
         k: StrokeConstants,
     ) -> tuple[WheelState, PartState, Tally, StrokeResult, float]:
-        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, cycle.width, part.Z, wheel, part, tally, k)
+        wheel, part, tally, stroke = advance(stroking, place.Z, seconds, stroking.width, part.Z, wheel, part, tally, k)
         write_part(surfaces, i, part)
-        return wheel, part, tally, stroke, cycle.width
+        return wheel, part, tally, stroke, stroking.width
 
     return Surface(size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one)
 
@@ -137,7 +137,7 @@ def zoned(buffer: Buffer) -> Surface:
     In the lanes the zones are run one after the other, each with all lanes side by side.
     """
     lanes, place_in, wheel_in, part_in = buffer.lanes, buffer.place, buffer.wheel, buffer.part
-    cycle_in, stroke_in = buffer.cycle, buffer.stroke
+    stroking_in, stroke_in = buffer.stroking, buffer.stroke
     records = (Place, Contact, Taken)
     starts = [buffer.rows + sum(len(record._fields) for record in records[:k]) for k in range(4)]
     get_place, get_contact, get_taken = (
@@ -206,7 +206,7 @@ def zoned(buffer: Buffer) -> Surface:
                 put_contact(rows, lane, contact)
         for lane in range(lanes):
             contact, part = get_contact(rows, lane), part_in(rows, lane)
-            b, S, Rs = cut_surface(contact, cycle_in(rows, lane).width)
+            b, S, Rs = cut_surface(contact, stroking_in(rows, lane).width)
             stroke = stroke_in(rows, lane, b, contact.reached, PartState(Z=part.Z, S=S, Rs=Rs))
             put_taken(rows, lane, Taken(ae=stroke.ae, Rg=stroke.Rg))
         for number in range(zones):
@@ -221,7 +221,7 @@ def zoned(buffer: Buffer) -> Surface:
         surfaces: Table,
         i: int,
         place: Place,
-        cycle: Cycle,
+        stroking: Stroking,
         seconds: float,
         wheel: WheelState,
         part: PartState,
@@ -236,9 +236,9 @@ def zoned(buffer: Buffer) -> Surface:
         for number in range(len(zones)):
             zone = read_zone(zones, number)
             contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
-        b, S, Rs = cut_surface(contact, cycle.width)
+        b, S, Rs = cut_surface(contact, stroking.width)
         part = PartState(Z=part.Z, S=S, Rs=Rs)
-        wheel, part, tally, stroke = advance(cycle, place.Z, seconds, b, contact.reached, wheel, part, tally, k)
+        wheel, part, tally, stroke = advance(stroking, place.Z, seconds, b, contact.reached, wheel, part, tally, k)
         for number in range(len(zones)):
             zone = read_zone(zones, number)
             under = is_under(zone, place)

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from grind_env.control import Line, Source, execute, read
 from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.reciprocation.infeed import Infeed, Segment, segments, write_motions
-from grind_env.envs.reciprocation.step import feeding_of
+from grind_env.envs.reciprocation.step import feeding_of, infeed_stroking
 from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.cycle import PartState
-from grind_env.machine.feeding import Feeding, Motion
+from grind_env.machine.feeding import Motion
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
@@ -49,10 +49,11 @@ class Case:
             sparkout=float(self.sparkout),
         )
 
-    def feeding(self, dress_seconds: float, motion: int) -> Feeding:
+    def row(self, dress_seconds: float, motion: int) -> tuple[float, ...]:
         kind = NO_KIND._replace(width=20.0, length=200.0)
         shop = NO_SHOP._replace(dress_seconds=dress_seconds, **DRESS_NUMBERS)
-        return feeding_of(kind, self.infeed_block, float(self.E), shop, float(self.pre_dress), motion)
+        stroking = infeed_stroking(kind, shop, float(self.E), self.infeed_block)
+        return *stroking, *feeding_of(self.infeed_block, float(self.pre_dress), motion)
 
     @property
     def segments(self) -> list[Segment]:
@@ -89,7 +90,7 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
     motions = np.full((n * rows, len(Motion._fields)), np.nan)
     for i, case in enumerate(cases):
         write_motions(motions, i * rows, case.infeed_block)
-    feedings = np.array([case.feeding(seconds, i * rows) for i, case in enumerate(cases)])
+    feedings = np.array([case.row(seconds, i * rows) for i, case in enumerate(cases)])
     parameters = np.array([p] * n)
     wheel, start = start_wheel(p), job.wheel
     wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)

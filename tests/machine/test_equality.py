@@ -21,14 +21,15 @@ from hypothesis import strategies as st
 
 import grind_env
 from grind_env.control import Control
+from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.fingerprint import fingerprint
 from grind_env.machine import batch, loops
 from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
-from grind_env.machine.courses import PLUNGE
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.courses import COURSES
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.rows import Table
@@ -148,7 +149,7 @@ def records(kind: type[Any], dtype: np.dtype[np.void], rows: list[Any]) -> Any:
 
 def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, Any, Any]:
     """The arguments of `grind_cycles`, spelled out from the cases and not from the interpreter."""
-    cycles: list[Cycle] = []
+    cycles: list[tuple[float, ...]] = []
     parameters: list[StrokeParameters] = []
     wheels: list[WheelState] = []
     for case in cases:
@@ -157,35 +158,34 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
         picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
-        cycles.append(
-            Cycle(
-                speed=v,
-                first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
-                stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
-                start=-case.above / MICRONS,
-                target=case.depth / MICRONS,
-                surface=0.0,
-                bottom=case.depth / MICRONS,
-                primary_pick=picks[0],
-                secondary_pick=picks[1],
-                at_depth=float(case.coverage + case.L),
-                executions=float(case.D),
-                pre_dress=float(case.pre_dress),
-                full_plunge=max(picks) - DEPTH_TOLERANCE,
-                finish=case.depth / MICRONS,
-                width=case.width,
-                length=case.length,
-                dress_seconds=dress_seconds,
-                cross_start=0.0,
-                cross_end=0.0,
-                primary_cross_pick=0.0,
-                secondary_cross_pick=0.0,
-                **DRESS_NUMBERS,
-            )
+        stroking = Stroking(
+            speed=v,
+            first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
+            stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
+            start=-case.above / MICRONS,
+            surface=0.0,
+            bottom=case.depth / MICRONS,
+            full_plunge=max(picks) - DEPTH_TOLERANCE,
+            finish=case.depth / MICRONS,
+            width=case.width,
+            length=case.length,
+            dress_seconds=dress_seconds,
+            cross_start=0.0,
+            cross_end=0.0,
+            **DRESS_NUMBERS,
         )
+        rules = PlungeCycle(
+            depth=case.depth / MICRONS + case.above / MICRONS,
+            primary_pick=picks[0],
+            secondary_pick=picks[1],
+            at_depth=float(case.coverage + case.L),
+            executions=float(case.D),
+            pre_dress=float(case.pre_dress),
+        )
+        cycles.append((*stroking, *rules))
     parts = [PartState(0.0, 0.0, INITIAL_ROUGHNESS)] * len(cases)
     return (
-        records(Cycle, CYCLE, cycles),
+        np.array(cycles, CYCLE),
         records(StrokeParameters, PARAMETERS, parameters),
         records(WheelState, WHEEL, wheels),
         records(PartState, PART, parts),
@@ -335,7 +335,7 @@ def test_the_number_of_lanes_changes_no_bit(
     sys.modules[path.stem] = module
     try:
         spec.loader.exec_module(module)
-        monkeypatch.setattr(batch, "PLUNGES", module.loops_of(PLUNGE))
+        monkeypatch.setattr(batch, "PLUNGES", module.loops_of(COURSES["G82"]))
         assert outcome(MANY, grind_cycles) == scalar
     finally:
         del sys.modules[path.stem]
@@ -408,7 +408,7 @@ def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(
     assert entry(PLUNGES.scalar.py_func).stats.cache_path is None
 
 
-@pytest.mark.parametrize("changes", [{"primary_pick": 0.0, "secondary_pick": 0.0}, {"target": -0.1}, {"start": np.nan}])
+@pytest.mark.parametrize("changes", [{"primary_pick": 0.0, "secondary_pick": 0.0}, {"depth": -0.1}, {"depth": np.nan}])
 def test_a_cycle_that_would_not_end_is_refused(changes: dict[str, float]) -> None:
     cycles, *rest = tables(MANY)
     for name, value in changes.items():

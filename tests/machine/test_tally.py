@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.batch import (
     CYCLE,
@@ -21,7 +22,7 @@ from grind_env.machine.batch import (
     as_table,
     grind_cycles,
 )
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.rows import LOG
 from grind_env.machine.tally import (
     NOTHING,
@@ -125,20 +126,14 @@ class Plunge(NamedTuple):
     """Depth of the part before."""
 
     @property
-    def cycle(self) -> Cycle:
-        return Cycle(
+    def cycle(self) -> tuple[float, ...]:
+        stroking = Stroking(
             speed=200.0,
             first_seconds=2.0,
             stroke_seconds=STROKE_SECONDS,
             start=0.0,
-            target=self.depth * MICRON,
             surface=0.0,
             bottom=self.depth * MICRON,
-            primary_pick=self.J * MICRON,
-            secondary_pick=self.Q * MICRON,
-            at_depth=float(self.at_depth),
-            executions=float(self.D),
-            pre_dress=float(self.pre_dress),
             full_plunge=max(self.J, self.Q) * MICRON - DEPTH_TOLERANCE,
             finish=self.depth * MICRON,
             width=20.0,
@@ -146,10 +141,17 @@ class Plunge(NamedTuple):
             dress_seconds=DRESS_SECONDS,
             cross_start=0.0,
             cross_end=0.0,
-            primary_cross_pick=0.0,
-            secondary_cross_pick=0.0,
             **DRESS_NUMBERS,
         )
+        rules = PlungeCycle(
+            depth=self.depth * MICRON,
+            primary_pick=self.J * MICRON,
+            secondary_pick=self.Q * MICRON,
+            at_depth=float(self.at_depth),
+            executions=float(self.D),
+            pre_dress=float(self.pre_dress),
+        )
+        return *stroking, *rules
 
     def strokes_and_dresses(self) -> tuple[np.ndarray, list[int]]:
         """The depth of every stroke, and the strokes made before each dress."""
@@ -169,7 +171,7 @@ def tables(*plunges: Plunge) -> tuple[Any, ...]:
     n = len(plunges)
     parts = [(each.ground * MICRON, each.ground * MICRON, INITIAL_ROUGHNESS) for each in plunges]
     return (
-        np.array([tuple(each.cycle) for each in plunges], CYCLE),
+        np.array([each.cycle for each in plunges], CYCLE),
         np.array([tuple(P)] * n, PARAMETERS),
         np.array([tuple(WHEEL_AT_START)] * n, WHEEL),
         np.array([tuple(PartState(*part)) for part in parts], PART),

@@ -9,20 +9,24 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from grind_env.control import read
 from grind_env.control.cycles import RULES, Rules
 from grind_env.control.cycles.block import WORDS
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
-from grind_env.kernel import inlined, inlined_rule
-from grind_env.machine.batch import NO_MOTIONS, PART, TALLY, WHEEL, as_table
-from grind_env.machine.courses import COURSES, PLUNGE
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.kernel import inlined
+from grind_env.machine.batch import FEEDS, NO_MOTIONS, PART, TALLY, WHEEL, as_table
+from grind_env.machine.courses import COURSES, course_of
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.loops import Loops, loops_of
+from grind_env.machine.replay import blocks_of
 from grind_env.machine.rows import LOG
+from grind_env.machine.script import script_of
+from grind_env.machine.script_tables import tables_of
 from grind_env.machine.zones import EDGES
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
-from tests.machine.harness import DRESS_NUMBERS, HEAD, job, run, start_wheel
+from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
 
 
 class Bounce(NamedTuple):
@@ -76,10 +80,15 @@ def of_block(plan: CyclePlan, coverage: bool) -> Bounce:
     return Bounce(plan.depth, plan.primary_pick, float(coverage + plan.spark_out), float(plan.dresses))
 
 
+G84 = Rules(of_block, begin, after_reversal, finished)
+COURSE = course_of(G84, Bounce, Bouncing)
+
+
 @inlined
-def of_cycle(cycle: Cycle) -> Bounce:
-    """The same from a row of the compiled loops."""
-    return Bounce(cycle.target - cycle.start, cycle.primary_pick, cycle.at_depth, cycle.executions)
+def deepest(surfaces: Any, i: int) -> float:
+    """Depth of the deepest stroke on machine i."""
+    part: float = surfaces[i, 0]
+    return part
 
 
 class Case(NamedTuple):
@@ -96,25 +105,25 @@ class Case(NamedTuple):
         picks = f"Y-{self.depth / 1000:.3f} J-{self.J / 1000:.3f} L{self.L} D{self.D}"
         return f"{HEAD}G82 X230. I-30. {picks} F600. E{self.E}. P9100\nM30\n"
 
-    def cycle(self, dress_seconds: float) -> Cycle:
+    def cycle(self, dress_seconds: float) -> tuple[float, ...]:
         seconds = motion_time(260.0, self.E / 60.0, 1000.0) + 0.15
-        nothing = Cycle(*[0.0] * len(Cycle._fields))
-        return nothing._replace(
+        stroking = Stroking(
             speed=self.E / 60.0,
             first_seconds=seconds,
             stroke_seconds=seconds,
-            target=self.depth / 1000.0,
+            start=0.0,
+            surface=0.0,
             bottom=self.depth / 1000.0,
-            primary_pick=self.J / 1000.0,
-            at_depth=1.0 + self.L,
-            executions=float(self.D),
             full_plunge=self.J / 1000.0 - DEPTH_TOLERANCE,
             finish=self.depth / 1000.0,
             width=20.0,
             length=200.0,
             dress_seconds=dress_seconds,
+            cross_start=0.0,
+            cross_end=0.0,
             **DRESS_NUMBERS,
         )
+        return *stroking, *Bounce(self.depth / 1000.0, self.J / 1000.0, 1.0 + self.L, float(self.D))
 
     def strokes_and_dresses(self) -> tuple[list[float], list[int]]:
         """The depth of every stroke, mm, and the strokes made before each dress; by hand, in half um."""
@@ -133,8 +142,7 @@ CASES = [Case(37 + 11 * k, 6 + 5 * k % 13, k % 4, (0, 3, 1, 2)[k % 4], 6000 + 90
 @pytest.fixture(scope="module")
 def loops() -> Loops:
     """The loops over a G84."""
-    rules = {rule.__name__: inlined_rule(rule) for rule in (begin, after_reversal, finished)}
-    return loops_of(PLUNGE._replace(progress=Bouncing, plan=of_cycle, **rules))
+    return loops_of(COURSE)
 
 
 def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
@@ -149,7 +157,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
 def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     case: Case, loops: Loops, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(RULES, "G82", Rules(of_block, begin, after_reversal, finished))
+    monkeypatch.setitem(RULES, "G82", G84)
     record = run(case.text, job())
     depths, dresses = case.strokes_and_dresses()
     assert record.strokes["Z"] == pytest.approx(depths, abs=1e-12)
@@ -166,6 +174,25 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
         np.testing.assert_allclose(record.strokes[name], made[name], rtol=1e-9, atol=1e-13, err_msg=name)
     seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
     assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+
+
+def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(RULES, "G82", G84)
+    monkeypatch.setitem(COURSES, "G82", COURSE)
+    grind_blocks = blocks_of({"G82": loops}, FEEDS, deepest)
+    for case in CASES[:6]:
+        record = run(case.text, job())
+        script = tables_of(script_of(read(case.text + DRESS), job()))
+        _, parameters, wheels, parts, tallies = tables([case])
+        updated = map(as_table, (wheels, parts, tallies))
+        first, room = np.zeros(1, np.int64), (np.empty(1), np.empty(1))
+        grind_blocks(script, first, script.own, parameters, *updated, *room, first)
+        depths, dresses = case.strokes_and_dresses()
+        assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
+        assert parts["Z"] == pytest.approx(depths[-1])
+        assert tallies["peak_load"] == pytest.approx(record.strokes["load"].max(), rel=1e-9)
+        seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
+        assert tallies["seconds"] == pytest.approx(seconds, rel=1e-12)
 
 
 @pytest.mark.bits

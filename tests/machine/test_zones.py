@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import motion_time
-from grind_env.machine.batch import CYCLE, NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from grind_env.machine.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
 from grind_env.machine.compiled import dress_lead, dressed_wheel
-from grind_env.machine.cycle import Cycle
+from grind_env.machine.cycle import Stroking
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.rows import LOG, Table
 from grind_env.machine.strips import Zone, grind_strips
@@ -89,22 +89,16 @@ class Case:
         lead = dress_lead(dressed_wheel(300.0, 0.0, 0.1, 0.02, p), FEED, p)
         return dressed_wheel(300.0, 0.0, lead, 0.02, p)._replace(A=self.wear_flats, V=self.volume)
 
-    def cycle(self, dress_seconds: float = 30.0) -> Cycle:
+    def stroking(self, dress_seconds: float = 30.0) -> Stroking:
         v = self.E / 60.0
         seconds = motion_time(260.0, v, 1000.0) + 0.15
-        return Cycle(
+        return Stroking(
             speed=v,
             first_seconds=seconds,
             stroke_seconds=seconds,
             start=-self.above / 1000.0,
-            target=self.depth / 1000.0,
             surface=0.0,
             bottom=self.depth / 1000.0,
-            primary_pick=self.J / 1000.0,
-            secondary_pick=self.Q / 1000.0,
-            at_depth=1.0 + self.L,
-            executions=float(self.D),
-            pre_dress=float(self.pre_dress),
             full_plunge=max(self.J, self.Q) / 1000.0 - 1e-9,
             finish=self.depth / 1000.0,
             width=self.width / 2.0,
@@ -115,8 +109,20 @@ class Case:
             dress_seconds=dress_seconds,
             cross_start=self.start / 4.0,
             cross_end=self.end / 4.0,
+        )
+
+    @property
+    def rules(self) -> TraverseCycle:
+        return TraverseCycle(
+            depth=self.depth / 1000.0 + self.above / 1000.0,
+            primary_pick=self.J / 1000.0,
+            secondary_pick=self.Q / 1000.0,
+            width=abs(self.end - self.start) / 4.0,
             primary_cross_pick=self.K / 4.0,
             secondary_cross_pick=self.R / 4.0,
+            at_depth=1.0 + self.L,
+            executions=float(self.D),
+            pre_dress=float(self.pre_dress),
         )
 
     @property
@@ -126,18 +132,7 @@ class Case:
     @property
     def joined(self) -> Table:
         """The part in as few zones as the traverses allow."""
-        cycle = TraverseCycle(
-            depth=1.0,
-            primary_pick=1.0,
-            secondary_pick=1.0,
-            width=abs(self.end - self.start) / 4.0,
-            primary_cross_pick=self.K / 4.0,
-            secondary_cross_pick=self.R / 4.0,
-            at_depth=1.0,
-            executions=0.0,
-            pre_dress=0.0,
-        )
-        return zones_of(self.centres, traverse_edges(cycle, self.start / 4.0, self.end / 4.0), WHEEL_WIDTH)
+        return zones_of(self.centres, traverse_edges(self.rules, self.start / 4.0, self.end / 4.0), WHEEL_WIDTH)
 
 
 def cases(**fixed: Any) -> st.SearchStrategy[Case]:
@@ -173,7 +168,7 @@ def padded(tables: list[Table]) -> Table:
 
 def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Table, Table, Table]:
     return (
-        as_table(np.array([case.cycle(dress_seconds) for case in cases], CYCLE)),
+        np.array([(*case.stroking(dress_seconds), *case.rules) for case in cases]),
         as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
         as_table(np.array([case.wheel for case in cases], WHEEL)),
     )
@@ -230,7 +225,7 @@ def test_the_lanes_have_the_bits_of_the_scalar_loop(many: list[Case], joined: bo
 @given(case=cases(D=0, pre_dress=False))
 def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case: Case) -> None:
     found = one_by_one([case], strip_zones(case.centres)[None])
-    wheel, p, cycle, centres = case.wheel, case.job.parameters, case.cycle(), case.centres
+    wheel, p, stroking, centres = case.wheel, case.job.parameters, case.stroking(), case.centres
     ground, roughness, reached = (
         np.zeros(centres.size),
         np.full(centres.size, INITIAL_ROUGHNESS),
@@ -244,7 +239,7 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
             place = int(first), int(last), float(row["Z"])
             depth = place[-1] if torque < 1.0 else RETRACTED
             wheel, stroke, b, _ = grind_strips(
-                wheel, ground, roughness, reached, *place, cycle.speed, cycle.width, cycle.length, p, depth
+                wheel, ground, roughness, reached, *place, stroking.speed, stroking.width, stroking.length, p, depth
             )
             torque = max(torque, stroke.torque)
         assert row["b"] == b

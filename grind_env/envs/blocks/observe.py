@@ -129,8 +129,8 @@ def observe_blocks(
     """Write the observations before the coming blocks.
 
     Args:
-        kinds: as for `step_blocks`, like the next five.
-        tape: noise tape.
+        kinds: of `step.Tables`.
+        tape: of `step.EpisodeArrays`, like the next three.
         block: coming block.
         wheels: wheel states.
         memory: what is remembered.

@@ -1,10 +1,11 @@
-"""The compiled step: cycle parameters from E and D, the block kernel, and what `settling` says of it."""
+"""The step of G82 blocks: cycle parameters from E and D, the block kernel, and what `settling` says of it."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.belief.hidden import FACTORS
+from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.blocks.settling import (
     booked_diameter,
@@ -27,16 +28,20 @@ from grind_env.envs.blocks.tables import (
     write_outcome,
 )
 from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow, read_row
+from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_first
-from grind_env.machine.cycle import Cycle, PartState, dress_lead
+from grind_env.kernel.columns import column_writer
+from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_plunges
+from grind_env.machine.cycle import PartState, Stroking, dress_lead
 from grind_env.machine.rows import (
+    RULES_FROM,
     read_parameters,
     read_part,
+    read_stroking,
     read_tally,
     read_wheel,
-    write_cycle,
     write_part,
+    write_stroking,
     write_wheel,
 )
 from grind_env.machine.rules import motion_time
@@ -47,27 +52,29 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 DIAMETER, WEAR = WheelState._fields.index("ds"), WheelState._fields.index("W")
-TARGET = Cycle._fields.index("target")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 CHANGES = ShopMemory._fields.index("wheel_changes")
-STALLED, TORQUE = ShopMemory._fields.index("stalled"), Tally._fields.index("peak_torque")
-CYCLE_FIELDS = len(Cycle._fields)
+TORQUE = Tally._fields.index("peak_torque")
 NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 grind_plunges = PLUNGES.lanes
+write_plunge = column_writer(PlungeCycle, RULES_FROM)
 
 
 class Tables(NamedTuple):
-    """What a task is made of."""
+    """What a task is made of, and room for N cycles."""
 
     kinds: Any
-    """Of `rows.kind_table`, shape (kinds x materials, fields of `KindRow`)."""
+    """Of `tables.kind_table`, shape (kinds x materials, fields of `KindRow`)."""
     base: Any
-    """Of `rows.parameter_table`, shape (kinds x materials, fields of `StrokeParameters`)."""
-    shop: Shop
-    materials: int
-    """Number of materials in the two tables."""
+    """Of `tables.parameter_table`, shape (kinds x materials, fields of `StrokeParameters`)."""
+    shops: Any
+    """Numbers of the task, shape (1, fields of `Shop`)."""
+    cycles: Any
+    """Room for the cycles, shape (N, `CYCLE_FIELDS`)."""
+    parameters: Any
+    """Room for their parameters, shape (N, fields of `StrokeParameters`)."""
 
 
 class EpisodeArrays(NamedTuple):
@@ -97,48 +104,20 @@ class Choices(NamedTuple):
 
 
 @inlined
-def cycle_of(
-    kind: KindRow, row: TapeRow, part: PartState, E: float, D: float, shop: Shop, pre_dress: float = 0.0
-) -> Cycle:
-    """The cycle of a block.
+def stroking_of(
+    kind: KindRow, shop: Shop, E: float, seconds: float, start: float, target: float, finish: float
+) -> Stroking:
+    """Strokes of some seconds at E (mm/min), from depth `start` to `target` on a part that is to come to `finish`.
 
-    The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
-    pick less than there are depths, and one spark-out stroke more follows its last cut.
+    All three are mm.
     """
-    surface = 0.0 if kind.starts_part > 0.0 else part.Z
-    seconds = motion_time(kind.stroke, E / 60.0, shop.acceleration) + shop.dwell
-    target = surface + row.stock
-    start = min(surface + kind.pick, target)
-    return plunge_cycle(kind, shop, E, seconds, start, target, target, kind.sparkout + 2.0, D, pre_dress)
-
-
-@inlined
-def plunge_cycle(
-    kind: KindRow,
-    shop: Shop,
-    E: float,
-    seconds: float,
-    start: float,
-    target: float,
-    finish: float,
-    at_depth: float,
-    D: float,
-    pre_dress: float,
-) -> Cycle:
-    """A cycle of strokes of some seconds at E (mm/min), with the picks of a kind; the others as in `Cycle`."""
-    return Cycle(
+    return Stroking(
         speed=E / 60.0,
         first_seconds=seconds,
         stroke_seconds=seconds,
         start=start,
-        target=target,
         surface=0.0,
         bottom=start + (target - start),
-        primary_pick=kind.pick,
-        secondary_pick=kind.pick,
-        at_depth=at_depth,
-        executions=D,
-        pre_dress=pre_dress,
         full_plunge=kind.pick - DEPTH_TOLERANCE,
         finish=finish,
         width=kind.width,
@@ -149,9 +128,14 @@ def plunge_cycle(
         dress_seconds=shop.dress_seconds,
         cross_start=0.0,
         cross_end=0.0,
-        primary_cross_pick=0.0,
-        secondary_cross_pick=0.0,
     )
+
+
+@inlined
+def block_stroking(kind: KindRow, shop: Shop, E: float, start: float, target: float) -> Stroking:
+    """The strokes of a block at E (mm/min), from one depth to that of the block, mm."""
+    seconds = motion_time(kind.stroke, E / 60.0, shop.acceleration) + shop.dwell
+    return stroking_of(kind, shop, E, seconds, start, target, target)
 
 
 @inlined
@@ -169,171 +153,99 @@ def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, b
 
 
 @inlined
-def prepare_block(
-    i: int, tables: Tables, episodes: EpisodeArrays, choices: Choices, cycles: Any, parameters: Any, results: Any
-) -> None:
-    """Write the cycle of the block of episode i; arguments as for `prepare`."""
-    kinds, base, shop, materials = tables
-    tape, block, wheels, parts, memory = episodes
-    speeds, executions, pre_dresses = choices
-    row = read_row(tape[i], block[i])
-    number = int(row.kind) * materials + int(row.material)
-    kind = read_kind(kinds, number)
-    cycle = cycle_of(kind, row, read_part(parts, i), speeds[i], executions[i], shop, pre_dresses[i])
-    write_cycle(cycles, i, cycle)
-    write_factored(parameters, i, base, number, tape, block[i], memory[i, CHANGES] > 0.0)
-    memory[i, FOUND] = wheels[i, DIAMETER]
+def begin_block(i: int, tables: Any, episodes: Any, shop: Shop, results: Any) -> tuple[KindRow, TapeRow]:
+    """Load or gauge the part of episode i and write its parameters: kind and tape of its block."""
+    row, old = read_row(episodes.tape[i], episodes.block[i]), read_memory(episodes.memory, i)
+    number = row_of(row, shop)
+    kind = read_kind(tables.kinds, number)
+    changed = old.wheel_changes > 0.0
+    write_factored(tables.parameters, i, tables.base, number, episodes.tape, episodes.block[i], changed)
+    episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
     # the part is touched off or gauged before every block: wear of the wheel up to now is known
-    wheels[i, WEAR] = 0.0
-    results[i, TORQUE] = 0.0 if kind.starts_part > 0.0 else memory[i, STALLED] * STALL
+    episodes.wheels[i, WEAR] = 0.0
+    results[i, TORQUE] = 0.0 if kind.starts_part > 0.0 else old.stalled * STALL
     if kind.starts_part > 0.0:
-        write_part(parts, i, NEW_PART)
-
-
-@entry
-def prepare(
-    tables: Tables,
-    episodes: EpisodeArrays,
-    choices: Choices,
-    active: Any,
-    cycles: Any,
-    parameters: Any,
-    results: Any,
-) -> None:
-    """Write the cycle of every block and its parameters, and load or gauge the parts.
-
-    Args:
-        tables: of the task.
-        episodes: their wheels and parts are updated.
-        choices: for the coming blocks.
-        active: indices of the episodes to step, int64.
-        cycles: shape (N, fields of `Cycle`); written in the rows of `active`.
-        parameters: shape (N, fields of `StrokeParameters`); written likewise.
-        results: shape (N, fields of `Tally`), all 0; a part on which the spindle has stalled is noted.
-    """
-    for i in active:
-        prepare_block(i, tables, episodes, choices, cycles, parameters, results)
+        write_part(episodes.parts, i, NEW_PART)
+    return kind, row
 
 
 @inlined
-def settle_block(
-    i: int,
-    tables: Tables,
-    episodes: EpisodeArrays,
-    choices: Choices,
-    cycles: Any,
-    parameters: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Write what the block of episode i has cost and shown; arguments as for `settle`."""
-    kinds, _, shop, materials = tables
-    tape, block, wheels, parts, memory = episodes
-    speeds, executions, pre_dresses = choices
-    row = read_row(tape[i], block[i])
-    kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
-    wheel, part, p = read_wheel(wheels, i), read_part(parts, i), read_parameters(parameters, i)
-    result, old = read_tally(results, i), read_memory(memory, i)
+def row_of(row: TapeRow, shop: Shop) -> int:
+    """Row of the kind of a block in the tables of its task."""
+    return int(row.kind) * int(shop.materials) + int(row.material)
+
+
+@entry
+def prepare(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Write the cycles of the coming blocks; as `Work.prepare`.
+
+    The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
+    pick less than there are depths, and one spark-out stroke more follows its last cut.
+    """
+    shop = read_shop(tables.shops, 0)
+    for i in active:
+        kind, row = begin_block(i, tables, episodes, shop, results)
+        surface = read_part(episodes.parts, i).Z
+        target = surface + row.stock
+        start = min(surface + kind.pick, target)
+        cycle = PlungeCycle(
+            depth=target - start,
+            primary_pick=kind.pick,
+            secondary_pick=kind.pick,
+            at_depth=kind.sparkout + 2.0,
+            executions=choices.executions[i],
+            pre_dress=choices.pre_dresses[i],
+        )
+        write_stroking(tables.cycles, i, block_stroking(kind, shop, choices.speeds[i], start, target))
+        write_plunge(tables.cycles, i, cycle)
+
+
+@entry
+def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Run the cycles; as `Work.grind`."""
+    order = np.empty(active.size, np.int64)
+    longest_plunges(tables.cycles, active, order)
+    grind_plunges(tables.cycles, tables.parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1)
+
+
+@inlined
+def settle_block(i: int, tables: Any, episodes: Any, choices: Choices, shop: Shop, results: Any, outcomes: Any) -> None:
+    """Write what the block of episode i has cost and shown, and go on to the next one."""
+    block, tape = episodes.block, episodes.tape
+    row, old = read_row(tape[i], block[i]), read_memory(episodes.memory, i)
+    kind = read_kind(tables.kinds, row_of(row, shop))
+    wheel, part, result = read_wheel(episodes.wheels, i), read_part(episodes.parts, i), read_tally(results, i)
+    p = read_parameters(tables.parameters, i)
     lead = dress_lead(wheel, shop.dress_feed, p)
     change = 1.0 if wheel.ds < shop.least_diameter else 0.0
     if change > 0.0:
         wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
-        write_wheel(wheels, i, wheel)
+        write_wheel(episodes.wheels, i, wheel)
     handover = 0.0
     if block[i] + 1 == tape.shape[1]:
         handover = handover_of(wheel, lead, shop, p)
-    size_error = 1000.0 * (cycles[i, TARGET] - part.S)
+    size_error = 1000.0 * (read_stroking(tables.cycles, i).finish - part.S)
     good = good_so_far(kind, part, result, size_error, old)
     rise = counted_rise(kind, result)
     outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, change, handover)
     write_outcome(outcomes, i, outcome)
     powers = power_readings(row, result, change)
-    E, D, pre_dress = speeds[i], executions[i], pre_dresses[i]
+    E, D, pre_dress = choices.speeds[i], choices.executions[i], choices.pre_dresses[i]
     # the executions stand evenly in the depth: an equal share of it is ground after the last one
     volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
     # the next block begins with touching off or gauging
     diameter = booked_diameter(wheel, row, shop, old, 0.0, True, change)
     new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter)
-    write_memory(memory, i, new)
+    write_memory(episodes.memory, i, new)
     block[i] += 1
 
 
 @entry
-def settle(
-    tables: Tables,
-    episodes: EpisodeArrays,
-    choices: Choices,
-    active: Any,
-    cycles: Any,
-    parameters: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Write what the blocks that were run have cost and shown, and go on to the next ones.
-
-    Args:
-        tables: as for `prepare`, like the next five.
-        episodes: their wheels, memory and block numbers are updated.
-        choices: for the blocks that were run.
-        active: indices of the episodes to step.
-        cycles: of the blocks.
-        parameters: of the blocks.
-        results: shape (N, fields of `Tally`).
-        outcomes: shape (N, fields of `Outcome`); written in the rows of `active`.
-    """
+def settle(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any) -> None:
+    """Write what the blocks that were run have cost and shown; as `Work.settle`."""
+    shop = read_shop(tables.shops, 0)
     for i in active:
-        settle_block(i, tables, episodes, choices, cycles, parameters, results, outcomes)
+        settle_block(i, tables, episodes, choices, shop, results, outcomes)
 
 
-@entry
-def step_blocks(
-    cycles: Any,
-    parameters: Any,
-    kinds: Any,
-    base: Any,
-    shops: Any,
-    tape: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    speeds: Any,
-    executions: Any,
-    pre_dresses: Any,
-    materials: int,
-    active: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Grind the next block of the episodes in `active`.
-
-    The arrays come one by one: Python hands over one named tuple of three arrays (0.88 us) no faster than fourteen
-    arrays (0.84 us). They are described at `Tables`, `EpisodeArrays` and `Choices`.
-
-    Args:
-        cycles: room for the cycles, shape (N, fields of `Cycle`).
-        parameters: room for their parameters, shape (N, fields of `StrokeParameters`).
-        kinds: of `Tables`, like the next one.
-        base: nominal parameters.
-        shops: numbers of the task, shape (1, fields of `Shop`).
-        tape: of `EpisodeArrays`, like the next four.
-        block: number of the coming block; updated.
-        wheels: updated.
-        parts: updated.
-        memory: updated.
-        speeds: of `Choices`, like the next two.
-        executions: D.
-        pre_dresses: 1 for a dress before the first plunge.
-        materials: number of materials in the two tables.
-        active: indices of the episodes to step, int64.
-        results: shape (N, fields of `Tally`); written in the rows of `active`.
-        outcomes: shape (N, fields of `Outcome`); written likewise.
-    """
-    tables = Tables(kinds, base, read_shop(shops, 0), materials)
-    episodes = EpisodeArrays(tape, block, wheels, parts, memory)
-    choices = Choices(speeds, executions, pre_dresses)
-    prepare(tables, episodes, choices, active, cycles, parameters, results)
-    order = np.empty(active.size, np.int64)
-    longest_first(cycles, active, order)
-    grind_plunges(cycles, parameters, wheels, parts, results, NO_MOTIONS, order, 0, 1)
-    settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)
+step_blocks = step_of(Work(Tables, EpisodeArrays, Choices, prepare, grind, settle))

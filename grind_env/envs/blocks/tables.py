@@ -70,6 +70,8 @@ class Shop(NamedTuple):
     new_diameter: float
     change_price: float
     change_seconds: float
+    materials: float
+    """Number of materials: each kind of blocks stands in a table once for each of them."""
 
 
 class ShopMemory(NamedTuple):
@@ -215,6 +217,7 @@ def shop_row(task: Task) -> Shop:
         new_diameter=task.wheel.diameter,
         change_price=task.wheel_change.price if task.wheel_change else 0.0,
         change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,
+        materials=float(len(task.materials)),
     )
 
 

@@ -124,21 +124,9 @@ class MeasuredEpisode:
             episodes.memory[0, GAUGED] = self._roughness(measured.Ra_before)
         if measured.diameter is not None:
             episodes.wheels[0, DIAMETER] = measured.diameter
-        settle_jobs(
-            simulation.kinds,
-            self._shops,
-            episodes.tape,
-            episodes.first,
-            episodes.block,
-            episodes.wheels,
-            episodes.parts,
-            episodes.memory,
-            settings,
-            np.array([0]),
-            tallies,
-            np.array([found]),
-            np.zeros((1, OUTCOME_FIELDS)),
-        )
+        outcome, found_row = np.zeros((1, OUTCOME_FIELDS)), np.array([found])
+        state = episodes.compiled_arrays()
+        settle_jobs(simulation.kinds, self._shops, state, settings, np.array([0]), tallies, found_row, outcome)
         if ends:
             episodes.memory[0, GAUGED] = NONE_GAUGED if measured.Ra is None else self._roughness(measured.Ra)
         if measured.diameter is not None:

@@ -57,6 +57,7 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
         new_diameter=job.setup.wheel.diameter,
         change_price=0.0,
         change_seconds=change or 0.0,
+        materials=1.0,
     )
 
 

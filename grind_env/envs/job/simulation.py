@@ -28,7 +28,15 @@ from grind_env.envs.job.outline import (
     refuse_many,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
+from grind_env.envs.job.step import (
+    FOUND_FIELDS,
+    STAGE_FIELDS,
+    Found,
+    JobArrays,
+    settle_jobs,
+    step_jobs,
+    step_zoned_jobs,
+)
 from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, job_tape
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
@@ -63,6 +71,10 @@ class JobEpisodes(Episodes):
     surfaces: Table
     first: Numbers
     programs: list[ProgramEpisode]
+
+    def compiled_arrays(self) -> JobArrays:
+        """What the compiled step takes of them."""
+        return JobArrays(*(getattr(self, name) for name in JobArrays._fields))
 
     def pick(self, index: ArrayLike) -> "JobEpisodes":
         """Copies of the episodes at `index` (which may repeat); a program under execution is run anew."""
@@ -360,26 +372,10 @@ class JobSimulation(Simulation):
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         step = step_jobs if self._whole else step_zoned_jobs
-        step(
-            *self.tables,
-            self.kinds,
-            self.base,
-            self._shops,
-            self.script.approach,
-            self.job.times.load,
-            episodes.tape,
-            episodes.first,
-            episodes.block,
-            episodes.wheels,
-            episodes.parts if self._whole else episodes.surfaces,
-            episodes.parts,
-            episodes.memory,
-            episodes.stages,
-            chosen,
-            active,
-            tallies,
-            outcomes,
-        )
+        times = self.script.approach, self.job.times.load
+        room = np.empty((n, self.base.shape[1])), np.empty(n), np.empty(n)
+        tables = *self.tables, self.kinds, self.base, self._shops, *times, *room
+        step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -416,21 +412,8 @@ class JobSimulation(Simulation):
             episodes.wheels[i] = machine.wheel
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
-        settle_jobs(
-            self.kinds,
-            self._shops,
-            episodes.tape,
-            episodes.first,
-            episodes.block,
-            episodes.wheels,
-            episodes.parts,
-            episodes.memory,
-            chosen,
-            active,
-            tallies,
-            found,
-            outcomes,
-        )
+        state = episodes.compiled_arrays()
+        settle_jobs(self.kinds, self._shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""

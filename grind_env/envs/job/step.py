@@ -1,4 +1,4 @@
-"""The compiled step of `grind/Job-v0`: a block of a script, and what has come of it."""
+"""The step of `grind/Job-v0`: a block of a script, and what has come of it."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -18,12 +18,13 @@ from grind_env.envs.blocks.tables import (
     write_outcome,
 )
 from grind_env.envs.blocks.tape import TapeRow, read_row
+from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.cycle import PartState, dress_lead, measured
 from grind_env.machine.gauging import gauge_zones
 from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.replay import ends_across, grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.replay import grind_blocks, grind_zoned_blocks, read_block
 from grind_env.machine.rows import (
     read_parameters,
     read_part,
@@ -35,7 +36,7 @@ from grind_env.machine.rows import (
     write_zone,
 )
 from grind_env.machine.script_block import Way
-from grind_env.machine.script_tables import BlockRow, ScriptTables
+from grind_env.machine.script_tables import BlockRow
 from grind_env.machine.settings import BlockSettings, read_settings
 from grind_env.machine.tally import Tally
 from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
@@ -72,8 +73,9 @@ class Found(NamedTuple):
 
 
 read_stage, write_stage = column_reader(Stage), column_writer(Stage)
+with_stage, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone")
 read_found, write_found = column_reader(Found), column_writer(Found)
-STAGE_FIELDS, FOUND_FIELDS, PARAMETERS = len(Stage._fields), len(Found._fields), len(StrokeParameters._fields)
+STAGE_FIELDS, FOUND_FIELDS = len(Stage._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
 PICK = ShopMemory._fields.index("pick")
@@ -81,10 +83,10 @@ SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torq
 
 
 @inlined
-def place_on(tape: Any, first: int, block: int) -> int:
-    """Row of a block on a tape that begins with block `first`."""
-    row: int = min(block - first, tape.shape[1] - 1)
-    return row
+def place_of(episodes: Any, i: int) -> int:
+    """Row of the block of episode i on its tape, which begins with block `first`."""
+    place: int = min(episodes.block[i] - episodes.first[i], episodes.tape.shape[1] - 1)
+    return place
 
 
 @inlined
@@ -94,7 +96,7 @@ def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, 
     if starts or stage.gauged > 0.0:
         wheel = measured(wheel)
     if starts:
-        stage = Stage(torque=0.0, rise=0.0, gone=stage.gone, gauged=0.0)
+        stage = with_stage(stage, (0.0, 0.0, 0.0))
     return stage, wheel
 
 
@@ -121,7 +123,7 @@ def judged(
         torque, rise = (torque if torque >= STALL else 0.0), 0.0
     if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
         good = 0.0
-    return good, Stage(torque=torque, rise=rise, gone=stage.gone, gauged=row.gauged)
+    return good, with_stage(stage, (torque, rise, row.gauged))
 
 
 @inlined
@@ -148,16 +150,65 @@ def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: Stro
     return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates)
 
 
+class JobTables(NamedTuple):
+    """A program, the numbers of its job, and room for N machines. The first six are those of `ScriptTables`."""
+
+    blocks: Any
+    plans: Any
+    own: Any
+    ways: Any
+    motions: Any
+    zones: Any
+    kinds: Any
+    """Of each block, shape (blocks, fields of `KindRow`)."""
+    base: Any
+    """Nominal parameters, shape (1, fields of `StrokeParameters`)."""
+    shops: Any
+    """Numbers of the job, shape (1, fields of `Shop`)."""
+    approach: float
+    """Time of the program up to its first block, s."""
+    load: float
+    """Time from one part to the next until its first cycle starts, s."""
+    parameters: Any
+    """Room for those of the machines, shape (N, fields of `StrokeParameters`)."""
+    picks: Any
+    """Room for the deepest picks, mm, shape (N,)."""
+    across: Any
+    """Room for whether the wheel stands where a crossover ends, shape (N,)."""
+
+
+class JobArrays(NamedTuple):
+    """The state of N episodes, as in `simulation.JobEpisodes`; all but the tape and `first` are updated.
+
+    The first five are as in `EpisodeArrays`, but the last row of a tape holds for all blocks after it.
+    """
+
+    tape: Any
+    block: Any
+    wheels: Any
+    parts: Any
+    """As they are gauged."""
+    memory: Any
+    stages: Any
+    """Shape (N, fields of `Stage`)."""
+    surfaces: Any
+    """Of parts in zones, shape (N, zones, fields of `Zone`)."""
+    first: Any
+    """Number of the block that each tape begins with, shape (N,), int64."""
+
+
+class JobChoices(NamedTuple):
+    """What is chosen for the coming blocks."""
+
+    settings: Any
+    """Shape (N, fields of `BlockSettings`)."""
+
+
 @entry
 def settle_jobs(
     kinds: Any,
     shops: Any,
-    tape: Any,
-    first: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
+    episodes: JobArrays,
     settings: Any,
     active: Any,
     tallies: Any,
@@ -167,24 +218,19 @@ def settle_jobs(
     """Write what the blocks that were run have cost and shown, and go on to the next ones.
 
     Args:
-        kinds: as for `step_jobs`, like all but the next to last.
+        kinds: of `JobTables`, like the next one.
         shops: numbers of the job.
-        tape: noise tape.
-        first: number of the block that it begins with.
-        block: number of the block; updated.
-        wheels: after it.
-        parts: after it.
-        memory: updated.
-        settings: of the blocks.
+        episodes: their memory and block numbers are updated.
+        settings: of the blocks, shape (N, fields of `BlockSettings`).
         active: indices of the episodes.
         tallies: of the blocks, with all their time.
         found: shape (N, fields of `Found`).
         outcomes: written.
     """
-    shop = read_shop(shops, 0)
+    shop, block = read_shop(shops, 0), episodes.block
     for i in active:
-        kind, row = read_kind(kinds, block[i]), read_row(tape[i], place_on(tape, first[i], block[i]))
-        part, tally, old = read_part(parts, i), read_tally(tallies, i), read_memory(memory, i)
+        kind, row = read_kind(kinds, block[i]), read_row(episodes.tape[i], place_of(episodes, i))
+        part, tally, old = read_part(episodes.parts, i), read_tally(tallies, i), read_memory(episodes.memory, i)
         chosen, seen = read_settings(settings, i), read_found(found, i)
         rise = counted_rise(kind, tally)
         outcome = outcome_of(
@@ -195,124 +241,93 @@ def settle_jobs(
         volume = tally.deepened * kind.length
         off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
         # the wheel is touched off on the next part
-        wheel = read_wheel(wheels, i)
+        wheel = read_wheel(episodes.wheels, i)
         diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
         good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
         new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
-        write_memory(memory, i, new)
-        memory[i, PICK] = seen.pick
+        write_memory(episodes.memory, i, new)
+        episodes.memory[i, PICK] = seen.pick
         block[i] += 1
 
 
-def steps_of(
-    grind: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]
-) -> Callable[..., None]:
-    """The compiled step on parts whose surface is kept in one way.
+def work_of(
+    surfaces: str, grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]
+) -> Work:
+    """The step on parts whose surface is kept in one way.
 
     Args:
-        grind: of `machine.replay`.
+        surfaces: what of `JobArrays` holds it.
+        grind_blocks: of `machine.replay`.
         lay: `lay(surfaces, i, zones)`: puts a new part on machine i.
         gauge: `gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a
             stock, mm.
     """
+    kept = JobArrays._fields.index(surfaces)
 
     @entry
-    def step_jobs(
-        blocks: Any,
-        own: Any,
-        ways: Any,
-        motions: Any,
-        zones: Any,
-        kinds: Any,
-        base: Any,
-        shops: Any,
-        approach: float,
-        load: float,
-        tape: Any,
-        first: Any,
-        block: Any,
-        wheels: Any,
-        surfaces: Any,
-        parts: Any,
-        memory: Any,
-        stages: Any,
-        settings: Any,
-        active: Any,
-        tallies: Any,
-        outcomes: Any,
-    ) -> None:
-        """Run the next block of the episodes in `active`.
-
-        Args:
-            blocks: of `ScriptTables`, like the next four.
-            own: settings of the program.
-            ways: between the blocks.
-            motions: beside the table.
-            zones: a new part.
-            kinds: of each block, shape (blocks, fields of `KindRow`).
-            base: nominal parameters, shape (1, fields of `StrokeParameters`).
-            shops: numbers of the job, shape (1, fields of `Shop`).
-            approach: time of the program up to its first block, s.
-            load: time from one part to the next until its first cycle starts, s.
-            tape: shape (N, blocks, fields of `TapeRow`); the last row holds for all blocks after it.
-            first: number of the block that it begins with, shape (N,), int64.
-            block: number of the coming block, shape (N,), int64; updated, like the next six.
-            wheels: shape (N, fields of `WheelState`).
-            surfaces: of the parts; `parts` itself, or shape (N, zones, fields of `Zone`).
-            parts: as they are gauged, shape (N, fields of `PartState`).
-            memory: shape (N, fields of `ShopMemory`).
-            stages: shape (N, fields of `Stage`).
-            settings: of the coming blocks, shape (N, fields of `BlockSettings`).
-            active: indices of the episodes to step, int64.
-            tallies: shape (N, fields of `Tally`); written in the rows of `active`.
-            outcomes: shape (N, fields of `Outcome`); written likewise.
-        """
-        n, shop = block.size, read_shop(shops, 0)
-        parameters, picks = np.empty((n, PARAMETERS)), np.empty(n)
+    def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
         for i in active:
-            row = read_block(blocks, block[i])
-            stage, wheel = on_the_part(row, read_stage(stages, i), read_wheel(wheels, i))
+            number = episodes.block[i]
+            row = read_block(tables.blocks, number)
+            stage, wheel = on_the_part(row, read_stage(episodes.stages, i), read_wheel(episodes.wheels, i))
             if row.starts_part > 0.0:
-                lay(surfaces, i, zones)
-            write_stage(stages, i, stage)
-            write_wheel(wheels, i, wheel)
-            memory[i, FOUND] = wheel.ds
-            tallies[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
-            changed = memory[i, CHANGES] > 0.0
-            write_factored(parameters, i, base, 0, tape, place_on(tape, first[i], block[i]), changed)
-        script = ScriptTables(blocks, own, ways, motions, zones)
-        grind(script, block, settings, parameters, wheels, surfaces, tallies, picks, active)
-        found = np.empty((n, FOUND_FIELDS))
+                lay(episodes[kept], i, tables.zones)
+            write_stage(episodes.stages, i, stage)
+            write_wheel(episodes.wheels, i, wheel)
+            episodes.memory[i, FOUND] = wheel.ds
+            results[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
+            changed = episodes.memory[i, CHANGES] > 0.0
+            write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place_of(episodes, i), changed)
+
+    @entry
+    def grind(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
+        grind_blocks(
+            tables,
+            episodes.block,
+            choices.settings,
+            tables.parameters,
+            episodes.wheels,
+            episodes[kept],
+            results,
+            tables.picks,
+            tables.across,
+            active,
+        )
+
+    @entry
+    def settle(
+        tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any, outcomes: Any
+    ) -> None:
+        shop, found = read_shop(tables.shops, 0), np.empty((episodes.block.size, FOUND_FIELDS))
         for i in active:
-            number, p = block[i], read_parameters(parameters, i)
-            row, tally, wheel = read_block(blocks, number), read_tally(tallies, i), read_wheel(wheels, i)
-            chosen = read_settings(settings, i)
-            stock = row.stock if row.stock > 0.0 else tape[i, place_on(tape, first[i], number), STOCK]
-            part = gauge(surfaces, i, stock)
-            write_part(parts, i, part)
-            before = 1.0 if row.starts_part > 0.0 else memory[i, SURVIVAL]
+            number, p = episodes.block[i], read_parameters(tables.parameters, i)
+            row, tally = read_block(tables.blocks, number), read_tally(results, i)
+            wheel, stage = read_wheel(episodes.wheels, i), read_stage(episodes.stages, i)
+            stock = row.stock if row.stock > 0.0 else episodes.tape[i, place_of(episodes, i), STOCK]
+            part = gauge(episodes[kept], i, stock)
+            write_part(episodes.parts, i, part)
+            before = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
-            good, stage = judged(row, part, tally, read_stage(stages, i), size_error, before)
+            good, stage = judged(row, part, tally, stage, size_error, before)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
-            corner = (0 if even else 1) + (2 if ends_across(row, chosen) else 0)
-            on_the_way, afterwards = ways[number, corner, BEFORE], ways[number, corner, AFTER]
-            came = approach if number == 0 else 0.0
-            gone = approach if number == 0 else stage.gone
-            waited = max(load - gone, 0.0) if row.starts_part > 0.0 else 0.0
-            tallies[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
+            corner = (0 if even else 1) + (2 if tables.across[i] > 0.0 else 0)
+            on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]
+            came = tables.approach if number == 0 else 0.0
+            gone = tables.approach if number == 0 else stage.gone
+            waited = max(tables.load - gone, 0.0) if row.starts_part > 0.0 else 0.0
+            results[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
             change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
             if change > 0.0:
-                wheel = new_wheel(chosen, shop, wheel, p)
-                write_wheel(wheels, i, wheel)
-            last = number + 1 == len(blocks)
-            handover = price_of_handover(read_settings(own, number), shop, wheel, p) if last else 0.0
-            write_stage(stages, i, Stage(torque=stage.torque, rise=stage.rise, gone=afterwards, gauged=stage.gauged))
-            write_found(
-                found, i, Found(good=good, size_error=size_error, change=change, handover=handover, pick=picks[i])
-            )
-        settle_jobs(kinds, shops, tape, first, block, wheels, parts, memory, settings, active, tallies, found, outcomes)
+                wheel = new_wheel(read_settings(choices.settings, i), shop, wheel, p)
+                write_wheel(episodes.wheels, i, wheel)
+            last = number + 1 == len(tables.blocks)
+            handover = price_of_handover(read_settings(tables.own, number), shop, wheel, p) if last else 0.0
+            write_stage(episodes.stages, i, gone_on(stage, (afterwards,)))
+            seen = Found(good=good, size_error=size_error, change=change, handover=handover, pick=tables.picks[i])
+            write_found(found, i, seen)
+        settle_jobs(tables.kinds, tables.shops, episodes, choices.settings, active, results, found, outcomes)
 
-    return step_jobs
+    return Work(JobTables, JobArrays, JobChoices, prepare, grind, settle)
 
 
 @inlined
@@ -342,5 +357,5 @@ def _gauge_zones(surfaces: Any, i: int, stock: float) -> PartState:
     return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra)
 
 
-step_jobs = steps_of(grind_blocks, _lay_whole, _gauge_whole)
-step_zoned_jobs = steps_of(grind_zoned_blocks, _lay_zones, _gauge_zones)
+step_jobs = step_of(work_of("parts", grind_blocks, _lay_whole, _gauge_whole))
+step_zoned_jobs = step_of(work_of("surfaces", grind_zoned_blocks, _lay_zones, _gauge_zones))

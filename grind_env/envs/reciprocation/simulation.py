@@ -9,9 +9,9 @@ from grind_env.envs.form import Form
 from grind_env.envs.observations import Reading, readings
 from grind_env.envs.reciprocation.program import block_text, part_program
 from grind_env.envs.reciprocation.step import step_feedings
-from grind_env.envs.simulation import Simulation, Table
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.machine.feeding import Feeding, Motion
+from grind_env.machine.feeding import Motion
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
@@ -22,7 +22,7 @@ class ReciprocationSimulation(Simulation):
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         super().__init__(task, full=full, pre_dress=pre_dress)
-        self._feedings, self._motions = np.empty((0, 0)), np.empty((0, 0, 0))
+        self._motions = np.empty((0, 0, 0))
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
@@ -33,12 +33,11 @@ class ReciprocationSimulation(Simulation):
             if entry.name != "pick"
         )
 
-    def _grind(self, cycles: Table, *arguments: Any) -> None:
-        n, most = len(cycles), self.task.action.executions
-        if len(self._feedings) < n:
-            self._feedings = np.empty((n, len(Feeding._fields)))
+    def _grind(self, tables: tuple[Any, ...], episodes: tuple[Any, ...], *arguments: Any) -> None:
+        n, most = len(episodes[0]), self.task.action.executions
+        if len(self._motions) < n:
             self._motions = np.empty((n, 2 * (most + 1), len(Motion._fields)))
-        step_feedings(self.task.infeed / 60.0, self._feedings[:n], self._motions[:n], cycles, *arguments)
+        step_feedings((*tables, self._motions[:n], self.task.infeed / 60.0), episodes, *arguments)
 
 
 G81 = Form("G81", ReciprocationSimulation, block_text, part_program, job=job_from_surface)

@@ -1,23 +1,39 @@
-"""The compiled step of `grind/Reciprocation-v0`; cost and memory of a block are those of `envs.blocks.step`."""
+"""The step of `grind/Reciprocation-v0`; cost and memory of a block are those of `envs.blocks.step`."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-from grind_env.envs.blocks.step import Choices, EpisodeArrays, Tables, prepare, settle
-from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_kind, read_shop
-from grind_env.envs.blocks.tape import read_row
+from grind_env.envs.blocks.step import Choices, EpisodeArrays, begin_block, settle_block, stroking_of
+from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_shop
 from grind_env.envs.reciprocation.infeed import Infeed, write_motions
+from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_writer
+from grind_env.kernel.columns import column_writer, replacer
 from grind_env.machine.batch import FEEDS
+from grind_env.machine.cycle import Stroking
 from grind_env.machine.feeding import FULL, Feeding
+from grind_env.machine.rows import RULES_FROM, read_stroking, write_stroking
 from grind_env.machine.rules import motion_time
 
 PICK = ShopMemory._fields.index("pick")
-STROKE_SECONDS = Feeding._fields.index("stroke_seconds")
 grind_feedings = FEEDS.lanes
 
-write_feeding = column_writer(Feeding)
+write_feeding = column_writer(Feeding, RULES_FROM)
+full_from = replacer(Stroking, "full_plunge")
+
+
+class InfeedTables(NamedTuple):
+    """What the task is made of, and room for N cycles; the first five as in `Tables`."""
+
+    kinds: Any
+    base: Any
+    shops: Any
+    cycles: Any
+    parameters: Any
+    motions: Any
+    """Room for the infeeds, shape (N, motions, fields of `Motion`)."""
+    infeed: float
+    """F, mm/s."""
 
 
 @entry
@@ -38,26 +54,23 @@ def infeed_of(kind: KindRow, stock: float, E: float, D: float, shop: Shop, rate:
 
 
 @inlined
-def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: float, motion: int) -> Feeding:
+def infeed_stroking(kind: KindRow, shop: Shop, E: float, infeed: Infeed) -> Stroking:
+    """The strokes of a block at E (mm/min)."""
+    seconds = infeed.travel + infeed.dwell
+    stroking = stroking_of(kind, shop, E, seconds, 0.0, infeed.target, infeed.target)
+    # the depth of a stroke is what the infeed covers in it
+    return full_from(stroking, (FULL * infeed.rate * seconds,))
+
+
+@inlined
+def feeding_of(infeed: Infeed, pre_dress: float, motion: int) -> Feeding:
     """The strokes beside that infeed, whose motions stand from row `motion` on, perhaps after a pre-dress (1)."""
-    seconds, middle = infeed.travel + infeed.dwell, 0.5 * infeed.travel
     return Feeding(
-        speed=E / 60.0,
-        first_seconds=seconds,
-        stroke_seconds=seconds,
         pre_dress=pre_dress,
-        full_plunge=FULL * infeed.rate * seconds,
-        finish=infeed.target,
-        width=kind.width,
-        length=kind.length,
-        dress_passes=shop.dress_passes,
-        dress_feed=shop.dress_feed,
-        dress_depth=shop.dress_depth,
-        dress_seconds=shop.dress_seconds,
-        first_middle=middle,
-        middle=middle,
+        first_travel=infeed.travel,
+        travel=infeed.travel,
+        dwell=infeed.dwell,
         acceleration=infeed.acceleration,
-        surface=0.0,
         made=0.0,
         away=0.0,
         to_secondary=0.0,
@@ -67,67 +80,37 @@ def feeding_of(kind: KindRow, infeed: Infeed, E: float, shop: Shop, pre_dress: f
 
 
 @entry
-def step_feedings(
-    infeed: float,
-    feedings: Any,
-    motions: Any,
-    cycles: Any,
-    parameters: Any,
-    kinds: Any,
-    base: Any,
-    shops: Any,
-    tape: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    speeds: Any,
-    executions: Any,
-    pre_dresses: Any,
-    materials: int,
-    active: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Grind the next block of the episodes in `active`; every block is a part.
+def prepare(tables: InfeedTables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Write the strokes beside the infeeds, and these; every block is a part."""
+    shop = read_shop(tables.shops, 0)
+    n, rows, fields = tables.motions.shape
+    table = tables.motions.reshape(n * rows, fields)
+    for i in active:
+        kind, row = begin_block(i, tables, episodes, shop, results)
+        E = choices.speeds[i]
+        infeed = infeed_of(kind, row.stock, E, choices.executions[i], shop, tables.infeed)
+        write_stroking(tables.cycles, i, infeed_stroking(kind, shop, E, infeed))
+        write_feeding(tables.cycles, i, feeding_of(infeed, choices.pre_dresses[i], i * rows))
+        write_motions(table, i * rows, infeed)
 
-    Args:
-        infeed: F, mm/s.
-        feedings: room for the strokes beside the infeed, shape (N, fields of `Feeding`).
-        motions: room for the infeed, shape (N, motions, fields of `Motion`).
-        cycles: as for `envs.blocks.step.step_blocks`, like all that follow.
-        parameters: room for them.
-        kinds: of the task.
-        base: nominal parameters.
-        shops: numbers of the task.
-        tape: noise tape.
-        block: number of the coming block; updated.
-        wheels: updated.
-        parts: updated.
-        memory: updated.
-        speeds: E, mm/min.
-        executions: D, requests of the operator.
-        pre_dresses: 1 for G81.1.
-        materials: number of materials in the two tables.
-        active: indices of the episodes to step.
-        results: written.
-        outcomes: written.
-    """
-    shop = read_shop(shops, 0)
-    tables = Tables(kinds, base, shop, materials)
-    episodes = EpisodeArrays(tape, block, wheels, parts, memory)
-    choices = Choices(speeds, executions, pre_dresses)
-    prepare(tables, episodes, choices, active, cycles, parameters, results)
-    n, rows, fields = motions.shape
-    table = motions.reshape(n * rows, fields)
+
+@entry
+def grind(tables: InfeedTables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Run the strokes."""
+    n, rows, fields = tables.motions.shape
+    table = tables.motions.reshape(n * rows, fields)
+    grind_feedings(tables.cycles, tables.parameters, episodes.wheels, episodes.parts, results, table, active, 0, 1)
+
+
+@entry
+def settle(
+    tables: InfeedTables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+) -> None:
+    """As for G82 blocks, but for the pick."""
+    shop = read_shop(tables.shops, 0)
     for i in active:
-        row = read_row(tape[i], block[i])
-        kind = read_kind(kinds, int(row.kind) * materials + int(row.material))
-        feed = infeed_of(kind, row.stock, speeds[i], executions[i], shop, infeed)
-        write_motions(table, i * rows, feed)
-        write_feeding(feedings, i, feeding_of(kind, feed, speeds[i], shop, pre_dresses[i], i * rows))
-    grind_feedings(feedings, parameters, wheels, parts, results, table, active, 0, 1)
-    settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)
-    for i in active:
-        # the depth of a stroke is what the infeed covers in it
-        memory[i, PICK] = infeed * feedings[i, STROKE_SECONDS]
+        settle_block(i, tables, episodes, choices, shop, results, outcomes)
+        episodes.memory[i, PICK] = tables.infeed * read_stroking(tables.cycles, i).stroke_seconds
+
+
+step_feedings = step_of(Work(InfeedTables, EpisodeArrays, Choices, prepare, grind, settle))

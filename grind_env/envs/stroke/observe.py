@@ -100,7 +100,7 @@ def observe_strokes(
     """Write the observations before the coming strokes.
 
     Args:
-        kinds: as for `step.step_strokes`, like `materials` and the arrays of N rows.
+        kinds: of `step.StrokeTables`; the arrays of N rows are those of `step.StrokeArrays`.
         materials: number of materials in the tables.
         parts: of an episode.
         block: number of the coming part.

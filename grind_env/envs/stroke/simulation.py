@@ -90,9 +90,9 @@ class StrokeSimulation(Simulation):
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
 
-    def _grind(self, cycles: Table, parameters: Table, *arguments: Any) -> None:
-        # those of a part stay from stroke to stroke, in the episodes
-        step_strokes(cycles, *arguments)
+    def _grind(self, tables: tuple[Any, ...], *arguments: Any) -> None:
+        *others, _ = tables  # parameters of a part stay from stroke to stroke, in the episodes
+        step_strokes(tuple(others), *arguments)
 
     def room(self, n: int) -> StrokeEpisodes:
         """Arrays for N episodes."""

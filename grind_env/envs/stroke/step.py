@@ -1,9 +1,8 @@
-"""The compiled step of `grind/Stroke-v0`: a block of one stroke, which `settling` prices, and what is seen after it."""
+"""The step of `grind/Stroke-v0`: a block of one stroke, which `settling` prices, and what is seen after it."""
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.blocks.settling import (
     PowerReadings,
     booked_diameter,
@@ -13,17 +12,27 @@ from grind_env.envs.blocks.settling import (
     outcome_of,
     remembered,
 )
-from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Tables, plunge_cycle, write_factored
-from grind_env.envs.blocks.tables import FOUND, KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
+from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Choices, stroking_of, write_factored, write_plunge
+from grind_env.envs.blocks.tables import (
+    FOUND,
+    KindRow,
+    Shop,
+    read_kind,
+    read_memory,
+    read_shop,
+    write_memory,
+    write_outcome,
+)
 from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
+from grind_env.envs.step import Work, step_of
 from grind_env.envs.stroke import rules
 from grind_env.envs.stroke.rules import Pace, TableRun
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES
 from grind_env.machine.cycle import dress_lead
-from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_cycle, write_part
+from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_part, write_stroking
 from grind_env.machine.tally import NO_PLUNGES, Plunges, Tally, count_plunge, mean_last_power
 from grind_env.process.cost import STALL
 
@@ -51,6 +60,20 @@ class StrokeMemory(NamedTuple):
     """Highest torque on the part over that at which the spindle stalls."""
     rise: float
     """Highest temperature rise on the part that counts, K."""
+    noise: float
+    """Of the power reading of the coming stroke, once it is prepared; no unit."""
+
+
+class StrokeTables(NamedTuple):
+    """What the task is made of, and room for N cycles; as in `Tables`, but the parameters are of the episodes.
+
+    The kinds stand in it three times: `PART`, `WITHIN` and `LAST`.
+    """
+
+    kinds: Any
+    base: Any
+    shops: Any
+    cycles: Any
 
 
 class StrokeArrays(NamedTuple):
@@ -79,7 +102,7 @@ class StrokeArrays(NamedTuple):
 
 
 TORQUE = Tally._fields.index("peak_torque")
-ALL_MADE = StrokeMemory._fields.index("all_made")
+ALL_MADE, NOISE = StrokeMemory._fields.index("all_made"), StrokeMemory._fields.index("noise")
 
 read_strokes, write_strokes = column_reader(StrokeMemory), column_writer(StrokeMemory)
 read_pace, write_pace = column_reader(Pace), column_writer(Pace)
@@ -95,17 +118,16 @@ def kind_of(kinds: Any, materials: int, material: float, what: int) -> KindRow:
 
 @inlined
 def prepare_stroke(
-    i: int, tables: Tables, episodes: StrokeArrays, E: float, D: float, cycles: Any, results: Any
+    i: int, tables: StrokeTables, episodes: StrokeArrays, E: float, D: float, shop: Shop, results: Any
 ) -> None:
     """Write the cycle of the stroke of episode i, after loading its part if it is the first.
 
     In its result, a spindle that has stalled on the part is noted.
     """
-    kinds, base, shop, materials = tables
     row, done = read_row(episodes.rows, i), read_strokes(episodes.strokes, i)
     made = done.made
     results[i, TORQUE] = done.torque if done.torque >= STALL else 0.0
-    kind = kind_of(kinds, materials, row.material, PART)
+    kind = kind_of(tables.kinds, int(shop.materials), row.material, PART)
     table = TableRun(length=kind.stroke, acceleration=shop.acceleration, dwell=shop.dwell)
     seconds = stroke_time(table, E)
     if made > 0.0:
@@ -116,23 +138,24 @@ def prepare_stroke(
     else:
         write_pace(episodes.paces, i, setting_out(E))
         seconds += kind.load
-        write_factored(episodes.parameters, i, base, int(row.material), episodes.tape, episodes.block[i], False)
+        write_factored(episodes.parameters, i, tables.base, int(row.material), episodes.tape, episodes.block[i], False)
         write_part(episodes.parts, i, NEW_PART)
         episodes.wheels[i, WEAR] = 0.0  # touched off on the new part
     episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
     depth = depth_of(made, row.stock, kind.pick)
-    write_cycle(cycles, i, plunge_cycle(kind, shop, E, seconds, depth, depth, row.stock, 1.0, 0.0, D))
+    write_stroking(tables.cycles, i, stroking_of(kind, shop, E, seconds, depth, depth, row.stock))
+    picks = PlungeCycle(
+        depth=0.0, primary_pick=kind.pick, secondary_pick=kind.pick, at_depth=1.0, executions=0.0, pre_dress=D
+    )
+    write_plunge(tables.cycles, i, picks)
 
 
 @inlined
 def settle_stroke(
-    i: int, tables: Tables, episodes: StrokeArrays, E: float, D: float, z: float, results: Any, outcomes: Any
+    i: int, tables: StrokeTables, episodes: StrokeArrays, E: float, D: float, shop: Shop, results: Any, outcomes: Any
 ) -> None:
-    """Write what the stroke of episode i has cost and shown, and go on to the next one or to the next part.
-
-    z is the noise of its power reading.
-    """
-    kinds, _, shop, materials = tables
+    """Write what the stroke of episode i has cost and shown, and go on to the next one or to the next part."""
+    kinds, materials = tables.kinds, int(shop.materials)
     tape, block = episodes.tape, episodes.block
     row, done = read_row(episodes.rows, i), read_strokes(episodes.strokes, i)
     result, old, part = read_tally(results, i), read_memory(episodes.memory, i), read_part(episodes.parts, i)
@@ -151,7 +174,7 @@ def settle_stroke(
         handover = handover_of(wheel, dress_lead(wheel, shop.dress_feed, p), shop, p)
     outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, 0.0, handover)
     write_outcome(outcomes, i, outcome)
-    reading = measured_power(result.peak_load, z)
+    reading = measured_power(result.peak_load, done.noise)
     known = NO_PLUNGES if D > 0.0 else read_plunges(episodes.plunges, i)
     latest = count_plunge(known, reading, result.first_count > 0.0)
     write_plunges(episodes.plunges, i, latest)
@@ -164,7 +187,7 @@ def settle_stroke(
     new_memory = remembered(kind, row, result, old, powers, outcome, good, 0.0, E, D, D, volume, diameter)
     write_memory(episodes.memory, i, new_memory)
     made, torque, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, torque, counted)
-    new = StrokeMemory(made=made, all_made=done.all_made + 1.0, torque=torque, rise=counted)
+    new = StrokeMemory(made=made, all_made=done.all_made + 1.0, torque=torque, rise=counted, noise=0.0)
     write_strokes(episodes.strokes, i, new)
     if last:
         block[i] += 1
@@ -173,67 +196,32 @@ def settle_stroke(
 
 
 @entry
-def step_strokes(
-    cycles: Any,
-    kinds: Any,
-    base: Any,
-    shops: Any,
-    tape: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    rows: Any,
-    strokes: Any,
-    paces: Any,
-    plunges: Any,
-    parameters: Any,
-    noise: Any,
-    speeds: Any,
-    executions: Any,
-    pre_dresses: Any,
-    materials: int,
-    active: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Make the next stroke of the episodes in `active`.
-
-    Args:
-        cycles: room for them, as for `envs.blocks.step.step_blocks`.
-        kinds: as for `step_blocks`, but three times: `PART`, `WITHIN` and `LAST`.
-        base: as for `step_blocks`, like the next one.
-        shops: numbers of the task.
-        tape: of `StrokeArrays`, like the next ten.
-        block: updated, like all that follow but the noise.
-        wheels: states of the wheels.
-        parts: surfaces.
-        memory: what is remembered.
-        rows: tapes of the parts.
-        strokes: what is remembered beside.
-        paces: of program and table.
-        plunges: power readings.
-        parameters: of the parts.
-        noise: of power readings.
-        speeds: E, mm/min.
-        executions: 1 for a dress before the stroke, else 0.
-        pre_dresses: nothing; D is the pre-dress.
-        materials: number of materials in the tables.
-        active: indices of the episodes to step, int64.
-        results: shape (N, fields of `Tally`); written in the rows of `active`.
-        outcomes: shape (N, fields of `Outcome`); written likewise.
-    """
-    tables = Tables(kinds, base, read_shop(shops, 0), materials)
-    episodes = StrokeArrays(tape, block, wheels, parts, memory, rows, strokes, paces, plunges, parameters, noise)
-    z = np.empty(TOGETHER)
-    for first in range(0, active.size, TOGETHER):
-        some = active[first : first + TOGETHER]
+def prepare(tables: StrokeTables, episodes: StrokeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Write the cycles of the coming strokes; D is their pre-dress."""
+    shop, strokes = read_shop(tables.shops, 0), episodes.strokes
+    for i in active:
         # in a loop with nothing else in it, since every number lies where the memory has to be waited for
-        for k in range(some.size):
-            z[k] = noise[some[k], int(strokes[some[k], ALL_MADE])]
-        for i in some:
-            prepare_stroke(i, tables, episodes, speeds[i], executions[i], cycles, results)
-        grind_strokes(cycles, parameters, wheels, parts, results, NO_MOTIONS, some, 0, 1)
-        for k in range(some.size):
-            i = some[k]
-            settle_stroke(i, tables, episodes, speeds[i], executions[i], z[k], results, outcomes)
+        strokes[i, NOISE] = episodes.noise[i, int(strokes[i, ALL_MADE])]
+    for i in active:
+        prepare_stroke(i, tables, episodes, choices.speeds[i], choices.executions[i], shop, results)
+
+
+@entry
+def grind(tables: StrokeTables, episodes: StrokeArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Make the strokes."""
+    grind_strokes(
+        tables.cycles, episodes.parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, active, 0, 1
+    )
+
+
+@entry
+def settle(
+    tables: StrokeTables, episodes: StrokeArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+) -> None:
+    """Write what they have cost and shown."""
+    shop = read_shop(tables.shops, 0)
+    for i in active:
+        settle_stroke(i, tables, episodes, choices.speeds[i], choices.executions[i], shop, results, outcomes)
+
+
+step_strokes = step_of(Work(StrokeTables, StrokeArrays, Choices, prepare, grind, settle, TOGETHER))

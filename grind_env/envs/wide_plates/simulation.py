@@ -90,8 +90,9 @@ class CrossSimulation(Simulation):
         """Arrays for N episodes."""
         return CrossEpisodes(**super().room(n).arrays(), taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
 
-    def _grind(self, cycles: Table, *arguments: Any) -> None:
-        step_traverses(self._zones, *self._crossing, cycles, *arguments)
+    def _grind(self, tables: tuple[Any, ...], episodes: tuple[Any, ...], *arguments: Any) -> None:
+        surfaces = np.empty((len(episodes[0]), *self._zones.shape))
+        step_traverses((*tables, surfaces, self._zones, *self._crossing), episodes, *arguments)
 
 
 G83 = Form("G83", CrossSimulation, block_text, part_program, job=job_from_surface)

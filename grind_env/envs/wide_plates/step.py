@@ -1,96 +1,110 @@
-"""The compiled step of `grind/WidePlates-v0`; cost and memory of a block are those of `envs.blocks.step`."""
+"""The step of `grind/WidePlates-v0`; cost and memory of a block are those of `envs.blocks.step`."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.step import TARGET, Choices, EpisodeArrays, Tables, prepare, settle
+from grind_env.control.cycles.traverse import TraverseCycle
+from grind_env.envs.blocks.step import Choices, begin_block, block_stroking, settle_block
 from grind_env.envs.blocks.tables import read_shop
+from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry
-from grind_env.machine.batch import NO_MOTIONS, TRAVERSES, longest_first
-from grind_env.machine.cycle import Cycle, PartState
+from grind_env.kernel.columns import column_writer, replacer
+from grind_env.machine.batch import NO_MOTIONS, TRAVERSES, longest_traverses
+from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.gauging import gauge_zones
-from grind_env.machine.rows import write_part
+from grind_env.machine.rows import RULES_FROM, read_stroking, write_part, write_stroking
 
-START, AT_DEPTH = Cycle._fields.index("start"), Cycle._fields.index("at_depth")
-CROSS_END = Cycle._fields.index("cross_end")
-PRIMARY_CROSS_PICK = Cycle._fields.index("primary_cross_pick")
-SECONDARY_CROSS_PICK = Cycle._fields.index("secondary_cross_pick")
 grind_traverses = TRAVERSES.lanes
+write_traverse = column_writer(TraverseCycle, RULES_FROM)
+crossing = replacer(Stroking, "start", "cross_end")
+
+
+class CrossTables(NamedTuple):
+    """What the task is made of, and room for N cycles; the first five as in `Tables`."""
+
+    kinds: Any
+    base: Any
+    shops: Any
+    cycles: Any
+    parameters: Any
+    surfaces: Any
+    """Room for the parts, shape (N, zones, fields of `Zone`)."""
+    zones: Any
+    """A new one, shape (zones, fields of `Zone`)."""
+    crossover: float
+    """Way across of a traverse, mm."""
+    cross_pick: float
+    """K, mm."""
+
+
+class CrossArrays(NamedTuple):
+    """The state of N episodes, as in `simulation.CrossEpisodes`; the first five as in `EpisodeArrays`.
+
+    The depth S in `parts` is that where a part is farthest from its size.
+    """
+
+    tape: Any
+    block: Any
+    wheels: Any
+    parts: Any
+    memory: Any
+    taper: Any
+    """Of the last parts as gauged, um, shape (N,)."""
+    taper_noise: Any
+    """Of the gauge, um, shape (N, blocks)."""
 
 
 @entry
-def step_traverses(
-    zones: Any,
-    crossover: float,
-    cross_pick: float,
-    cycles: Any,
-    parameters: Any,
-    kinds: Any,
-    base: Any,
-    shops: Any,
-    tape: Any,
-    block: Any,
-    wheels: Any,
-    parts: Any,
-    memory: Any,
-    taper: Any,
-    taper_noise: Any,
-    speeds: Any,
-    executions: Any,
-    pre_dresses: Any,
-    materials: int,
-    active: Any,
-    results: Any,
-    outcomes: Any,
-) -> None:
-    """Grind the next block of the episodes in `active`; every block is a part, judged where it is worst.
+def prepare(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Write the cycles of the coming blocks, and lay new parts; every block is a part.
 
-    Args:
-        zones: of a new part, shape (zones, fields of `Zone`).
-        crossover: way across of a traverse, mm.
-        cross_pick: K, mm.
-        cycles: as for `envs.blocks.step.step_blocks`, like all that follow.
-        parameters: room for them.
-        kinds: of the task.
-        base: nominal parameters.
-        shops: numbers of the task.
-        tape: noise tape.
-        block: number of the coming block; updated.
-        wheels: updated.
-        parts: updated: the depth S is that where the part is farthest from its size.
-        memory: updated.
-        taper: of the parts as gauged, um, shape (N,); written.
-        taper_noise: of the gauge, um, shape (N, blocks).
-        speeds: E, mm/min.
-        executions: D.
-        pre_dresses: 1 for G83.1.
-        materials: number of materials in the two tables.
-        active: indices of the episodes to step.
-        results: written.
-        outcomes: written.
+    The wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse.
     """
-    tables = Tables(kinds, base, read_shop(shops, 0), materials)
-    episodes = EpisodeArrays(tape, block, wheels, parts, memory)
-    choices = Choices(speeds, executions, pre_dresses)
-    surfaces = np.empty((block.size, zones.shape[0], zones.shape[1]))
-    prepare(tables, episodes, choices, active, cycles, parameters, results)
+    shop, zones = read_shop(tables.shops, 0), tables.zones
     for i in active:
-        # the wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse
-        cycles[i, START] = 0.0
-        cycles[i, AT_DEPTH] -= 1.0
-        cycles[i, CROSS_END] = crossover
-        cycles[i, PRIMARY_CROSS_PICK] = cross_pick
-        cycles[i, SECONDARY_CROSS_PICK] = cross_pick
+        kind, row = begin_block(i, tables, episodes, shop, results)
+        stroking = block_stroking(kind, shop, choices.speeds[i], min(kind.pick, row.stock), row.stock)
+        cycle = TraverseCycle(
+            depth=row.stock,
+            primary_pick=kind.pick,
+            secondary_pick=kind.pick,
+            width=abs(tables.crossover),
+            primary_cross_pick=tables.cross_pick,
+            secondary_cross_pick=tables.cross_pick,
+            at_depth=kind.sparkout + 1.0,
+            executions=choices.executions[i],
+            pre_dress=choices.pre_dresses[i],
+        )
+        write_stroking(tables.cycles, i, crossing(stroking, (0.0, tables.crossover)))
+        write_traverse(tables.cycles, i, cycle)
         for k in range(zones.shape[0]):
             for field in range(zones.shape[1]):
-                surfaces[i, k, field] = zones[k, field]
+                tables.surfaces[i, k, field] = zones[k, field]
+
+
+@entry
+def grind(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
+    """Run the cycles."""
     order = np.empty(active.size, np.int64)
-    longest_first(cycles, active, order)
-    grind_traverses(cycles, parameters, wheels, surfaces, results, NO_MOTIONS, order, 0, 1)
+    longest_traverses(tables.cycles, active, order)
+    grind_traverses(
+        tables.cycles, tables.parameters, episodes.wheels, tables.surfaces, results, NO_MOTIONS, order, 0, 1
+    )
+
+
+@entry
+def settle(
+    tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+) -> None:
+    """As for G82 blocks, on parts that are judged where they are worst."""
+    shop = read_shop(tables.shops, 0)
     for i in active:
-        stock = cycles[i, TARGET]
-        found = gauge_zones(surfaces[i], stock)
-        write_part(parts, i, PartState(Z=stock, S=stock - 0.001 * found.worst_error, Rs=found.Ra))
-        taper[i] = found.taper + taper_noise[i, block[i]]
-    settle(tables, episodes, choices, active, cycles, parameters, results, outcomes)
+        stock = read_stroking(tables.cycles, i).finish
+        found = gauge_zones(tables.surfaces[i], stock)
+        write_part(episodes.parts, i, PartState(Z=stock, S=stock - 0.001 * found.worst_error, Rs=found.Ra))
+        episodes.taper[i] = found.taper + episodes.taper_noise[i, episodes.block[i]]
+        settle_block(i, tables, episodes, choices, shop, results, outcomes)
+
+
+step_traverses = step_of(Work(CrossTables, CrossArrays, Choices, prepare, grind, settle))
