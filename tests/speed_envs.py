@@ -70,7 +70,7 @@ def vector_episode(
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
     materials = len(simulation.kinds) // len(env.task.kinds)
-    tables = step.Tables(simulation.kinds, simulation.base, simulation.shop, materials)
+    tables = step.Tables(simulation.kinds, simulation.branches.base, simulation.shop, materials)
 
     def kernel() -> None:
         longest_first(cycles, everyone, order)

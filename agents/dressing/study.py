@@ -22,7 +22,8 @@ from agents.budgets import STUDY_EPISODES
 from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
 from agents.provenance import provenance
 from agents.tuning.search import Found, refine
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array, speed_bounds, speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost

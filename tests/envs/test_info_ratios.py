@@ -11,12 +11,10 @@ import pytest
 import grind_env
 from grind_env.control import read
 from grind_env.envs.blocks.program import job, job_from_surface
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.infos import RATIOS
 from grind_env.envs.names import environment_id
-from grind_env.envs.reciprocation.env import ReciprocationEnv
-from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
@@ -46,11 +44,11 @@ def test_single_and_vector_infos_have_them(env_id: str) -> None:
 
 def machine_record(env: Any) -> GrindingRecord:
     """What the machine makes of the program of a nominal episode."""
-    if isinstance(env, WidePlatesEnv):
+    if isinstance(env, GrindEnv):
         return env.record()
-    shop = job_from_surface(env.task) if isinstance(env, ReciprocationEnv) else job(env.task, *env.task.kinds)
+    shop = job_from_surface(env.task) if isinstance(env, GrindEnv) else job(env.task, *env.task.kinds)
     control = shop.control
-    if isinstance(env, ReciprocationEnv | StrokeEnv):
+    if isinstance(env, GrindEnv | GrindEnv):
         control = replace(control, operator_dress_at=env.operator_dress_at())
     return grind(read(env.part_program()), shop, control=control)
 

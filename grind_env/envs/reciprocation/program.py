@@ -1,4 +1,4 @@
-"""The task of `grind/Reciprocation-v0`: PowerLimited's plates with the literal G81, and its blocks as program text."""
+"""Parts that are ground with a continuous infeed as program text: a G81, infeeds and dwells for each."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,9 +9,6 @@ from grind_env.envs.blocks.tables import KindRow, Shop, kind_row
 from grind_env.envs.reciprocation.infeed import Infeed, segments
 from grind_env.envs.reciprocation.step import infeed_of
 from grind_env.envs.tasks import Task
-
-TASK = "reciprocation"
-"""Name of its task file."""
 
 REQUEST = "OPERATOR ASKS FOR A DRESS"
 """Comment on the dwell in which the operator's request is served."""

@@ -6,11 +6,11 @@ from typing import NamedTuple
 from grind_env.envs.blocks.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.reciprocation.program import REQUEST
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.stroke.episodes import StrokeEpisodes
 from grind_env.envs.stroke.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
-from grind_env.envs.stroke.simulation import StrokeEpisodes
 from grind_env.envs.stroke.step import StrokeMemory
 from grind_env.envs.tasks import Kind, Task
+from grind_env.process.state import WheelState
 
 
 class StrokeBlock(NamedTuple):
@@ -29,14 +29,16 @@ class StrokeBlock(NamedTuple):
     """D, 1 for a dress before it."""
     before: Pace
     """In the stroke before it; of the first on a part it says nothing."""
+    wheel: WheelState
+    """With which it began."""
 
 
-def coming_stroke(task: Task, episodes: Episodes, i: int, speed: float, executions: float) -> StrokeBlock:
+def coming_stroke(task: Task, episodes: StrokeEpisodes, i: int, speed: float, executions: float) -> StrokeBlock:
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
-    assert isinstance(episodes, StrokeEpisodes)
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     made, pace = int(StrokeMemory(*episodes.strokes[i]).made), Pace(*episodes.paces[i].tolist())
-    return StrokeBlock(task.kinds[0], int(episodes.block[i]), row.stock, made, float(speed), int(executions), pace)
+    wheel, part = WheelState(*episodes.wheels[i].tolist()), int(episodes.block[i])
+    return StrokeBlock(task.kinds[0], part, row.stock, made, float(speed), int(executions), pace, wheel)
 
 
 def block_text(task: Task, block: StrokeBlock) -> str:
