@@ -82,6 +82,11 @@ def job_drawn(
     return job_tape(tape[0], blocks, parts, 0.2)
 
 
+def tape_of_job(env: Any) -> JobTape:
+    """What was drawn for the episode of a program that an environment is in."""
+    return env.simulation.tape(env.episodes, 0)
+
+
 def rows_of(batch: Any, count: int) -> list[Any]:
     """The actions of a batch, one for each single env."""
     if isinstance(batch, dict):

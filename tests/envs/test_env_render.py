@@ -5,7 +5,6 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 
 from grind_env.envs import ids
-from grind_env.envs.view import view_of
 from grind_env.render import ansi, frames
 from grind_env.render.view import NoScreenError
 from tests.envs.harness import every_id
@@ -32,7 +31,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
         first = env.render()
         *_, info = env.step(ACTION)
         shown[mode] = env.render()
-        view = view_of(env.task, env.episodes, 0, env.blocks, env.outcomes)
+        view = env.view()
         assert view.cost == info["block_cost"]
         assert info["block"] == view.text
         assert np.any(first != shown[mode])
@@ -126,6 +125,5 @@ def test_without_a_screen_a_human_reads_text(
     env.reset(seed=0)
     capsys.readouterr()
     env.step(ACTION)
-    assert env.episodes is not None
-    assert capsys.readouterr().out == ansi.panel(view_of(env.task, env.episodes, 0, env.blocks, env.outcomes)) + "\n"
+    assert capsys.readouterr().out == ansi.panel(env.view()) + "\n"
     env.close()

@@ -12,7 +12,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
 from grind_env.machine.job import Lots
-from tests.envs.harness import MODES, assert_same, job_drawn
+from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
@@ -20,7 +20,7 @@ ENV = ids.job()
 
 
 def given_of(options: dict[str, Any]) -> Given:
-    return read_options(job_task("job", ENV.job, 1.0, ""), options, Given(), barred_factors(1.0))
+    return read_options(job_task("job", ENV.simulation.job, 1.0, ""), options, Given(), barred_factors(1.0))
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
@@ -112,8 +112,7 @@ def test_a_context_holds_until_another_is_given() -> None:
 
     def growth(**reset: Any) -> float:
         env.reset(**reset)
-        assert env.tape is not None
-        return float(column(env.tape, "hf")[0])
+        return float(column(tape_of_job(env), "hf")[0])
 
     drawn = growth(seed=0)
     assert growth(seed=0, options={"context": {"hf": 2.0}}) == 2.0 and growth() == 2.0
@@ -152,4 +151,4 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> No
 
 
 def test_the_job_of_the_example_has_two_blocks() -> None:
-    assert len(ENV.blocks) == 2 and Path(ENV.programs.name).name == "plate_g82.nc"
+    assert len(ENV.simulation.blocks) == 2 and Path(ENV.simulation.programs.name).name == "plate_g82.nc"

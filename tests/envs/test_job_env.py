@@ -34,7 +34,7 @@ from grind_env.machine.script import script_of
 from grind_env.machine.script_block import ScriptError
 from grind_env.machine.settings import Ranges
 from grind_env.testing.conformance import check_vector_env
-from tests.envs.harness import MODES, assert_same, job_drawn, row_of
+from tests.envs.harness import MODES, assert_same, job_drawn, row_of, tape_of_job
 from tests.machine.harness import DRESS
 
 ID = "grind/Job-v0"
@@ -130,11 +130,10 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
 ) -> None:
     env = ids.job(batch if name == "batch" else example(name))
     infos = play(env, policy_seed, seed)
-    assert env.tape is not None
-    record = grind(read(env.part_program(), "part.nc"), env.job, conditions=env.tape.conditions)
+    record = grind(read(env.part_program(), "part.nc"), env.part_job())
     assert_same_record(record, env.record())
     assert env.record().dresses.size == sum(info["D"] for info in infos)
-    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    handover = -infos[-1]["reward_terms"]["handover"] * env.task.reference_cost
     cost = sum(info["block_cost"] for info in infos)
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
@@ -150,12 +149,12 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
     record = env.record()
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
     assert infos[0]["cost"] == pytest.approx(1.0) and infos[0]["good_parts"] == 0.0
-    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    handover = -infos[-1]["reward_terms"]["handover"] * env.task.reference_cost
     cost = sum(info["block_cost"] for info in infos)
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
     assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
-    assert [block.depth for block in env.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
+    assert [block.depth for block in env.simulation.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
     # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
     grooved, plain = (
         ids.job(written(tmp_path, text, name=name), spread=0.0)
@@ -177,11 +176,11 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
     env = ids.job(example(name), spread=0.0)
     env.reset(seed=1)
     rewards = []
-    for block in env.blocks:
+    for block in env.simulation.blocks:
         action = env.codec.encode(block.plan.feed, block.plan.dresses)[0]
         rewards.append(env.step(action)[1])
     assert sum(rewards) == pytest.approx(-len(rewards), rel=1e-9)
-    assert_same_record(grind(read_file(example(name)), env.job), env.record())
+    assert_same_record(grind(read_file(example(name)), env.simulation.job), env.record())
 
 
 def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
@@ -213,13 +212,13 @@ def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
         each.reset(seed=0)
         info = each.step(np.array([0.0, 1.0]))[4]
         assert info["D"] == 0.0 and " D" not in info["block"]
-        assert not each.blocks[0].takes_dresses
+        assert not each.simulation.blocks[0].takes_dresses
 
 
 def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
     text = f"G71 G94 G90 G19 S1910 M03 M08\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
     env = ids.job(written(tmp_path, text))
-    assert len(env.blocks) == 4
+    assert len(env.simulation.blocks) == 4
     env.reset(seed=0)
     for speed in (5000.0, 9000.0, 5000.0, 9000.0):
         env.step(env.codec.encode(speed, 1)[0])
@@ -241,7 +240,7 @@ def test_a_cycle_block_in_a_file_beside_the_program_cannot_be_written_into_it(tm
 
 
 def seen(env: GrindEnv, observation: Any) -> dict[str, float]:
-    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.entries, observation, strict=True)}
+    return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.observation_info(), observation, strict=True)}
 
 
 def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
@@ -279,10 +278,9 @@ def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
     action = np.zeros(2, np.float32)
     exact.reset(seed=3)
     noisy.reset(seed=3)
-    assert noisy.tape is not None
     view = seen(noisy, noisy.step(action)[0])
     power = noisy.record().strokes["power"].max()
-    z = noisy.tape.noise[0, 2]
+    z = tape_of_job(noisy).noise[0, 2]
     assert view["peak_power"] == pytest.approx(power * (1.0 + 0.03 * z) + 20.0 * z, rel=1e-5)
     assert abs(z) > 1e-3
     assert seen(exact, exact.step(action)[0])["peak_power"] != pytest.approx(view["peak_power"], rel=1e-3)
@@ -291,8 +289,7 @@ def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
 def test_the_hidden_state_is_that_of_the_wheel_and_of_the_lot(batch: str) -> None:
     env = ids.job(batch, observation="full")
     fresh = seen(env, env.reset(seed=2)[0])
-    assert env.tape is not None
-    assert fresh["growth"] == pytest.approx(env.tape.conditions[0].factors["kA"], rel=1e-5)
+    assert fresh["growth"] == pytest.approx(tape_of_job(env).conditions[0].factors["kA"], rel=1e-5)
     view = seen(env, env.step(np.zeros(2, np.float32))[0])
     last = env.record().strokes[-1]
     assert view["wear_flat"] == pytest.approx(last["A"], rel=1e-5)
@@ -304,7 +301,7 @@ def test_everything_random_is_drawn_at_reset(batch: str) -> None:
     envs = [ids.job(batch) for _ in range(2)]
     for policy_seed, env in enumerate(envs):
         play(env, policy_seed, seed=5)
-    first, second = (env.tape for env in envs)
+    first, second = (tape_of_job(env) for env in envs)
     assert first is not None and second is not None
     assert first.conditions == second.conditions
     assert first.noise.tobytes() == second.noise.tobytes()
@@ -436,9 +433,9 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
         return outline_of_runs(programs, job, trials, between)
 
     monkeypatch.setattr(job_simulation, "outline_of_runs", noted)
-    assert ids.job().why_not_replayed is None and not tried
+    assert ids.job().simulation.why is None and not tried
     env = ids.job(written(tmp_path, GROOVED))
-    assert "part.nc:3: there is no script of this program" in str(env.why_not_replayed)
+    assert "part.nc:3: there is no script of this program" in str(env.simulation.why)
     assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
     assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
 
@@ -466,14 +463,13 @@ def test_a_program_whose_dress_decides_which_blocks_it_runs_is_told(
 
 
 def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_path: Path) -> None:
-    assert ids.job(written(tmp_path, looped("#2=5", 1))).why_not_replayed is None
+    assert ids.job(written(tmp_path, looped("#2=5", 1))).simulation.why is None
     env = ids.job(written(tmp_path, looped("#2=#2+1", 1).replace("Y-[.03", "Y-[.03+#2*.005")))
-    assert "it reads #2" in str(env.why_not_replayed)
+    assert "it reads #2" in str(env.simulation.why)
     env.reset(seed=1)
-    for _ in env.blocks:
+    for _ in env.simulation.blocks:
         env.step(env.codec.encode(15_000.0, 2)[0])
-    assert env.tape is not None
-    assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+    assert_same_record(grind(read(env.part_program()), env.part_job()), env.record())
 
 
 def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
@@ -484,9 +480,9 @@ def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_
     one, none = (env.codec.encode(15_000.0, executions)[0] for executions in (1, 0))
     for _ in range(2):
         assert "part.nc:6: which cycle blocks the program runs behind" in refusal(PassageError, env.step, one)
-        assert not env.ground
+        assert not env.blocks
     env.step(none)
-    assert len(env.ground) == 1
+    assert len(env.blocks) == 1
 
 
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
@@ -529,14 +525,16 @@ def test_arguments_out_of_range_are_refused(batch: str) -> None:
 
 def test_a_program_is_run_for_a_batch_of_parts() -> None:
     env = ids.job(parts=3)
-    text = env.part_program()
+    text = env.simulation.program([])
     assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["M00", "M00", "N100 M30"]
     assert text.count("G82") == 6 and text.count("O9100") == 1
-    assert [(block.part, block.starts_part) for block in env.blocks] == [(k // 2, k % 2 == 0) for k in range(6)]
+    assert [(block.part, block.starts_part) for block in env.simulation.blocks] == [
+        (k // 2, k % 2 == 0) for k in range(6)
+    ]
     infos = play(env, policy_seed=3, seed=4)
-    record = grind(read(env.part_program(), "part.nc"), env.job, conditions=env.tape.conditions)
+    record = grind(read(env.part_program(), "part.nc"), env.part_job())
     assert_same_record(record, env.record())
-    handover = -infos[-1]["reward_terms"]["handover"] * env.reference_cost
+    handover = -infos[-1]["reward_terms"]["handover"] * env.task.reference_cost
     cost = sum(info["block_cost"] for info in infos)
     assert record.parts.size == 3 and cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     # the wheel carries over: each part finds it as the one before has left it
@@ -550,14 +548,14 @@ def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) 
     once = f"G71 G94 G90 G19 S1910 M03 M08 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
     for ending in ("\nM30", "\nM2 (END)", ""):
         env = ids.job(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
-        assert (len(env.blocks), env.simulation.parts) == (6, 3)
-    lines = [source.text for source in env.programs.main.blocks]
+        assert (len(env.simulation.blocks), env.simulation.parts) == (6, 3)
+    lines = [source.text for source in env.simulation.programs.main.blocks]
     assert [line for line in lines if line.startswith("M")] == ["M98 P2", "M00"] * 2 + ["M98 P2"]
 
 
 def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Path) -> None:
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
-    assert len(ids.job(path).blocks) == 2
+    assert len(ids.job(path).simulation.blocks) == 2
     for make in (ids.job, ids.job_vector):
         message = refusal(GrindError, make, path, parts=3)
         assert "part.nc:11: the program ends in a subprogram" in message and "main program" in message
@@ -577,15 +575,14 @@ def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
     stocks = []
     for seed in range(20):
         env.reset(seed=seed)
-        assert env.tape is not None
-        assert len({condition.factors["kA"] for condition in env.tape.conditions}) == 1
-        assert env.tape.new_lot[0] and not any(env.tape.new_lot[1:])
-        stocks += [condition.stock for condition in env.tape.conditions]
+        assert len({condition.factors["kA"] for condition in tape_of_job(env).conditions}) == 1
+        assert tape_of_job(env).new_lot[0] and not any(tape_of_job(env).new_lot[1:])
+        stocks += [condition.stock for condition in tape_of_job(env).conditions]
     assert np.mean(stocks) == pytest.approx(0.06, rel=0.01)
     assert np.std(stocks) == pytest.approx(0.1 * 0.06, rel=0.06)
     exact = ids.job(path, parts=3, spread=0.0)
     exact.reset(seed=0)
-    assert exact.tape is not None and [condition.stock for condition in exact.tape.conditions] == [None] * 3
+    assert [condition.stock for condition in tape_of_job(exact).conditions] == [None] * 3
 
 
 # --- replayed or executed -----------------------------------------------------------------------------
@@ -614,11 +611,10 @@ def test_it_is_said_why_the_control_executes_a_program(
     head = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n"
     path = written(tmp_path, f"{head}{cycle}G80\nG00 Y20.\nM30\n{DRESS}", job)
     env = ids.job(path)
-    reason = str(env.why_not_replayed)
+    reason = str(env.simulation.why)
     assert reason.startswith(f"part.nc:{line}: there is no script of this program: {why}") and "\n" not in reason
     play(env, policy_seed=0)
-    assert env.tape is not None
-    assert_same_record(grind(read(env.part_program()), env.job, conditions=env.tape.conditions), env.record())
+    assert_same_record(grind(read(env.part_program()), env.part_job()), env.record())
 
 
 def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:
@@ -626,7 +622,7 @@ def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_tim
     plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"
     worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
     env = ids.job(written(tmp_path, plate + DRESS, worn), spread=0.0)
-    assert env.why_not_replayed is not None
+    assert env.simulation.why is not None
     env.reset(seed=0)
     info = env.step(env.codec.encode(9000.0, 1)[0])[4]
     assert info["seconds"] == pytest.approx(env.record().seconds, rel=1e-12) and info["seconds"] > 300.0
@@ -636,14 +632,14 @@ def test_a_batch_stops_the_table_and_cancels_a_preset_between_its_parts(tmp_path
     plate = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\nG92 X-10. Y1.\n"
     plate += "G82 X250. I-10. Y.97 J-.01 L1 F100. E12000. P9100\nM30\n"
     env = ids.job(written(tmp_path, plate + DRESS), spread=0.0, parts=3)
-    assert env.why_not_replayed is None
+    assert env.simulation.why is None
     play(env, policy_seed=1)
     assert np.ptp(env.record().parts["S"]) < 2e-3
 
 
 def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
     env = ids.job(written(tmp_path, BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")))
-    assert env.why_not_replayed is None
+    assert env.simulation.why is None
     infos = play(env, policy_seed=3)
     record = env.record()
     assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
@@ -656,11 +652,13 @@ def test_the_vector_form_has_the_bits_of_single_environments(tmp_path: Path, pro
     path = written(tmp_path, program)
     singles = [ids.job(path, observation="full", show_block=False) for _ in range(3)]
     vector = ids.job_vector(path, num_envs=3, observation="full", autoreset_mode="Disabled")
-    assert (singles[0].why_not_replayed is None) == (program == BATCH)
+    assert (singles[0].simulation.why is None) == (program == BATCH)
     observations, _ = vector.reset(seed=[5, 6, 7])
     for i, env in enumerate(singles):
         assert_same(env.reset(seed=5 + i)[0], observations[i])
-    for batch in np.random.default_rng(2).uniform(-1.0, 1.0, (len(singles[0].blocks), 3, 2)).astype(np.float32):
+    for batch in (
+        np.random.default_rng(2).uniform(-1.0, 1.0, (len(singles[0].simulation.blocks), 3, 2)).astype(np.float32)
+    ):
         stepped = vector.step(batch)
         for i, env in enumerate(singles):
             assert_same(env.step(batch[i]), row_of(stepped, i))
