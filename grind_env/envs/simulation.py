@@ -39,20 +39,33 @@ class Written(NamedTuple):
 class Simulation(Protocol):
     """A problem: it draws and steps episodes, says what is observed of them, writes them down and shows them."""
 
-    task: Task
-    """Names and limits; a simulation of a program has one that says the same of it."""
-    entries: tuple[Reading, ...]
-    """Of the observation, the measured ones first."""
-    kinds: Table
-    """Numbers of the kinds of blocks, shape (rows, fields of `KindRow`)."""
-    branches: Branches
-    """What planners, beliefs and advisers need beside."""
-    by_block: bool
-    """Whether a step is a block, and not a stroke."""
-    pre_dress: bool
-    """Whether a choice has a third number: 1 for a dress before the first plunge."""
-    barred: Mapping[str, str]
-    """What a context of `grind_env.envs.contexts` cannot fix, each with the reason."""
+    @property
+    def task(self) -> Task:
+        """Names and limits; a simulation of a program has one that says the same of it."""
+
+    @property
+    def entries(self) -> tuple[Reading, ...]:
+        """Of the observation, the measured ones first."""
+
+    @property
+    def kinds(self) -> Table:
+        """Numbers of the kinds of blocks, shape (rows, fields of `KindRow`)."""
+
+    @property
+    def branches(self) -> Branches:
+        """What planners, beliefs and advisers need beside."""
+
+    @property
+    def by_block(self) -> bool:
+        """Whether a step is a block, and not a stroke."""
+
+    @property
+    def pre_dress(self) -> bool:
+        """Whether a choice has a third number: 1 for a dress before the first plunge."""
+
+    @property
+    def barred(self) -> Mapping[str, str]:
+        """What a context of `grind_env.envs.contexts` cannot fix, each with the reason."""
 
     @property
     def compiled(self) -> bool:

@@ -498,7 +498,7 @@ def test_another_job_file_can_be_named(tmp_path: Path) -> None:
     path.write_text(BATCH)
     other = tmp_path / "other.toml"
     other.write_text(JOB)
-    assert ids.job(str(path), job=str(other)).job == load_job(other)
+    assert ids.job(str(path), job=str(other)).simulation.job == load_job(other)
 
 
 def test_a_pre_dress_is_left_to_the_program(batch: str) -> None:

@@ -241,7 +241,7 @@ def without_least_diameter(shops: Table) -> Table:
 
 
 def readings_of(
-    observation: NDArray[np.float32], entries: Sequence[Reading], usual: Mapping[str, float]
+    observation: NDArray[np.float32], entries: tuple[Reading, ...], usual: Mapping[str, float]
 ) -> dict[str, Table]:
     """What observations say in physical units, and what is usual where they do not, by name, each shape (N,)."""
     constant = {name: np.full(len(observation), value) for name, value in usual.items()}
