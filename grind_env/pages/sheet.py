@@ -91,7 +91,7 @@ def sheet(name: str) -> Sheet:
     env: Any = gym.make(env_id, **arguments).unwrapped
     readings: tuple[Reading, ...] = env.observation_info()
     full = readings
-    make = load_env_creator(gym.spec(env_id).entry_point)
+    make = load_env_creator(str(gym.spec(env_id).entry_point))
     if "observation" in inspect.signature(make).parameters:
         oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
         full = oracle.observation_info()

@@ -135,7 +135,7 @@ def value_of(formula: str, x: float) -> float:
 
 
 def inspect_arguments(about: Sheet) -> list[tuple[str, str]]:
-    return [(name, meaning) for name, _, meaning in arguments(type(about.env))]
+    return [(name, meaning) for name, _, meaning in arguments(about.make)]
 
 
 @every_id
@@ -307,7 +307,7 @@ def test_an_id_without_a_page_is_refused() -> None:
 def own_text(env_id: str) -> str:
     """A page without what it repeats of the docstring of the environment."""
     text = page(env_id)
-    for name, words in prose(type(sheet(env_id).env)).items():
+    for name, words in prose(sheet(env_id).make).items():
         assert words in text
         text = text.replace(words, f"<docstring: {name or 'first words'}>")
     return text.replace(section(text, "Arguments"), "\n<docstring: Args>\n\n")

@@ -358,8 +358,16 @@ class JobSimulation:
         """As `Simulation.observe`."""
         observations = np.empty((len(episodes.block), len(self.entries)), np.float32)
         measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
-        state = episodes.tape, episodes.block, episodes.wheels, episodes.memory
-        observe_blocks(self.kinds, *state, self.shops, *self._scaling, measured)
+        observe_blocks(
+            self.kinds,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            episodes.memory,
+            self.shops,
+            *self._scaling,
+            measured,
+        )
         observations[:, self._read] = measured
         observations[:, self._said] = self._said_of[episodes.block][:, self._said]
         return observations
