@@ -184,7 +184,7 @@ def _arguments(about: Sheet) -> str:
         if name != "task" or name not in fixed
     ]
     listed = table(("argument", "default", "meaning"), rows)
-    return f"{listed}\n\nThe id fixes the argument `task` of its class." if "task" in fixed else listed
+    return f"{listed}\n\nThe id fixes the argument `task`." if "task" in fixed else listed
 
 
 def _scores(about: Sheet) -> str:
