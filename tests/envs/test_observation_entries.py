@@ -94,7 +94,7 @@ def simulation_of(name: str) -> Simulation:
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
     task: Task = read_task(name)
-    return StrokeSimulation(task) if name == "stroke" else ids.simulation_of(task)
+    return StrokeSimulation(task) if name == "stroke" else ids.simulation_of(task, "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())

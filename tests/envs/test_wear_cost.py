@@ -26,7 +26,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return StrokeSimulation(task) if task.name == "stroke" else ids.simulation_of(task)
+    return StrokeSimulation(task) if task.name == "stroke" else ids.simulation_of(task, "measured")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:

@@ -12,11 +12,12 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control import Programs, read
+from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
+from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import CYCLE_FIELDS, NEW_PART, step_blocks
 from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
@@ -184,7 +185,7 @@ class BlockSimulation:
         """As `Simulation.written`."""
         program = self.program(blocks)
         job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, episodes.tape[i])
-        return Written(program, job, self._requests(read(program), job))
+        return Written(program, job, request_times(read(program), job.control))
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
         """As `Simulation.record`."""
@@ -207,10 +208,6 @@ class BlockSimulation:
     def _job(self, blocks: Sequence[Any]) -> Job:
         """The job of their program, for nominal parts and a new wheel."""
         return job_of_kinds(self.task, blocks)
-
-    def _requests(self, programs: Programs, job: Job) -> tuple[float, ...]:
-        """When the operator asks for a dress while that program runs."""
-        return ()
 
 
 def room_for(n: int, blocks: int) -> dict[str, Any]:

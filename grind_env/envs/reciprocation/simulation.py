@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control import Programs
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Table
 from grind_env.envs.observations import Reading, readings
-from grind_env.envs.reciprocation.program import block_text, part_program, request_times
+from grind_env.envs.reciprocation.program import block_text, part_program
 from grind_env.envs.reciprocation.step import step_feedings
 from grind_env.envs.tasks import Task
 from grind_env.machine.feeding import Feeding, Motion
@@ -37,9 +36,6 @@ class ReciprocationSimulation(BlockSimulation):
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         return job_from_surface(self.task)
-
-    def _requests(self, programs: Programs, job: Job) -> tuple[float, ...]:
-        return request_times(programs, job.control)
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:

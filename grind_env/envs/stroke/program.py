@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from grind_env.envs.blocks.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
+from grind_env.envs.blocks.requests import REQUEST
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.reciprocation.program import REQUEST
 from grind_env.envs.stroke.episodes import StrokeEpisodes
 from grind_env.envs.stroke.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
 from grind_env.envs.stroke.step import StrokeMemory
@@ -52,8 +52,8 @@ def block_text(task: Task, block: StrokeBlock) -> str:
 def part_program(task: Task, blocks: Sequence[StrokeBlock]) -> str:
     """A main program of the strokes, the last of which is in progress at its end, and the dress program.
 
-    The operator asks for a dress at the start of each dwell that says so; `reciprocation.program.request_times` tells
-    when that is.
+    The operator asks for a dress at the start of each dwell that says so; `blocks.requests` tells when
+    that is.
     """
     lines = [block_text(task, block) for block in blocks]
     if blocks and lines[-1].splitlines()[-1] != "G80":

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control import Programs
 from grind_env.envs.blocks.program import job
 from grind_env.envs.blocks.simulation import BlockSimulation, room_for
 from grind_env.envs.blocks.tables import KindRow, Outcome
@@ -14,7 +13,6 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes, Table
 from grind_env.envs.observations import Reading
-from grind_env.envs.reciprocation.program import request_times
 from grind_env.envs.stroke.episodes import StrokeEpisodes
 from grind_env.envs.stroke.observe import observe_strokes
 from grind_env.envs.stroke.program import StrokeBlock, block_text, coming_stroke, part_program
@@ -93,9 +91,6 @@ class StrokeSimulation(BlockSimulation):
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         return job(self.task, *self.task.kinds)
-
-    def _requests(self, programs: Programs, job: Job) -> tuple[float, ...]:
-        return request_times(programs, job.control)
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
