@@ -10,18 +10,18 @@ from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.showing import METADATA
-from grind_env.envs.stroke.simulation import StrokeSimulation
+from grind_env.envs.strips.simulation import StripSimulation
+from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.envs.wide_plates.simulation import CrossSimulation
 
 Make = TypeVar("Make")
 
-SIMULATIONS = {"G81": ReciprocationSimulation, "G82": BlockSimulation, "G83": CrossSimulation}
+SIMULATIONS = {"G81": InfeedSimulation, "G82": BlockSimulation, "G83": StripSimulation}
 """What steps the blocks of a task, by their cycle."""
 
 

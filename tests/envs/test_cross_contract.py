@@ -13,8 +13,8 @@ from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.contexts import nominal_context
+from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import TaskError, read_task
-from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.pages import page, summary
 from tests.envs.harness import FORMS, assert_same
 
@@ -91,7 +91,7 @@ def test_contexts_are_given_to_each_sub_environment() -> None:
 
 
 def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
-    simulation = CrossSimulation(read_task("wide_plates"))
+    simulation = StripSimulation(read_task("wide_plates"))
     episodes = simulation.start([np.random.default_rng(seed) for seed in (0, 1)])
     E, D = np.array([9000.0, 14_000.0]), np.array([0.0, 1.0])
     simulation.step(episodes, E, D)

@@ -17,8 +17,8 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.observations import physical
+from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.strips import grind_strips
@@ -203,7 +203,7 @@ def test_taper_and_worst_size_are_read_after_every_part() -> None:
 
 
 def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
-    simulation = CrossSimulation(read_task("wide_plates"))
+    simulation = StripSimulation(read_task("wide_plates"))
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)])
     assert episodes.taper_noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
     assert len(np.unique(episodes.taper_noise)) == episodes.taper_noise.size

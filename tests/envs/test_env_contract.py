@@ -21,7 +21,7 @@ from grind_env.envs import ids
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.stroke.simulation import StrokeSimulation
+from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (

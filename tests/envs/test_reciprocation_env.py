@@ -22,9 +22,9 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
-from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
 from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.machine.grind import grind
@@ -135,7 +135,7 @@ def test_the_depth_of_a_stroke_follows_the_infeed_of_the_task() -> None:
     task = dataclasses.replace(read_task("reciprocation"), infeed=0.2)
     picks = []
     for each in (task, read_task("reciprocation")):
-        simulation = ReciprocationSimulation(each)
+        simulation = InfeedSimulation(each)
         episodes = simulation.start([np.random.default_rng(0)])
         simulation.step(episodes, np.array([12_000.0]), np.array([0.0]))
         picks.append(float(physical(simulation.observe(episodes)[0], simulation.entries)["last_pick"]))

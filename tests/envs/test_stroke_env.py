@@ -19,8 +19,8 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.stroke.simulation import StrokeEpisodes, StrokeSimulation
-from grind_env.envs.stroke.step import TOGETHER
+from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
+from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

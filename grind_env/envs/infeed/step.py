@@ -6,7 +6,7 @@ from typing import Any
 from grind_env.envs.blocks.step import Choices, EpisodeArrays, Tables, prepare, settle
 from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_kind, read_shop
 from grind_env.envs.blocks.tape import read_row
-from grind_env.envs.reciprocation.infeed import Infeed, write_motions
+from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.batch import FEEDS

@@ -13,13 +13,13 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes, Table
 from grind_env.envs.observations import Reading
-from grind_env.envs.stroke.episodes import StrokeEpisodes
-from grind_env.envs.stroke.observe import observe_strokes
-from grind_env.envs.stroke.program import StrokeBlock, block_text, coming_stroke, part_program
-from grind_env.envs.stroke.readings import StrokeReadings, stroke_readings
-from grind_env.envs.stroke.rules import Pace
-from grind_env.envs.stroke.step import StrokeMemory, step_strokes
-from grind_env.envs.stroke.view import in_strokes
+from grind_env.envs.strokes.episodes import StrokeEpisodes
+from grind_env.envs.strokes.observe import observe_strokes
+from grind_env.envs.strokes.program import StrokeBlock, block_text, coming_stroke, part_program
+from grind_env.envs.strokes.readings import StrokeReadings, stroke_readings
+from grind_env.envs.strokes.rules import Pace
+from grind_env.envs.strokes.step import StrokeMemory, step_strokes
+from grind_env.envs.strokes.view import in_strokes
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.tally import Plunges

@@ -8,9 +8,9 @@ import numpy as np
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Table
+from grind_env.envs.infeed.program import block_text, part_program
+from grind_env.envs.infeed.step import step_feedings
 from grind_env.envs.observations import Reading, readings
-from grind_env.envs.reciprocation.program import block_text, part_program
-from grind_env.envs.reciprocation.step import step_feedings
 from grind_env.envs.tasks import Task
 from grind_env.machine.feeding import Feeding, Motion
 from grind_env.machine.job import Job
@@ -19,7 +19,7 @@ DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
 
 
-class ReciprocationSimulation(BlockSimulation):
+class InfeedSimulation(BlockSimulation):
     """Steps episodes of a task with its continuous infeed; arguments as for `BlockSimulation`."""
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:

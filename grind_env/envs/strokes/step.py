@@ -17,8 +17,8 @@ from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Tables, plunge_
 from grind_env.envs.blocks.tables import FOUND, KindRow, read_kind, read_memory, read_shop, write_memory, write_outcome
 from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
-from grind_env.envs.stroke import rules
-from grind_env.envs.stroke.rules import Pace, TableRun
+from grind_env.envs.strokes import rules
+from grind_env.envs.strokes.rules import Pace, TableRun
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES

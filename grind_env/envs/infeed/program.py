@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
 from grind_env.envs.blocks.requests import REQUEST
 from grind_env.envs.blocks.tables import KindRow, Shop, kind_row
-from grind_env.envs.reciprocation.infeed import Infeed, segments
-from grind_env.envs.reciprocation.step import infeed_of
+from grind_env.envs.infeed.infeed import Infeed, segments
+from grind_env.envs.infeed.step import infeed_of
 from grind_env.envs.tasks import Task
 
 NO_DRESS = Shop(*[0.0] * len(Shop._fields))

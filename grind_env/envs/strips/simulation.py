@@ -16,9 +16,9 @@ from grind_env.envs.blocks.simulation import BlockSimulation, room_for
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, Table
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
+from grind_env.envs.strips.program import block_text, crossover, part_program
+from grind_env.envs.strips.step import step_traverses
 from grind_env.envs.tasks import Task
-from grind_env.envs.wide_plates.program import block_text, crossover, part_program
-from grind_env.envs.wide_plates.step import step_traverses
 from grind_env.machine.job import Job
 from grind_env.machine.zones import strip_centres, traverse_edges, zones_of
 
@@ -29,7 +29,7 @@ TAPER_NOISE = SIZE_NOISE * 2.0**0.5
 
 
 @dataclass(slots=True)
-class CrossEpisodes(Episodes):
+class StripEpisodes(Episodes):
     """The state of N episodes under way.
 
     `taper` of the last finished part in um as gauged, shape (N,); `taper_noise` of each part in um, shape (N, blocks).
@@ -44,7 +44,7 @@ class CrossEpisodes(Episodes):
         self.taper_noise[:] = 0.0
 
 
-class CrossSimulation(BlockSimulation):
+class StripSimulation(BlockSimulation):
     """Steps episodes of a task whose parts are wider than the wheel; arguments as for `BlockSimulation`.
 
     A part is judged where it is farthest from its size.
@@ -98,10 +98,10 @@ class CrossSimulation(BlockSimulation):
         plain = (_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress))
         return measured_first((*plain, taper_reading(task)))
 
-    def room(self, n: int) -> CrossEpisodes:
+    def room(self, n: int) -> StripEpisodes:
         """As `Simulation.room`."""
         blocks = self.task.blocks
-        return CrossEpisodes(**room_for(n, blocks), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
+        return StripEpisodes(**room_for(n, blocks), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
 
     def _grind(self, cycles: Table, *arguments: Any) -> None:
         step_traverses(self._zones, *self._crossing, cycles, *arguments)
@@ -139,6 +139,6 @@ def _at_worst(entry: Reading) -> Reading:
     return entry._replace(meaning="stock left on the last finished part where it is farthest from its size")
 
 
-def _cross(episodes: Episodes) -> CrossEpisodes:
-    assert isinstance(episodes, CrossEpisodes)
+def _cross(episodes: Episodes) -> StripEpisodes:
+    assert isinstance(episodes, StripEpisodes)
     return episodes
