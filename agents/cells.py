@@ -19,8 +19,7 @@ import numpy as np
 from agents.provenance import ROOT
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, split_ranges
-from grind_env.envs.names import OTHERS
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Simulation, advance
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
@@ -36,13 +35,14 @@ PROBES = 4
 REWARD = Outcome._fields.index("reward")
 UNPROBED = (
     "grind_env.belief.",
+    "grind_env.envs.branches",
+    "grind_env.envs.episodes",
     "grind_env.envs.learning",
     "grind_env.envs.memory",
     "grind_env.envs.model",
     "grind_env.envs.shown",
     "grind_env.envs.simulation",
     "grind_env.envs.wrappers",
-    *(f"grind_env.envs.{name}.simulation" for name in OTHERS),
     "grind_env.kernel.layers",
 )
 """Where else lies what decides what a policy sees or does, and what the probe of a problem does not run."""
@@ -76,7 +76,7 @@ def kept_evaluation(
     """
     simulation = problem.simulation()
     place = folder / problem.name / "cells" / policy.name
-    made_of = sources(type(policy).__module__), sources(type(simulation).__module__)
+    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
     decides = f"{made_of} {behaviour(simulation)} {policy!r}"
     code = hashlib.sha256(decides.encode()).hexdigest()
     drawn_from = split_ranges(split)
@@ -121,10 +121,16 @@ def behaviour(simulation: Simulation) -> str:
     probe.begin(simulation, PROBES)
     while not simulation.over(state).all():
         seen = simulation.observe(state)
-        outcomes, results = simulation.advance(state, *probe.act(seen, None))
+        outcomes, results = advance(simulation, state, *probe.act(seen, None))
         for numbers in (seen, np.delete(outcomes, REWARD, axis=1), results):
             digest.update(numbers.tobytes())
     return digest.hexdigest()
+
+
+def said_by(simulation: Simulation) -> list[str]:
+    """Names of the modules that say of a problem what its probe does not show, such as how observations are read."""
+    parts = simulation, simulation.branches, simulation.room(0)
+    return sorted({kind.__module__ for part in parts for kind in type(part).__mro__} - {object.__module__})
 
 
 @cache
@@ -137,7 +143,7 @@ def sources(module: str) -> str:
 
 
 def imported(module: str) -> set[str]:
-    """Names of the modules that a module stands on, its own among them: those of `DECIDING`.
+    """Names of the modules that a module stands on: its own, and those of `DECIDING`.
 
     What else of `grind_env` decides, `behaviour` sees.
     """
@@ -145,7 +151,7 @@ def imported(module: str) -> set[str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or not name.startswith(DECIDING):
+        if name in found or name not in sys.modules or not (name == module or name.startswith(DECIDING)):
             continue
         found.add(name)
         tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))

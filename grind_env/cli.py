@@ -295,7 +295,7 @@ def tasks(
     from rich.console import Console
     from rich.table import Column, Table
 
-    from grind_env.envs.form import check_task
+    from grind_env.envs.blocks.program import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text

@@ -20,9 +20,8 @@ from rich.table import Table
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.tables import kind_row, shop_row
-from grind_env.envs.reciprocation.infeed import write_motions
-from grind_env.envs.reciprocation.program import TASK
-from grind_env.envs.reciprocation.step import feeding_of, infeed_of, infeed_stroking
+from grind_env.envs.infeed.infeed import write_motions
+from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.batch import (
     CYCLE,
@@ -99,7 +98,7 @@ def plunges_alone(*tables: np.ndarray) -> None:
 def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop]:
     """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
     rng = np.random.default_rng(seed)
-    task = read_task(TASK)
+    task = read_task("reciprocation")
     kind, shop, rate = kind_row(task, task.kinds[0]), shop_row(task), task.infeed / 60.0
     most, rows = 3, []
     motions = np.zeros((2 * (most + 1) * machines, len(Motion._fields)))

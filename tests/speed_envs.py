@@ -11,6 +11,7 @@ from rich.table import Table
 
 import grind_env
 from grind_env.envs.blocks import step
+from grind_env.envs.blocks.tables import shop_row
 from grind_env.machine.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
 from grind_env.machine.tally import Tally
 
@@ -65,11 +66,12 @@ def vector_episode(
     env = gym.make_vec(env_id, n, autoreset_mode="SameStep").unwrapped
     episodes, simulation = env.episodes, env.simulation
     cycles = np.empty((n, CYCLE_FIELDS))
-    parameters = np.empty((n, simulation.base.shape[1]))
+    parameters = np.empty((n, simulation.branches.base.shape[1]))
     results = np.zeros((n, len(Tally._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
-    tables = step.Tables(simulation.kinds, simulation.base, np.array([simulation.shop]), cycles, parameters)
+    shops = np.array([shop_row(env.task)])
+    tables = step.Tables(simulation.kinds, simulation.branches.base, shops, cycles, parameters)
 
     def kernel() -> None:
         longest_plunges(cycles, everyone, order)

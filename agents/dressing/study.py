@@ -22,7 +22,9 @@ from agents.budgets import STUDY_EPISODES
 from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
 from agents.provenance import provenance
 from agents.tuning.search import Found, refine
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array, speed_bounds, speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
@@ -104,6 +106,7 @@ def dress_study(
     for lead, depth in dresser_settings(problem):
         dress = simulation.task.dress
         dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, DEPTH_DIGITS))
+        assert isinstance(simulation, BlockSimulation)
         other = type(simulation)(replace(simulation.task, dress=dress))
         found.append(kept_finding(runs, other, "dresser", seeds, PLANS))
         advance()

@@ -29,7 +29,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, all_choices
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
@@ -72,7 +73,7 @@ class CostPlanner(ModelPredictive):
         """
         n, count, last = len(episodes.block), len(choices.speeds), self._last_block()
         # as the planner does: the wheel left behind is charged where the tape ends
-        here = self.simulation.window(episodes, episodes.tape, np.arange(n), self.block, last + 1 - self.block)
+        here = episodes.window(episodes.tape, np.arange(n), self.block, last + 1 - self.block)
         branches = here.pick(np.repeat(np.arange(n), count))
         cost = self._step(branches, Decision(*(np.tile(values, n) for values in choices)))
         for block in range(self.block + 1, last + 1):

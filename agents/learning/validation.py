@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, evaluate

@@ -15,6 +15,7 @@ from agents.offline.writer import PLACE, SPLIT, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY
+from grind_env.envs.simulation import advance
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.lock import alone
@@ -53,7 +54,7 @@ def recorded(policy: Policy, problem: Problem, seeds: Sequence[int], split: str 
         decision = policy.act(observations[-1], reveal(policy.sees, simulation, episodes))
         actions.append(np.asarray(codec.encode(*decision), np.float32))
         choice = simulation.taken(episodes, codec.decode(actions[-1]))
-        outcomes.append(simulation.advance(episodes, *choice)[0])
+        outcomes.append(advance(simulation, episodes, *choice)[0])
         observations.append(simulation.observe(episodes))
         steps += running
     blocks = np.stack(outcomes, axis=1)

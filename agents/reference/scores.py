@@ -16,7 +16,7 @@ from agents.reference.measuring import Places, measure_all
 from agents.reference.table import WIDTH, Row, best_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.tuning.rules import tunable, tune
-from grind_env.envs.names import OTHERS, environment_id, task_names
+from grind_env.envs.names import OTHERS, WEN, environment_id, task_names
 from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
@@ -34,9 +34,6 @@ SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
 """Evaluations of each CMA-ES run of these, and their runs."""
 
 TABLE = Own("table of `python -m agents scores`", re.compile(b"task,policy,sees,").match)
-WEN = "wen"
-"""A problem of one step, without a task file."""
-
 NEARLY = 0.02
 """Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
 
@@ -95,7 +92,7 @@ def score_wen(data: Path = FILE) -> None:
 
 def scored_problems() -> list[Problem]:
     """The registered environments in which E and D are chosen, the shortest episodes first."""
-    problems = [find_problem(name) for name in (*task_names(), *OTHERS) if name not in ("job", "task", WEN)]
+    problems = [find_problem(name) for name in (*task_names(), *OTHERS) if name != "job"]
     return sorted(problems, key=lambda problem: problem.simulation().most_steps)
 
 

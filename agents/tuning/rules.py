@@ -19,7 +19,8 @@ from agents.pool import work_on_all
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
 from agents.tuning.search import Found, evolve, grid_search, refine
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
 from grind_env.policies.choices import Decision, speed_bounds, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes

@@ -2,26 +2,19 @@
 
 import gymnasium as gym
 
-from grind_env.envs.names import ANY_TASK, OTHERS, camel, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
 
 
 def register() -> None:
     """Register every task with Gymnasium, those of users together, and the environments that are no such task."""
     for name in task_names():
-        gym.register(
-            environment_id(name),
-            entry_point="grind_env.envs.env:GrindEnv",
-            vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
-            kwargs={"task": name},
-        )
-    gym.register(
-        ANY_TASK,
-        entry_point="grind_env.envs.env:GrindEnv",
-        vector_entry_point="grind_env.envs.vector_env:GrindVectorEnv",
-    )
+        _register(environment_id(name), "ids:task", task=name)
+    _register(ANY_TASK, "ids:task")
     for name in OTHERS:
-        gym.register(
-            environment_id(name),
-            entry_point=f"grind_env.envs.{name}.env:{camel(name)}Env",
-            vector_entry_point=f"grind_env.envs.{name}.vector_env:{camel(name)}VectorEnv",
-        )
+        _register(environment_id(name), f"ids:{name}")
+    _register(environment_id(WEN), "wen.env:WenEnv", "wen.vector_env:WenVectorEnv")
+
+
+def _register(env_id: str, single: str, vector: str = "", **fixed: str) -> None:
+    single, vector = (f"grind_env.envs.{each}" for each in (single, vector or f"{single}_vector"))
+    gym.register(env_id, entry_point=single, vector_entry_point=vector, kwargs=fixed)

@@ -2,14 +2,15 @@
 
 import inspect
 import re
+from collections.abc import Callable
 from typing import Any
 
 NAMED = re.compile(r"^    (\w+): (.+)$")
 
 
-def meanings(cls: type[Any], heading: str) -> dict[str, str]:
-    """The names under a heading such as `Args` of the docstring of a class, each with its meaning in one line."""
-    _, _, text = inspect.cleandoc(cls.__doc__ or "").partition(f"\n{heading}:\n")
+def meanings(of: Callable[..., Any], heading: str) -> dict[str, str]:
+    """The names under a heading such as `Args` of a docstring, each with its meaning in one line."""
+    _, _, text = inspect.cleandoc(of.__doc__ or "").partition(f"\n{heading}:\n")
     found: dict[str, str] = {}
     name = ""
     for line in text.splitlines():

@@ -1,6 +1,5 @@
 """A simulation as the filter of a belief grinds its members with it."""
 
-import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -11,7 +10,8 @@ from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
 from grind_env.envs.blocks.tables import KindRow
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.simulation import Episodes, Numbers, Simulation, Table
+from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.simulation import Simulation
 
 JUDGED = [KindRow._fields.index(name) for name in Judged._fields]
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
@@ -33,11 +33,10 @@ class MemberModel:
                 f"{simulation.task.name} is not followed by a belief, which grinds compiled blocks: use HistoryStack"
             )
         # the diameter is seen: a member whose own has come below the least one changes no wheel
-        self.simulation = copy.copy(simulation)
-        self.simulation.change_shop(simulation.shop._replace(least_diameter=0.0))
+        self.simulation, self.branches = simulation.without_wheel_changes(), simulation.branches
         task = simulation.task
         spread = task.spread
-        self.base, self.ageing, self.noise = simulation.base, task.setup.coolant_ageing, spread.measurement
+        self.base, self.ageing, self.noise = self.branches.base, task.setup.coolant_ageing, spread.measurement
         self.sigmas = Hidden(
             wheel_growth=spread.wheel_growth,
             fracture_force=spread.fracture_force,
@@ -47,7 +46,7 @@ class MemberModel:
             lot_growth=spread.lot_growth,
             lot_pressure=spread.lot_pressure,
         )
-        self.dress = simulation.usual_dress
+        self.dress = self.branches.usual_dress
 
     def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
         """As `Model.read`."""
@@ -55,7 +54,7 @@ class MemberModel:
 
     def rows(self, seen: Mapping[str, Table]) -> Numbers:
         """As `Model.rows`."""
-        return self.simulation.coming_rows(seen)
+        return self.branches.coming_rows(seen)
 
     def base_rows(self, rows: Numbers) -> Numbers:
         """As `Model.base_rows`."""
@@ -67,7 +66,7 @@ class MemberModel:
 
     def first_wheels(self, members: int) -> Table:
         """As `Model.first_wheels`."""
-        return self.simulation.first_wheels(members)
+        return self.branches.first_wheels(members)
 
     def room(self, n: int) -> Episodes:
         """As `Model.room`."""
@@ -79,7 +78,7 @@ class MemberModel:
 
     def load(self, members: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
         """As `Model.load`."""
-        self.simulation.load(members, index, rows, stocks)
+        self.branches.load(members, index, rows, stocks)
 
     def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
         """As `Model.write_factors`."""

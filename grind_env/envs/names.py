@@ -5,15 +5,18 @@ from pathlib import Path
 FOLDER = Path(__file__).with_name("tasks")
 """Where the task files lie."""
 
-OTHERS = ("job", "reciprocation", "stroke", "wen", "wide_plates")
-"""Environments that have classes of their own, each in its folder; some have a task file, too."""
+OTHERS = ("job", "reciprocation", "stroke", "wide_plates")
+"""Ids of a form of their own, each a function of `grind_env.envs.ids`; some have a task file, too."""
+
+WEN = "wen"
+"""The published problem of one step, in which no E and D are chosen."""
 
 ANY_TASK = "grind/Task-v0"
 """The id of all tasks that are in files of the user."""
 
 
 def task_names() -> list[str]:
-    """Names of the tasks of cycle blocks, which `GrindEnv` steps."""
+    """Names of the tasks that are ids by their file alone."""
     return [name for name in shipped_names() if name not in OTHERS]
 
 
@@ -22,11 +25,6 @@ def shipped_names() -> list[str]:
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
-def camel(name: str) -> str:
-    """A name in one word: `power_limited` is `PowerLimited`."""
-    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
-
-
 def environment_id(name: str) -> str:
     """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
-    return f"grind/{camel(name)}-v0"
+    return f"grind/{''.join(word[:1].upper() + word[1:] for word in name.split('_'))}-v0"

@@ -1,6 +1,7 @@
-"""The native vector environment: all sub-environments in one compiled step."""
+"""The native vector environment of every id in which E and D are chosen: all sub-environments in one step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,10 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_all_options, read_options
-from grind_env.envs.env import REWARD, wants_full
-from grind_env.envs.form import Form, check_task
-from grind_env.envs.forms import form_of
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import load_task
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,
@@ -33,9 +30,9 @@ from grind_env.envs.vector_common import (
     vector_metadata,
 )
 from grind_env.envs.view import History
-from grind_env.render.view import View
 
 Array = NDArray[Any]
+REWARD = Outcome._fields.index("reward")
 
 
 class GrindVectorEnv(VectorEnv[Array, Any, Array]):
@@ -44,55 +41,30 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
     Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
 
     Args:
+        simulation: as for `GrindEnv`.
         num_envs: number of sub-environments.
-        task: name of a task or the path of a task file, as for `GrindEnv`.
-        observation: `"measured"` or `"full"`; by default what the task says.
         show_block: put the text of the blocks that were run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
-        predress: let an action ask for a dress before the first plunge.
-        cycle: refuse the task if its parts are not ground in this cycle: `"G81"`, `"G82"` or `"G83"`.
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
-    """
 
-    load = staticmethod(load_task)
-    form_of = staticmethod(form_of)
-    form: Form | None = None
-    """Of the blocks; None where they are those of a program."""
+    Raises:
+        GrindError: an argument is not legal.
+    """
 
     def __init__(
         self,
+        simulation: Simulation,
         num_envs: int = 1,
-        task: str = "power_limited",
-        observation: str | None = None,
+        *,
         show_block: bool = False,
         action: str = "box",
-        predress: bool = False,
-        cycle: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
-        check_flags(show_block=show_block, predress=predress)
-        loaded = self.load(task)
-        check_task(loaded, cycle)
-        full = wants_full(loaded, observation)
-        self.form = form = self.form_of(loaded)
-        simulation = form.simulation(loaded, full=full, pre_dress=predress)
-        codec = ActionCodec(loaded, action, predress=predress)
-        self._set_up(num_envs, simulation, codec, show_block, autoreset_mode, render_mode, max_episode_steps)
-
-    def _set_up(
-        self,
-        num_envs: int,
-        simulation: Simulation,
-        codec: ActionCodec,
-        show_block: bool,
-        autoreset_mode: AutoresetMode | str,
-        render_mode: str | None,
-        max_episode_steps: int | None,
-    ) -> None:
+        check_flags(show_block=show_block)
         self.num_envs = num_envs = check_count(num_envs)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
@@ -100,7 +72,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.metadata = vector_metadata(self.autoreset_mode)
         self.limit = StepLimit(max_episode_steps, num_envs)
         self.show_block = show_block
-        self.task, self.simulation, self.codec = simulation.task, simulation, codec
+        self.task, self.simulation = simulation.task, simulation
+        self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
         self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
         self.single_observation_space = shown_space(self.simulation)
@@ -116,10 +89,6 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.everyone = np.arange(num_envs)
         self.history = None if render_mode is None else History(num_envs)
         self.last: tuple[Array, tuple[Array, ...]]  # outcomes and choice of the last step
-
-    def _read_given(self, options: Mapping[str, Any] | None, before: Given) -> Given:
-        """What the options of a reset give; what they do not name stays as it was `before`."""
-        return read_options(self.task, options, before)
 
     @property
     def np_random_seed(self) -> Any:
@@ -145,7 +114,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
-        given = read_all_options(beside_mask(options), self.given, self._read_given)
+        read = partial(read_options, self.task, barred=self.simulation.barred)
+        given = read_all_options(beside_mask(options), self.given, read)
         self.generators.reseed(seed, mask)
         self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
         self._restart(mask)
@@ -172,7 +142,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         choice = self.simulation.taken(self.episodes, self.codec.choose(values))
         blocks: dict[int, Any] = {}
         if self.show_block or self.history is not None:
-            blocks = {i: self._block(i, tuple(values[i] for values in choice)) for i in stepping.tolist()}
+            block = self.simulation.block
+            blocks = {i: block(self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()}
         outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
         self.last = outcomes, choice
         if self.history is not None:
@@ -211,28 +182,13 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             RenderError: if what draws it is not installed.
         """
         ground = () if self.history is None else enumerate(self.history)
-        views = (self._view(i, *each) for i, each in ground)
+        views = (self.simulation.view(self.episodes, i, *each) for i, each in ground)
         return drawn_all(self.render_mode, self.begun, views)
-
-    def _block(self, i: int, choice: tuple[float, ...]) -> Any:
-        """What sub-environment i runs next."""
-        assert self.form is not None
-        return self.form.block(self.task, self.episodes, i, *choice)
-
-    def _text(self, block: Any) -> str:
-        """What the control reads for a block."""
-        assert self.form is not None
-        return self.form.text(self.task, block)
-
-    def _view(self, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
-        """Sub-environment i after the blocks that it has run."""
-        assert self.form is not None
-        return self.form.view(self.task, self.episodes, i, blocks, outcomes, self.form.text)
 
     def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:
         info = self.infos.vector(outcomes, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
-            texts[list(blocks)] = [self._text(block) for block in blocks.values()]
+            texts[list(blocks)] = [self.simulation.text(block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info

@@ -1,15 +1,14 @@
 """The view of a running episode: what `View` shows, read off a task, its episodes and what came of each block."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.blocks.program import block_text
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.tasks import Task
 from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
@@ -41,7 +40,7 @@ def view_of(
     i: int,
     blocks: Sequence[Any],
     outcomes: Sequence[Outcome],
-    text: Callable[[Task, Any], str] = block_text,
+    text: str,
 ) -> View:
     """Episode i as it stands, at rest between two blocks.
 
@@ -51,7 +50,7 @@ def view_of(
         i: which of them.
         blocks: the blocks that it has run, each with its kind, the stock on the part before it, E and D.
         outcomes: what came of each.
-        text: what the control reads for a block.
+        text: what the control has read for the last block.
     """
     limits = {kind.name: task.limits(kind) for kind in task.kinds}
     return View(
@@ -74,7 +73,7 @@ def view_of(
         ),
         wheel=WheelState(*episodes.wheels[i].tolist()),
         part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
-        text=text(task, blocks[-1]) if blocks else "",
+        text=text,
     )
 
 

@@ -13,11 +13,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from grind_env.envs.contexts import option_items
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.learning import eased, usual
 from grind_env.envs.memory import Array, Flags, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import Belief, MemoryForm, ShownBox, Stack, Standard, behind
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.vector_env import GrindVectorEnv
 
 AnyEnv = gym.Env[Any, Any]
 AnyVectorEnv = VectorEnv[Any, Any, Any]
@@ -245,8 +247,8 @@ def standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
 
 def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
     """The simulation of an environment of this package; None if it has none."""
-    simulation = getattr(env.unwrapped, "simulation", None)
-    return simulation if isinstance(simulation, Simulation) else None
+    unwrapped = env.unwrapped
+    return unwrapped.simulation if isinstance(unwrapped, GrindEnv | GrindVectorEnv) else None
 
 
 def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.memory import belief_entries
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, evaluate

@@ -45,7 +45,7 @@ def grind(
 
     Example:
         >>> from grind_env.control import read_file
-        >>> from grind_env.envs.job.env import EXAMPLE  # a part program of the package, with its job
+        >>> from grind_env.envs.job.loading import EXAMPLE  # a part program of the package, with its job
         >>> from grind_env.machine.grind import grind
         >>> from grind_env.machine.job_file import load_job
         >>> record = grind(read_file(EXAMPLE), load_job(EXAMPLE.with_suffix(".toml")))

@@ -8,7 +8,7 @@ import numpy as np
 
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Simulation, advance
 
 KEPT = 0.9
 """Share that is left, at the end of the interval, of what a dress saves there."""
@@ -37,7 +37,7 @@ def dress_interval(simulation: Simulation, nominal: Given) -> int:
     cost, done = np.zeros(len(E)), 0
     while not simulation.over(episodes).all():
         D = np.where((done > 0) & (done % every == 0), 1.0, 0.0)
-        cost += simulation.advance(episodes, *simulation.taken(episodes, (E, D)))[0][:, COST]
+        cost += advance(simulation, episodes, *simulation.taken(episodes, (E, D)))[0][:, COST]
         done += 1
     return min(int(every[cost.argmin()]), done)
 

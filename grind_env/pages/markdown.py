@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from grind_env.envs.docstrings import meanings
@@ -16,22 +16,22 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
 
 
-def prose(cls: type[Any]) -> dict[str, str]:
-    """The text of a class docstring by section, that is by `## Heading`; its first line is the section ""."""
-    text = re.split(r"^(?:Args|Raises):$", _doc(cls), flags=re.MULTILINE)[0]
+def prose(make: Callable[..., Any]) -> dict[str, str]:
+    """The text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
+    text = re.split(r"^(?:Args|Raises):$", _doc(make), flags=re.MULTILINE)[0]
     first, *parts = HEADING.split(text)
     return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
 
 
-def arguments(cls: type[Any]) -> list[tuple[str, str, str]]:
-    """Name, default and meaning of every constructor argument; the meaning is that of the docstring's `Args:`."""
-    said = meanings(cls, "Args")
-    parameters = inspect.signature(cls).parameters.values()
+def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
+    """Name, default and meaning of every argument; the meaning is that of the docstring's `Args:`."""
+    said = meanings(make, "Args")
+    parameters = inspect.signature(make).parameters.values()
     return [
         (each.name, "" if each.default is each.empty else repr(each.default), said.get(each.name, ""))
         for each in parameters
     ]
 
 
-def _doc(cls: type[Any]) -> str:
-    return inspect.cleandoc(cls.__doc__ or "")
+def _doc(make: Callable[..., Any]) -> str:
+    return inspect.cleandoc(make.__doc__ or "")

@@ -43,7 +43,7 @@ def page(env_id: str) -> str:
         PageError: if the id is not registered or has no notes.
     """
     about = sheet(env_id)
-    words = prose(type(about.env))
+    words = prose(about.make)
     parts = {
         "Description": _description(about, words),
         "Action space": _actions(about),
@@ -180,11 +180,11 @@ def _arguments(about: Sheet) -> str:
     fixed = about.env.spec.kwargs if about.env.spec else {}
     rows = [
         (f"`{name}`", f"`{default}`" if default else "required", meaning)
-        for name, default, meaning in arguments(type(about.env))
+        for name, default, meaning in arguments(about.make)
         if name != "task" or name not in fixed
     ]
     listed = table(("argument", "default", "meaning"), rows)
-    return f"{listed}\n\nThe id fixes the argument `task` of its class." if "task" in fixed else listed
+    return f"{listed}\n\nThe id fixes the argument `task`." if "task" in fixed else listed
 
 
 def _scores(about: Sheet) -> str:

@@ -47,6 +47,13 @@ def stock_span(task: Task, kind: Kind) -> Span:
     return Span(*ends)
 
 
+def step_times(task: Task, *, by_block: bool) -> dict[str, Span]:
+    """Seconds of a step without its dresses, by kind; a step is a block, or a stroke."""
+    if not by_block:
+        return single_stroke_times(task)
+    return infeed_times(task) if task.infeed > 0.0 else stroke_times(task)
+
+
 def stroke_times(task: Task) -> dict[str, Span]:
     """Seconds of a G82 block of each kind without its dresses, with loading."""
     low, high = task.action.speed_ends

@@ -1,22 +1,22 @@
 """What is known of a registered id: its environment, made with default arguments, and the notes on it."""
 
 import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
+from gymnasium.envs.registration import load_env_creator
 
 from grind_env.envs.actions import ACTIONS, ActionCodec
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.job.env import EXAMPLE
+from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import Reading
-from grind_env.envs.reciprocation.env import ReciprocationEnv
-from grind_env.envs.stroke.env import StrokeEnv
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import Note, PageError, note_of
-from grind_env.pages.rewards import Span, cost_spans, infeed_times, reward_span, single_stroke_times, stroke_times
+from grind_env.pages.rewards import Span, cost_spans, reward_span, step_times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +26,7 @@ class Sheet:
     Attributes:
         id: the id.
         note: the notes on it.
+        make: makes the environment; its docstring and its arguments are those of the page.
         env: an environment of that id, before its first step.
         readings: entries of the observation.
         full: entries of the observation with the hidden state; as `readings` where it cannot be asked for.
@@ -38,6 +39,7 @@ class Sheet:
 
     id: str
     note: Note
+    make: Callable[..., Any]
     env: gym.Env[Any, Any]
     readings: tuple[Reading, ...]
     full: tuple[Reading, ...]
@@ -50,7 +52,7 @@ class Sheet:
     @property
     def title(self) -> str:
         """The job in a few words."""
-        return self.task.title if self.task else (type(self.env).__doc__ or "").partition("\n")[0].rstrip(".")
+        return self.task.title if self.task else (self.make.__doc__ or "").partition("\n")[0].rstrip(".")
 
     @property
     def steps(self) -> int:
@@ -89,15 +91,19 @@ def sheet(name: str) -> Sheet:
     env: Any = gym.make(env_id, **arguments).unwrapped
     readings: tuple[Reading, ...] = env.observation_info()
     full = readings
-    if "observation" in inspect.signature(type(env)).parameters:
+    make = load_env_creator(str(gym.spec(env_id).entry_point))
+    if "observation" in inspect.signature(make).parameters:
         oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
         full = oracle.observation_info()
-    priced: Task | None = env.task if isinstance(env, GrindEnv) else None
-    task = None if isinstance(env, StrokeEnv) else priced
-    costs = {} if priced is None else cost_spans(priced, _times(env))
+    simulation: Simulation | None = getattr(env, "simulation", None)
+    # a program has no task that its reward could be worked out from
+    priced = None if simulation is None or note.reward is not None else simulation.task
+    task = priced if simulation is not None and simulation.by_block else None
+    costs = {} if priced is None else cost_spans(priced, step_times(priced, by_block=task is not None))
     return Sheet(
         id=env_id,
         note=note,
+        make=make,
         env=env,
         readings=readings,
         full=full,
@@ -107,13 +113,6 @@ def sheet(name: str) -> Sheet:
         reference_cost=0.0 if priced is None else priced.reference_cost,
         reward=_noted(env_id, note) if priced is None else reward_span(priced, costs),
     )
-
-
-def _times(env: GrindEnv) -> dict[str, Span]:
-    """Seconds of a step without its dresses, by kind."""
-    if isinstance(env, StrokeEnv):
-        return single_stroke_times(env.task)
-    return infeed_times(env.task) if isinstance(env, ReciprocationEnv) else stroke_times(env.task)
 
 
 def _noted(env_id: str, note: Note) -> Span:

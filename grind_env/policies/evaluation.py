@@ -8,7 +8,8 @@ import numpy as np
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Array, Decision
 from grind_env.policies.policy import Policy, reveal

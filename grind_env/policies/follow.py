@@ -110,7 +110,7 @@ def follow(
     while (running := np.flatnonzero(~simulation.over(state))).size > 0:
         seen = simulation.observe(state)
         said = [each.act(seen, reveal(each.sees, simulation, state)) for each in all_of_them]
-        coming = simulation.coming_blocks(state)
+        coming = state.coming()
         first, later = OF_WHEEL[0]
         growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
         before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]

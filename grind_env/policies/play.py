@@ -61,11 +61,11 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
             executions += int(info["D"])
             if render_mode == "ansi":
                 print(env.render())
-        outcomes = env.outcomes
+        written, outcomes = env.written(), env.outcomes
         return Played(
-            program=env.part_program(),
-            job=env.part_job(),
-            requests=env.operator_dress_at() if hasattr(env, "operator_dress_at") else (),
+            program=written.program,
+            job=written.job,
+            requests=written.requests,
             cost=sum(outcome.cost for outcome in outcomes),
             handover=sum(outcome.handover_cost for outcome in outcomes),
             good=sum(outcome.good for outcome in outcomes),

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.blocks.tables import KindRow
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Array, Decision
 from grind_env.policies.columns import (
@@ -68,14 +69,15 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
     """
     if sees == "measurements":
         return None
-    shown = simulation.without_noise(episodes.pick(np.arange(len(episodes.block))))
+    shown = episodes.pick(np.arange(len(episodes.block)))
+    shown.hide_noise()
     if sees == "state":
         blocks = shown.tape.shape[1]
         later = np.arange(blocks) > shown.block[:, None]
-        coming = simulation.coming_blocks(shown)
+        coming = shown.coming()
         expected = np.repeat(coming[:, None], blocks, axis=1)
         expected[..., LISTED] = shown.tape[..., LISTED]
-        nominal = simulation.kinds[simulation.rows_of(expected), NOMINAL_STOCK]
+        nominal = simulation.kinds[simulation.branches.rows_of(expected), NOMINAL_STOCK]
         expected[..., STOCK] = expected[..., GAUGED] = nominal
         expected[..., NEW_LOT] = 0.0
         # how a part comes out is a matter of that part

@@ -8,15 +8,15 @@ from typing import Any
 import gymnasium as gym
 
 from grind_env.envs.arguments import check_file, check_parts
-from grind_env.envs.job.env import EXAMPLE
+from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.job.text import MOST_PARTS, batch_name
-from grind_env.envs.names import OTHERS, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, quoted
 from grind_env.files import is_file
 
-JOB, TASK = "grind/Job-v0", "grind/Task-v0"
+JOB = "grind/Job-v0"
 
 
 class ProblemError(GrindError):
@@ -92,7 +92,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
     """
     if not isinstance(text, str):
         raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
-    names = [name for name in (*task_names(), *OTHERS) if name not in ("job", "wen")]
+    names = [name for name in (*task_names(), *OTHERS) if name != "job"]
     of_package = next((name for name in names if text in (name, environment_id(name))), None)
     program = None if of_package or is_task_file(text) else text
     if program is None and (job is not None or parts != 1):
@@ -101,7 +101,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         return Problem(of_package, environment_id(of_package))
     if program is None:
         path = Path(text).absolute()
-        return Problem(_own_name(path, path.stem), TASK, (("task", str(path)),))
+        return Problem(_own_name(path, path.stem), ANY_TASK, (("task", str(path)),))
     if program == JOB or is_file(Path(program)):
         return _of_program(None if program == JOB else program, job, parts)
     raise ProblemError(
@@ -130,7 +130,7 @@ def _own_name(path: Path, name: str) -> str:
     """
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
-    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS)) and name != "job":
+    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS, WEN)) and name != "job":
         raise ProblemError(
             f"{path} has the name of a task of this package, and its results would take the place"
             f" of those of {name}: rename the file"

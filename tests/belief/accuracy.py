@@ -15,11 +15,11 @@ from gymnasium import spaces
 
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.memory import StackMemory
 from grind_env.envs.model import MemberModel
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.choices import nearest_speed
 from grind_env.policies.scripted.estimator import SharpnessEstimator
@@ -42,7 +42,7 @@ class Experiment(NamedTuple):
 
 def experiment(task: Task, seed: int) -> Experiment:
     """Run episodes under random plans."""
-    measuring, full, codec = Simulation(task), Simulation(task, full=True), ActionCodec(task)
+    measuring, full, codec = BlockSimulation(task), BlockSimulation(task, full=True), ActionCodec(task)
     rng = np.random.default_rng(seed)
     episodes = start(measuring, EPISODES, seed)
     measured, actions, area, growth = [], [np.zeros((EPISODES, 2), np.float32)], [], []
@@ -60,7 +60,7 @@ def experiment(task: Task, seed: int) -> Experiment:
 
 def stacked(data: Experiment, task: Task) -> Array:
     """What HistoryStack shows, with a constant, shape (blocks, N, entries)."""
-    space = spaces.Box(*bounds(Simulation(task).entries), dtype=np.float32)
+    space = spaces.Box(*bounds(BlockSimulation(task).entries), dtype=np.float32)
     memory = StackMemory(space, spaces.Box(-1.0, 1.0, (2,), np.float32), STACKED)
     memory.begin(EPISODES)
     everyone = np.ones(EPISODES, bool)
@@ -70,7 +70,7 @@ def stacked(data: Experiment, task: Task) -> Array:
 
 def formula(data: Experiment, task: Task) -> Array:
     """Apparent wear-flat area from mean power and nominal constants."""
-    estimator = SharpnessEstimator(Simulation(task))
+    estimator = SharpnessEstimator(BlockSimulation(task))
     estimator.begin(EPISODES)
     return np.array([estimator.update(observation).wear_flat for observation in data.measured])
 
@@ -100,7 +100,7 @@ def measure(name: str) -> None:
     growth = f"{r2(test.growth, fitted(stacks[0], train.growth, stacks[1])):6.3f}"
     print(f"  {f'linear on {STACKED} observations':34s} A {row}  growth {growth}")
     # the first call compiles
-    model = MemberModel(Simulation(task))
+    model = MemberModel(BlockSimulation(task))
     warm = WheelBelief(model)
     warm.begin(EPISODES)
     warm.update(test.measured[0])

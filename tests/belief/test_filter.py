@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from grind_env.belief.filter import adjust, learn
 from grind_env.belief.hidden import Belief, Hidden, Signals
 from grind_env.belief.wheel import BeliefError, WheelBelief, hypercube
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome, kind_row
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.memory import belief_entries
@@ -207,7 +208,7 @@ def test_the_material_is_read_where_it_is_shown() -> None:
 def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
     task = load_task("CBN")
     found = run(task, 48, 4)
-    diameter = physical(found["observation"], Simulation(task, full=True, pre_dress=True).entries)["diameter"]
+    diameter = physical(found["observation"], BlockSimulation(task, full=True, pre_dress=True).entries)["diameter"]
     changed = np.diff(diameter, axis=0) > 1.0
     assert changed.sum() >= 24
     spread = found["growth_spread"]
@@ -219,7 +220,7 @@ def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
 
 
 def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
-    simulation = Simulation(PLATES)
+    simulation = BlockSimulation(PLATES)
     first = WheelBelief(MemberModel(simulation), 64)
     first.begin(3)
     belief = first.update(simulation.observe(start(simulation, 3)))
@@ -237,7 +238,7 @@ def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
 
 def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
     found = run(PLATES, 64, 11)
-    new = physical(found["observation"], Simulation(PLATES, full=True, pre_dress=True).entries)["new_lot"] > 0.5
+    new = physical(found["observation"], BlockSimulation(PLATES, full=True, pre_dress=True).entries)["new_lot"] > 0.5
     new[0] = False
     later, known = new[1:], ~new[1:] & ~new[:-1]
     assert later.sum() > 200
@@ -256,9 +257,9 @@ def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
 )
 def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: float, growth: float) -> None:
     found = run(task, 96, 20_000)
-    measuring = Simulation(task)
+    measuring = BlockSimulation(task)
     estimator, names = SharpnessEstimator(measuring), [entry.name for entry in measuring.entries]
-    entries = Simulation(task, full=True, pre_dress=True).entries
+    entries = BlockSimulation(task, full=True, pre_dress=True).entries
     measured = [k for k, entry in enumerate(entries) if entry.name in names]
     estimator.begin(96)
     formula = np.array([estimator.update(each[:, measured]).wear_flat for each in found["observation"]])
@@ -320,7 +321,7 @@ def test_the_belief_knows_when_it_burnt(task: Task, speeds: tuple[float, float],
 
 
 def test_every_member_has_the_measured_diameter() -> None:
-    simulation = Simulation(PLATES)
+    simulation = BlockSimulation(PLATES)
     observation = simulation.observe(start(simulation, 2))
     observation[1, [entry.name for entry in simulation.entries].index("diameter")] -= 0.25
     belief = WheelBelief(MemberModel(simulation), 4)
@@ -341,7 +342,7 @@ def beliefs_of(simulation: Simulation, observations: Array, masks: Array | None 
 
 
 def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
-    simulation = Simulation(BLADES, full=True, pre_dress=True)
+    simulation = BlockSimulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 6, 5)["observation"][:12]
     together = beliefs_of(simulation, observations)
     turned = beliefs_of(simulation, observations[:, ::-1])
@@ -353,17 +354,17 @@ def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
 
 
 def test_only_what_is_measured_is_read() -> None:
-    full = Simulation(BLADES, full=True, pre_dress=True)
+    full = BlockSimulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 4, 6)["observation"][:12]
     measured = [k for k, entry in enumerate(full.entries) if entry.noise != "hidden"]
-    measuring = Simulation(BLADES, pre_dress=True)
+    measuring = BlockSimulation(BLADES, pre_dress=True)
     assert measuring.entries == tuple(full.entries[k] for k in measured)
     assert len(measured) < len(full.entries)
     assert_same(beliefs_of(full, observations), beliefs_of(measuring, observations[..., measured]))
 
 
 def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
-    simulation = Simulation(BLADES, full=True, pre_dress=True)
+    simulation = BlockSimulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 2, 7)["observation"][:10]
     alone = [beliefs_of(simulation, observations[:, i : i + 1]) for i in range(2)]
     belief = WheelBelief(MemberModel(simulation), 8)
@@ -386,7 +387,7 @@ def test_a_masked_update_and_a_restart_touch_the_masked_episodes_only() -> None:
 
 def test_an_ensemble_needs_two_members() -> None:
     with pytest.raises(BeliefError, match="members is 1, but must be at least 2"):
-        WheelBelief(MemberModel(Simulation(PLATES)), 1)
+        WheelBelief(MemberModel(BlockSimulation(PLATES)), 1)
 
 
 def test_the_entries_are_the_fields_in_order() -> None:

@@ -14,9 +14,10 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots
 from grind_env.process.state import WheelState
@@ -79,6 +80,11 @@ def job_drawn(
     generator = JobGenerator(blocks.tolist(), parts, lots, 0.2, spread, wheel)
     generator.begin(tape, wheels, np.array([0]), [rng], [given])
     return job_tape(tape[0], blocks, parts, 0.2)
+
+
+def tape_of_job(env: Any) -> JobTape:
+    """What was drawn for the episode of a program that an environment is in."""
+    return env.simulation.tape(env.episodes, 0)
 
 
 def rows_of(batch: Any, count: int) -> list[Any]:

@@ -8,6 +8,8 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.belief.hidden import CUT
+from grind_env.envs import ids
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import (
     CONTEXT_FACTORS,
@@ -18,8 +20,6 @@ from grind_env.envs.contexts import (
     nominal_context,
     read_options,
 )
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import load_catalogue
@@ -52,7 +52,7 @@ def test_the_nominal_context_is_the_deterministic_task(name: str) -> None:
         assert not np.array_equal(plain[1], runs[0][1])
         # and the nominal values are those of the task: stock on target, every factor 1
         given = read_options(task, {"context": "nominal"}, Given())
-        tape = TapeRow(*Simulation(task).start([np.random.default_rng(0)], [given]).tape[0].T)
+        tape = TapeRow(*BlockSimulation(task).start([np.random.default_rng(0)], [given]).tape[0].T)
         stocks = np.array([kind.stock for kind in task.kinds])[tape.kind.astype(int)]
         np.testing.assert_allclose(tape.stock, stocks, rtol=1e-12)
         np.testing.assert_allclose(tape.gauged, stocks, rtol=1e-12)
@@ -130,7 +130,7 @@ def test_the_noise_changes_what_is_seen_and_not_what_happens() -> None:
 
 
 def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
-    simulation = Simulation(load_task("power_limited"))
+    simulation = BlockSimulation(load_task("power_limited"))
     seeds = [np.random.default_rng(s) for s in range(50)]
     given = read_options(simulation.task, {"context": {"kA": 2.0, "noise": 0.5}}, Given())
     plain = TapeRow(*np.moveaxis(start(simulation, 50).tape, 2, 0))
@@ -147,7 +147,7 @@ def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
 
 
 def test_a_lot_that_differs_in_nothing_is_no_new_lot() -> None:
-    simulation = Simulation(load_task("power_limited"))
+    simulation = BlockSimulation(load_task("power_limited"))
     for context, lots in (({"kA": 1.0}, True), ({"pm": 1.0}, True), ({"kA": 1.0, "pm": 1.0}, False)):
         given = read_options(simulation.task, {"context": context}, Given())
         tape = TapeRow(*simulation.start([np.random.default_rng(0)], [given]).tape[0].T)
@@ -277,7 +277,7 @@ def test_the_splits_take_ranges_of_every_factor_that_do_not_meet() -> None:
 def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None:
     # the roughness of every part scatters on top of that of the wheel, as gauge noise does, in every split
     task = load_task("CBN")
-    simulation = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
+    simulation = BlockSimulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
     sigmas = {"pm": 0.08, "hf": 0.15, "fc": 0.10, "Gref": 0.15, "ra_scale": 0.07, "spare_ra_scale": 0.07}
     for name, split in SPLITS.items():
         given = read_options(simulation.task, {"split": name}, Given())
@@ -296,11 +296,12 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
 
 def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> None:
     task = load_task("CBN")
-    smooth = Simulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
+    smooth = BlockSimulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
     for options in ({}, {"split": "interpolation"}):
         seeds, given = range(300), [read_options(task, options, Given())] * 300
         tapes = [
-            each.start([np.random.default_rng(i) for i in seeds], given).tape for each in (Simulation(task), smooth)
+            each.start([np.random.default_rng(i) for i in seeds], given).tape
+            for each in (BlockSimulation(task), smooth)
         ]
         plain, even = (TapeRow(*np.moveaxis(tape, 2, 0)) for tape in tapes)
         part = np.log(plain.ra_scale / even.ra_scale)
@@ -322,7 +323,7 @@ def test_contexts_are_described() -> None:
 
 def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
     for name, flags in (("power_limited", []), ("job_shop", [0.0, 0.0])):
-        env = GrindEnv(name, observation="full")
+        env = ids.task(name, observation="full")
         names = [entry.name for entry in env.observation_info()]
         told = [k for k, each in enumerate(names) if each.startswith("material_")]
         powers = []

@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs import ids
 from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import nominal_context
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.observations import physical
+from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates.env import WidePlatesEnv
-from grind_env.envs.wide_plates.simulation import CrossSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
 from grind_env.machine.strips import grind_strips
@@ -29,14 +30,14 @@ PARTS = 4
 Info = dict[str, Any]
 
 
-def play(env: WidePlatesEnv, seed: int, policy_seed: int, parts: int = PARTS) -> list[Info]:
+def play(env: GrindEnv, seed: int, policy_seed: int, parts: int = PARTS) -> list[Info]:
     env.reset(seed=seed)
     size = env.action_space.shape[0]
     actions = np.random.default_rng(policy_seed).uniform(-1, 1, (parts, size)).astype(np.float32)
     return [env.step(action)[4] for action in actions]
 
 
-def ground(env: WidePlatesEnv, parts: int = PARTS) -> GrindingRecord:
+def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_from_surface(env.task)
@@ -58,7 +59,7 @@ def too_many_dresses(text: str) -> list[int]:
 @settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = WidePlatesEnv(predress=predress)
+    env = ids.wide_plates(predress=predress)
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings
@@ -93,7 +94,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
 
 
 def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
-    env = WidePlatesEnv()
+    env = ids.wide_plates()
     env.reset(seed=0)
     for block in range(env.task.blocks):
         _, reward, terminated, truncated, info = env.step(np.array([0.2, -1.0], np.float32))
@@ -107,7 +108,7 @@ def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
 
 
 def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
-    env = WidePlatesEnv(predress=True)
+    env = ids.wide_plates(predress=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = f"{env.episodes.tape[0, 0, 1]:.3f}".lstrip("0").rstrip("0")
@@ -119,7 +120,7 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
 
 
 def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
-    env = WidePlatesEnv()
+    env = ids.wide_plates()
     kind = env.task.kinds[0]
     env.reset(seed=0, options={"context": nominal_context(env.task)})
     info = env.step(np.array([0.0, -1.0], np.float32))[4]
@@ -134,7 +135,7 @@ def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
 
 
 def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
-    env = WidePlatesEnv()
+    env = ids.wide_plates()
     task, kind = env.task, env.task.kinds[0]
     env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
     assert env.episodes is not None
@@ -156,7 +157,7 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
 
 
 def tapers(context: dict[str, float], D: int, parts: int = 8) -> np.ndarray[Any, np.dtype[np.float64]]:
-    env = WidePlatesEnv(action="dict")
+    env = ids.wide_plates(action="dict")
     nominal = {**nominal_context(env.task), "stock": 1.0, **context}
     env.reset(seed=0, options={"context": nominal})
     for _ in range(parts):
@@ -175,7 +176,7 @@ def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
 
 
 def test_a_dress_lowers_the_taper_of_the_part() -> None:
-    env = WidePlatesEnv(predress=True)
+    env = ids.wide_plates(predress=True)
     env.reset(seed=0, options={"context": {**nominal_context(env.task), "kA": 3.0}})
     for _ in range(6):
         env.step(np.array([0.0, -1.0, -1.0], np.float32))
@@ -188,7 +189,7 @@ def test_a_dress_lowers_the_taper_of_the_part() -> None:
 
 
 def test_taper_and_worst_size_are_read_after_every_part() -> None:
-    env = WidePlatesEnv()
+    env = ids.wide_plates()
     observation, _ = env.reset(seed=3, options={"context": {"noise": 0.0}})
     assert observation[-1] == 0.0 and env.observation_info()[-1].name == "taper"
     for _ in range(3):
@@ -202,7 +203,7 @@ def test_taper_and_worst_size_are_read_after_every_part() -> None:
 
 
 def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
-    simulation = CrossSimulation(read_task("wide_plates"))
+    simulation = StripSimulation(read_task("wide_plates"))
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)])
     assert episodes.taper_noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
     assert len(np.unique(episodes.taper_noise)) == episodes.taper_noise.size

@@ -12,13 +12,16 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium import spaces
-from gymnasium.envs.registration import EnvSpec, load_env_creator
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
+from grind_env.envs import ids
 from grind_env.envs.actions import ActionCodec, ActionError
-from grind_env.envs.tasks import Task
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (
@@ -45,6 +48,9 @@ SHORT = {"stroke": 1, "wide_plates": 2}
 
 THIN = {"stroke": 0.1}
 """Stock of that form, mm, where a step is a stroke."""
+
+OF_NO_TASK = ("grind/Job-v0", "grind/Wen-v0")
+"""Environments whose episodes are not those of a task."""
 
 SPACES = dict(zip(FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
@@ -82,31 +88,30 @@ every_clone = pytest.mark.parametrize(
 )
 
 
-@pytest.fixture
-def short_episodes(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the episodes of an environment few blocks: what happens at their ends is the same, but comes sooner.
-
-    A program is looked through once, not for every environment made of it.
-    """
-
-    def shortened(load: Callable[[str], Task]) -> Callable[[str], Task]:
-        def short(name: str) -> Task:
-            task = load(name)
-            kinds = tuple(replace(kind, stock=THIN.get(name, kind.stock)) for kind in task.kinds)
-            return replace(task, blocks=min(task.blocks, SHORT.get(name, 8)), kinds=kinds)
-
-        return short
-
-    spec = gym.spec(env_id)
-    for entry_point in (spec.entry_point, spec.vector_entry_point):
-        creator = load_env_creator(entry_point)
-        if hasattr(creator, "load"):
-            monkeypatch.setattr(creator, "load", staticmethod(shortened(creator.load)))
+def short_simulation(env_id: str, predress: bool = False) -> Simulation:
+    """That of an environment with few blocks: what happens at the end of its episodes is the same, but comes sooner."""
+    task = gym.make(env_id).unwrapped.task
+    kinds = tuple(replace(kind, stock=THIN.get(task.name, kind.stock)) for kind in task.kinds)
+    task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)), kinds=kinds)
+    return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else ids.simulation_of(task, predress=predress)
 
 
-def play(env_id: str, most: int, seed: int = 0, **kwargs: Any) -> list[Any]:
+def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:
+    """The native vector form of an environment with such episodes, where its episodes are those of a task."""
+    if env_id in OF_NO_TASK:
+        return native(env_id, 2, mode, **kwargs)
+    return GrindVectorEnv(short_simulation(env_id, predress), 2, autoreset_mode=mode, **kwargs)
+
+
+def short_single(env_id: str, predress: bool = False, **kwargs: Any) -> gym.Env[Any, Any]:
+    """The single form, likewise."""
+    if env_id in OF_NO_TASK:
+        return gym.make(env_id, **kwargs).unwrapped
+    return GrindEnv(short_simulation(env_id, predress), **kwargs)
+
+
+def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
     """Random actions up to the end of an episode, or as many as `most`."""
-    env = gym.make(env_id, **kwargs)
     env.action_space.seed(0)
     env.reset(seed=seed)
     plan: list[Any] = []
@@ -180,14 +185,13 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
 
 
 @every_kind
-@pytest.mark.usefixtures("short_episodes")
 def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any]) -> None:
     # the blocks are shown in every other case
     shown = {"show_block": bool(CASES.index((env_id, kwargs)) % 2) and env_id not in BOX_ALONE}
-    longest = max(len(play(env_id, 10_000, seed, **kwargs)) for seed in range(4))
+    longest = max(len(play(short_single(env_id, **kwargs), 10_000, seed)) for seed in range(4))
     check_vector_env(
-        lambda mode: native(env_id, 2, mode, **kwargs, **shown),
-        single=lambda: gym.make(env_id, **kwargs, **shown).unwrapped,
+        lambda mode: short_vector(env_id, mode, **kwargs, **shown),
+        single=lambda: short_single(env_id, **kwargs, **shown),
         steps=longest + 4,
     )
 
@@ -252,15 +256,14 @@ def assert_resumed(env: Any, clone: Callable[[Any], Any], plan: list[Any]) -> No
 @every_clone
 @every_kind
 def test_a_copied_env_goes_on_identically_and_alone(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
-    assert_resumed(gym.make(env_id, **kwargs), clone, play(env_id, 9, seed=7, **kwargs))
+    assert_resumed(gym.make(env_id, **kwargs), clone, play(gym.make(env_id, **kwargs), 9, seed=7))
 
 
 @every_clone
 @every_kind
-@pytest.mark.usefixtures("short_episodes")
 def test_a_copied_vector_env_goes_on_identically_and_alone(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
     mode = MODES[CASES.index((env_id, kwargs)) % 2]
-    assert_resumed(native(env_id, 2, mode, **kwargs), clone, sampled(env_id, 14, 2, **kwargs))
+    assert_resumed(short_vector(env_id, mode, **kwargs), clone, sampled(env_id, 14, 2, **kwargs))
 
 
 @every_kind

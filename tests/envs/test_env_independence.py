@@ -4,9 +4,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.belief.hidden import CUT
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import physical
-from grind_env.envs.simulation import Episodes, Simulation
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import IDS, Array, actions, assert_same, native, rollout, start
 
@@ -76,7 +77,7 @@ def test_stock_and_lots_do_not_depend_on_the_policy() -> None:
 
 @pytest.mark.bits
 def test_measurement_noise_does_not_depend_on_the_policy() -> None:
-    simulation = Simulation(load_task("power_limited"))
+    simulation = BlockSimulation(load_task("power_limited"))
     noise = []
     for speed in (5000.0, 8000.0):
         outcome, _, observations = rollout(simulation, start(simulation, 8), speed, 1.0)
@@ -87,7 +88,7 @@ def test_measurement_noise_does_not_depend_on_the_policy() -> None:
 
 
 def tape_columns(count: int) -> dict[str, Array]:
-    episodes = start(Simulation(load_task("power_limited")), count)
+    episodes = start(BlockSimulation(load_task("power_limited")), count)
     return dict(zip(TapeRow._fields, np.moveaxis(episodes.tape, 2, 0), strict=True))
 
 
@@ -136,7 +137,7 @@ def test_the_draws_have_the_published_distributions() -> None:
 
 
 def test_the_diamond_starts_with_a_wear_flat_up_to_a_tenth_of_a_millimetre() -> None:
-    simulation = Simulation(load_task("power_limited"), full=True)
+    simulation = BlockSimulation(load_task("power_limited"), full=True)
     flat = physical(simulation.observe(start(simulation, 2000)), simulation.entries)["diamond_flat"]
     assert 0.0 <= flat.min() < 0.002 and 0.098 < flat.max() <= 0.1
     assert flat.mean() == pytest.approx(0.05, abs=5 * 0.1 / np.sqrt(12 * 2000))
@@ -154,7 +155,7 @@ def test_the_noises_are_standard_normal_and_independent() -> None:
 
 
 def test_picked_episodes_are_copies_that_go_on_alike() -> None:
-    simulation = Simulation(load_task("power_limited"))
+    simulation = BlockSimulation(load_task("power_limited"))
     episodes = start(simulation, 4)
     simulation.step(episodes, np.full(4, 6000.0), np.ones(4))
     branches = episodes.pick([2, 2, 0])

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
@@ -34,7 +34,7 @@ class Run:
     """Random episodes of a task: what happened and what was read."""
 
     def __init__(self, name: str) -> None:
-        self.simulation = Simulation(load_task(name), full=True)
+        self.simulation = BlockSimulation(load_task(name), full=True)
         self.task = task = self.simulation.task
         rng = np.random.default_rng(1)
         shape = (task.blocks, N)
@@ -222,8 +222,8 @@ def test_readings_that_mean_or_change_nothing_in_a_task_are_left_out() -> None:
     for name, (more, less) in further.items():
         task = load_task(name)
         wanted = [each for each in f"{plain} {more}".split() if each not in less.split()]
-        assert [entry.name for entry in Simulation(task).entries] == wanted
-        dressed = [entry.name for entry in Simulation(task, pre_dress=True).entries]
+        assert [entry.name for entry in BlockSimulation(task).entries] == wanted
+        dressed = [entry.name for entry in BlockSimulation(task, pre_dress=True).entries]
         at = wanted.index("remaining") + 1
         assert dressed == [*wanted[:at], "last_pre_dress", *wanted[at:]]
 
@@ -304,7 +304,7 @@ def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
 
 @pytest.mark.parametrize("name", task_names())
 def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
-    measured, full = (Simulation(load_task(name), full=value) for value in (False, True))
+    measured, full = (BlockSimulation(load_task(name), full=value) for value in (False, True))
     hidden = set(HIDDEN)
     names = [entry.name for entry in measured.entries]
     assert hidden.isdisjoint(names)

@@ -4,8 +4,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.view import view_of
+from grind_env.envs import ids
 from grind_env.render import ansi, frames
 from grind_env.render.view import NoScreenError
 from tests.envs.harness import every_id
@@ -27,12 +26,12 @@ def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) ->
 def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     shown = {}
     for mode in ("rgb_array", "ansi"):
-        env = GrindEnv("oracle6", render_mode=mode)
+        env = ids.task("oracle6", render_mode=mode)
         env.reset(seed=0)
         first = env.render()
         *_, info = env.step(ACTION)
         shown[mode] = env.render()
-        view = view_of(env.task, env.episodes, 0, env.blocks, env.outcomes)
+        view = env.view()
         assert view.cost == info["block_cost"]
         assert info["block"] == view.text
         assert np.any(first != shown[mode])
@@ -89,7 +88,7 @@ def test_stock_that_is_left_is_seen_between_wheel_and_part() -> None:
 
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
-        GrindEnv(render_mode="ansi").render()
+        ids.task(render_mode="ansi").render()
 
 
 def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,7 +102,7 @@ def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
             closed.append(True)
 
     monkeypatch.setattr(frames, "open_window", lambda title: Screen())
-    env = GrindEnv("oracle6", render_mode="human")
+    env = ids.task("oracle6", render_mode="human")
     env.reset(seed=0)
     env.step(ACTION)
     env.step(ACTION)
@@ -122,10 +121,9 @@ def test_without_a_screen_a_human_reads_text(
         raise NoScreenError("there is no screen")
 
     monkeypatch.setattr(frames, "open_window", no_screen)
-    env = GrindEnv("oracle6", render_mode="human")
+    env = ids.task("oracle6", render_mode="human")
     env.reset(seed=0)
     capsys.readouterr()
     env.step(ACTION)
-    assert env.episodes is not None
-    assert capsys.readouterr().out == ansi.panel(view_of(env.task, env.episodes, 0, env.blocks, env.outcomes)) + "\n"
+    assert capsys.readouterr().out == ansi.panel(env.view()) + "\n"
     env.close()

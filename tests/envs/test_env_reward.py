@@ -6,9 +6,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task, task_names
 from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
@@ -91,7 +91,7 @@ class Run:
     """Random episodes of a task; arrays of shape (blocks, N) or (blocks, 1)."""
 
     def __init__(self, name: str) -> None:
-        simulation = Simulation(load_task(name))
+        simulation = BlockSimulation(load_task(name))
         self.task = task = simulation.task
         rng, shape = np.random.default_rng(0), (task.blocks, 64)
         low, high = task.action.speed_range or (6.0, 21.0)
@@ -195,7 +195,7 @@ def test_the_part_is_good_when_every_limit_holds_in_every_block(name: str) -> No
 
 
 def test_handing_over_a_sharp_wheel_is_cheap_and_a_dull_one_costs_up_to_four_dresses() -> None:
-    simulation = Simulation(load_task("power_limited"))
+    simulation = BlockSimulation(load_task("power_limited"))
     # 60 s and two passes over 75 mm at 0.15 mm in 1910 rpm, 0.03 mm deep
     dress = 80.0 * 91.42 / 3600.0 + 1e-4 * 0.06 * math.pi * 300.0 * 65.0 + 0.10
     ends_sharp = np.repeat([1.0, 3.0], [59, 1])[:, None]

@@ -1,6 +1,5 @@
 """How near to its limits a block came, in the info of every form of environment, beside what the machine recorded."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +9,9 @@ import pytest
 
 import grind_env
 from grind_env.control import read
-from grind_env.envs.blocks.program import job, job_from_surface
 from grind_env.envs.infos import RATIOS
 from grind_env.envs.names import environment_id
-from grind_env.envs.reciprocation.env import ReciprocationEnv
-from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.tasks import read_task
-from grind_env.envs.wide_plates.env import WidePlatesEnv
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
@@ -44,23 +39,12 @@ def test_single_and_vector_infos_have_them(env_id: str) -> None:
         assert infos[name][0] == info[name]
 
 
-def machine_record(env: Any) -> GrindingRecord:
-    """What the machine makes of the program of a nominal episode."""
-    if isinstance(env, WidePlatesEnv):
-        return env.record()
-    shop = job_from_surface(env.task) if isinstance(env, ReciprocationEnv) else job(env.task, *env.task.kinds)
-    control = shop.control
-    if isinstance(env, ReciprocationEnv | StrokeEnv):
-        control = replace(control, operator_dress_at=env.operator_dress_at())
-    return grind(read(env.part_program()), shop, control=control)
-
-
 def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:
     """The ratios of five steps, shape (5, 3), and the record of the machine."""
     env: Any = gym.make(environment_id(name)).unwrapped
     env.reset(seed=2, options={"context": "nominal"})
     infos = [env.step(env.codec.encode(9000.0 + 1000.0 * k, k % 2)[0])[4] for k in range(5)]
-    record = machine_record(env)
+    record = env.record()
     assert not any(record.unjudged)
     return np.array([[info[each] for each in RATIOS] for info in infos]), record
 
@@ -95,11 +79,12 @@ def test_a_stroke_and_a_block_of_a_program_have_those_of_their_own() -> None:
         _, _, over, _, info = stroke.step(stroke.codec.encode(9000.0, 0.0)[0])
         powers.append(info["power_ratio"])
     limit = stroke.task.limits(stroke.task.kinds[0]).power
-    assert powers == pytest.approx((machine_record(stroke).strokes["load"] / limit).tolist(), rel=1e-9)
+    assert powers == pytest.approx((stroke.record().strokes["load"] / limit).tolist(), rel=1e-9)
     mine: Any = gym.make("grind/Job-v0", program=str(PLATE), spread=0.0).unwrapped
     mine.reset(seed=0)
-    infos = [mine.step(mine.codec.encode(9000.0, 0.0)[0])[4] for _ in mine.blocks]
-    record, limits = grind(read(mine.part_program()), mine.job), mine.job.limits
+    infos = [mine.step(mine.codec.encode(9000.0, 0.0)[0])[4] for _ in mine.simulation.blocks]
+    job = mine.simulation.job
+    record, limits = grind(read(mine.part_program()), job), job.limits
     highest = max(info["power_ratio"] for info in infos)
     assert highest == pytest.approx(record.strokes["load"].max() / limits.power, rel=1e-9)
     assert infos[-1]["roughness_ratio"] == pytest.approx(record.parts["Ra"][-1] / limits.roughness, rel=1e-9)

@@ -6,21 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grind_env.envs import ids
 from grind_env.envs.contexts import CONTEXT_FACTORS, SPLITS, ContextError, Given, read_options
-from grind_env.envs.job.env import JobEnv
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
-from grind_env.envs.job.vector_env import JobVectorEnv
 from grind_env.machine.job import Lots
-from tests.envs.harness import MODES, assert_same, job_drawn
+from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
-ENV = JobEnv()
+ENV = ids.job()
 
 
 def given_of(options: dict[str, Any]) -> Given:
-    return read_options(job_task("job", ENV.job, 1.0, ""), options, Given(), barred_factors(1.0))
+    return read_options(job_task("job", ENV.simulation.job, 1.0, ""), options, Given(), barred_factors(1.0))
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
@@ -31,7 +31,7 @@ def column(tape: JobTape, name: str) -> np.ndarray:
     return np.array([condition.factors[name] for condition in tape.conditions])
 
 
-def episode(env: JobEnv, seed: int, options: Any = None) -> list[Any]:
+def episode(env: GrindEnv, seed: int, options: Any = None) -> list[Any]:
     """What an episode of the example shows and earns."""
     steps = [env.reset(seed=seed, options=options)[0]]
     for D in (0.0, 1.0):
@@ -41,7 +41,7 @@ def episode(env: JobEnv, seed: int, options: Any = None) -> list[Any]:
 
 @pytest.mark.parametrize("name", [*CONTEXT_FACTORS, "material", "sequence"])
 def test_a_factor_either_changes_something_or_is_refused(name: str) -> None:
-    env = JobEnv(observation="full")
+    env = ids.job(observation="full")
     if name in FIXABLE:
         shown = [episode(env, 0, {"context": {"noise": 1.0, name: value}}) for value in (1.0, 1.5)]
         with pytest.raises(AssertionError):
@@ -53,11 +53,11 @@ def test_a_factor_either_changes_something_or_is_refused(name: str) -> None:
 
 def test_exact_gauges_have_no_noise_to_fix() -> None:
     with pytest.raises(ContextError, match="with spread=0 the gauges are exact: noise cannot be fixed, leave it out"):
-        JobEnv(spread=0.0).reset(options={"context": {"noise": 1.0}})
+        ids.job(spread=0.0).reset(options={"context": {"noise": 1.0}})
 
 
 def test_the_nominal_context_is_the_job_without_spread() -> None:
-    env, nominal = JobEnv(), JobEnv(spread=0.0)
+    env, nominal = ids.job(), ids.job(spread=0.0)
     for seed in (0, 1):
         assert_same(episode(env, seed, {"context": "nominal"}), episode(nominal, seed))
 
@@ -108,12 +108,11 @@ def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
 
 
 def test_a_context_holds_until_another_is_given() -> None:
-    env = JobEnv()
+    env = ids.job()
 
     def growth(**reset: Any) -> float:
         env.reset(**reset)
-        assert env.tape is not None
-        return float(column(env.tape, "hf")[0])
+        return float(column(tape_of_job(env), "hf")[0])
 
     drawn = growth(seed=0)
     assert growth(seed=0, options={"context": {"hf": 2.0}}) == 2.0 and growth() == 2.0
@@ -126,7 +125,7 @@ def test_a_context_holds_until_another_is_given() -> None:
 @pytest.mark.parametrize("mode", MODES)
 def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
     options = {"context": [{"hf": 2.0}, None, "nominal"], "split": ["all", "interpolation", "inner"]}
-    vector, singles = JobVectorEnv(num_envs=3, autoreset_mode=mode), [JobEnv() for _ in range(3)]
+    vector, singles = ids.job_vector(num_envs=3, autoreset_mode=mode), [ids.job() for _ in range(3)]
     begun = vector.reset(seed=4, options=options)[0]
     for i, env in enumerate(singles):
         own = {name: values[i] for name, values in options.items()}
@@ -152,4 +151,4 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> No
 
 
 def test_the_job_of_the_example_has_two_blocks() -> None:
-    assert len(ENV.blocks) == 2 and Path(ENV.programs.name).name == "plate_g82.nc"
+    assert len(ENV.simulation.blocks) == 2 and Path(ENV.simulation.programs.name).name == "plate_g82.nc"

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.memory import BeliefMemory, StackMemory, WrapperError, action_numbers, belief_entries
 from grind_env.envs.model import MemberModel
 from grind_env.envs.observations import bounds
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, start
 
@@ -94,7 +94,7 @@ def test_what_cannot_be_stacked_is_refused(observation: Any, action: Any, n: int
 
 
 def test_the_belief_stands_behind_the_observation_in_its_scale() -> None:
-    simulation, entries = Simulation(load_task("power_limited")), belief_entries()
+    simulation, entries = BlockSimulation(load_task("power_limited")), belief_entries()
     memory, belief = BeliefMemory(simulation, 8), WheelBelief(MemberModel(simulation), 8)
     memory.begin(4)
     belief.begin(4)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import grind_env
+from grind_env.envs import ids
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.forms import form_of
 from grind_env.envs.names import shipped_names
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.stroke.simulation import StrokeSimulation
+from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id, start
@@ -94,8 +94,7 @@ def simulation_of(name: str) -> Simulation:
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
     task: Task = read_task(name)
-    kind = StrokeSimulation if name == "stroke" else form_of(task).simulation
-    return kind(task)
+    return StrokeSimulation(task) if name == "stroke" else ids.simulation_of(task, "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())
@@ -145,8 +144,8 @@ def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
         a, b = episodes.pick(np.arange(4)), other
         for k in range(6):
             choice = np.full(4, 12_000.0), np.full(4, float(k == 2))
-            simulation.advance(a, *choice)
-            simulation.advance(b, *choice)
+            advance(simulation, a, *choice)
+            advance(simulation, b, *choice)
             differs = (simulation.observe(a) != simulation.observe(b)).any(axis=0)
             measured |= {each for each, is_other in zip(names, differs, strict=True) if is_other}
     # nothing here changes a time; counters and books count what was programmed
@@ -202,7 +201,7 @@ def test_a_worn_wheel_is_booked_when_it_is_gauged_and_not_before() -> None:
     dressed = 2.0 * task.dress.passes * task.dress.depth
     for k in range(60):
         for each in (soft, hard):
-            simulation.advance(each, np.full(4, 12_000.0), np.full(4, float(k == 3)))
+            advance(simulation, each, np.full(4, 12_000.0), np.full(4, float(k == 3)))
         a, b = (simulation.observe(each)[:, place] for each in (soft, hard))
         part = soft.block.copy()
         if (part == 0).all():

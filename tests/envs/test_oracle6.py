@@ -6,7 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.simulation import Outcome, Simulation
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, actions, assert_same, native, rollout, start
 
@@ -27,7 +28,7 @@ class Plan(NamedTuple):
 
 def costs(speeds: Array, executions: Array) -> Array:
     """$ of whole episodes, shape (N,), under plans of shape (6, N)."""
-    simulation = Simulation(load_task("oracle6"))
+    simulation = BlockSimulation(load_task("oracle6"))
     outcome, _, _ = rollout(simulation, start(simulation, speeds.shape[1]), speeds, executions)
     return outcome.cost.sum(axis=0)
 
@@ -35,7 +36,7 @@ def costs(speeds: Array, executions: Array) -> Array:
 @functools.cache
 def optimum() -> Plan:
     """The cheapest of all 8^6 plans, each of which is ground; those that begin alike share what they have ground."""
-    simulation = Simulation(load_task("oracle6"))
+    simulation = BlockSimulation(load_task("oracle6"))
     episodes, total = start(simulation, 1), np.zeros(1)
     for _ in range(6):
         count = len(total)
@@ -60,7 +61,7 @@ def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
     env = gym.make("grind/Oracle6-v0")
     best = optimum()
     plan = env.unwrapped.codec.encode(best.speeds, best.executions)
-    simulation = Simulation(load_task("oracle6"))
+    simulation = BlockSimulation(load_task("oracle6"))
     outcome, _, _ = rollout(simulation, start(simulation, 1), best.speeds[:, None], best.executions[:, None])
     env.reset(seed=0)
     infos = [env.step(action)[4] for action in plan]
@@ -99,7 +100,7 @@ def test_simple_plans_are_dearer_than_the_optimum() -> None:
 
 
 def test_the_cheapest_next_block_is_a_trap() -> None:
-    simulation = Simulation(load_task("oracle6"))
+    simulation = BlockSimulation(load_task("oracle6"))
     episodes, total = start(simulation, 1), 0.0
     for _ in range(6):
         branches = episodes.pick(np.zeros(8, int))

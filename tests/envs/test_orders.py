@@ -1,21 +1,21 @@
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.observations import physical
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, rollout, start
 
 EPISODES = 1500
-RUSH = Simulation(load_task("rush"))
+RUSH = BlockSimulation(load_task("rush"))
 
 
 def tape(name: str, count: int = EPISODES) -> TapeRow:
     """Every column of shape (episodes, blocks)."""
-    return TapeRow(*np.moveaxis(start(Simulation(load_task(name)), count).tape, 2, 0))
+    return TapeRow(*np.moveaxis(start(BlockSimulation(load_task(name)), count).tape, 2, 0))
 
 
 def nominal_time(kind: Array) -> Array:
@@ -101,7 +101,7 @@ def test_lateness_costs_600_dollars_an_hour_without_limit(speed: float, dresses:
     if speed == 3000.0:
         assert late[-1].min() > 3600.0  # an hour and more at the end, and still counting
         assert (np.diff(late[7::8], axis=0) > 0.0).all()
-    plain = Simulation(load_task("job_shop"))
+    plain = BlockSimulation(load_task("job_shop"))
     without, _, _ = rollout(plain, start(plain, 32), speed, dresses)
     np.testing.assert_array_equal(outcome.scrap_cost, without.scrap_cost)
     np.testing.assert_allclose(outcome.cost - outcome.late_cost, without.cost, rtol=1e-9)
@@ -119,7 +119,7 @@ def test_lateness_costs_600_dollars_an_hour_without_limit(speed: float, dresses:
 def test_a_dress_serves_the_next_order_of_another_kind() -> None:
     # a wheel dressed in the last block of an order is sharp for the first one of the next, of another kind
     task = load_task("job_shop")
-    simulation = Simulation(task)
+    simulation = BlockSimulation(task)
     fixed = Fixed(**{name: factor.nominal for name, factor in CONTEXT_FACTORS.items()})
     kinds = task.numbers(("wear_plate", "wear_plate", "gauge"), "")
     episodes = simulation.start([np.random.default_rng(0), np.random.default_rng(0)], [Given(fixed, kinds)] * 2)

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job, part_program
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import environment_id, task_names
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
@@ -63,7 +63,7 @@ class Episode:
 
     def __init__(self, name: str, given: Given, seed: int, policy_seed: int, pre_dress: bool) -> None:
         task = load_task(name)
-        simulation = Simulation(task)
+        simulation = BlockSimulation(task)
         episodes = simulation.start([np.random.default_rng(seed)], [given])
         wheel, tape = WheelState(*episodes.wheels[0]), episodes.tape[0].copy()
         rows = [TapeRow(*row) for row in tape]

@@ -17,15 +17,16 @@ from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.control import read
+from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
-from grind_env.envs.reciprocation.env import ReciprocationEnv
-from grind_env.envs.reciprocation.simulation import ReciprocationSimulation
-from grind_env.envs.reciprocation.vector_env import ReciprocationVectorEnv
 from grind_env.envs.tasks import read_task
+from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.state import WheelState
@@ -35,14 +36,14 @@ from tests.envs.harness import MODES, assert_same
 ID = "grind/Reciprocation-v0"
 
 
-def play(env: ReciprocationEnv, seed: int, policy_seed: int, blocks: int) -> list[dict[str, Any]]:
+def play(env: GrindEnv, seed: int, policy_seed: int, blocks: int) -> list[dict[str, Any]]:
     env.reset(seed=seed)
     size = env.action_space.shape[0]
     actions = np.random.default_rng(policy_seed).uniform(-1, 1, (blocks, size)).astype(np.float32)
     return [env.step(action)[4] for action in actions]
 
 
-def ground(env: ReciprocationEnv, blocks: int) -> GrindingRecord:
+def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     assert env.episodes is not None
     job = job_from_surface(env.task)
@@ -56,7 +57,7 @@ def ground(env: ReciprocationEnv, blocks: int) -> GrindingRecord:
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = ReciprocationEnv(predress=predress)
+    env = ids.reciprocation(predress=predress)
     infos = play(env, seed, policy_seed, 6)
     record = ground(env, 6)
     parts = record.parts
@@ -71,7 +72,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
 
 
 def test_the_blocks_of_a_step_are_the_literal_form() -> None:
-    env = ReciprocationEnv(predress=True)
+    env = ids.reciprocation(predress=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = env.episodes.tape[0, 0, 1]
@@ -88,7 +89,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
 
 
 def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
-    env = ReciprocationEnv()
+    env = ids.reciprocation()
     picks = []
     for u in (-1.0, 0.0, 0.7):
         env.reset(seed=0)
@@ -102,7 +103,7 @@ def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
 
 @pytest.mark.parametrize("pre_dress", [0.0, 1.0])
 def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> None:
-    env = ReciprocationEnv(predress=True)
+    env = ids.reciprocation(predress=True)
     env.reset(seed=6)
     assert env.episodes is not None
     stocks = env.episodes.tape[0, :, TapeRow._fields.index("gauged")]
@@ -119,7 +120,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
 
 
 def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
-    env = ReciprocationEnv()
+    env = ids.reciprocation()
     env.reset(seed=0)
     handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
     assert handed[:-1] == [0.0] * 59
@@ -134,7 +135,7 @@ def test_the_depth_of_a_stroke_follows_the_infeed_of_the_task() -> None:
     task = dataclasses.replace(read_task("reciprocation"), infeed=0.2)
     picks = []
     for each in (task, read_task("reciprocation")):
-        simulation = ReciprocationSimulation(each)
+        simulation = InfeedSimulation(each)
         episodes = simulation.start([np.random.default_rng(0)])
         simulation.step(episodes, np.array([12_000.0]), np.array([0.0]))
         picks.append(float(physical(simulation.observe(episodes)[0], simulation.entries)["last_pick"]))
@@ -193,8 +194,8 @@ def test_a_copy_goes_on_identically_and_alone(make: Callable[[], Any], clone: Ca
 @pytest.mark.parametrize("kwargs", [{}, {"observation": "full", "predress": True}])
 def test_the_vector_form_keeps_the_contract_and_the_numbers_of_single_ones(kwargs: dict[str, Any]) -> None:
     check_vector_env(
-        lambda mode: ReciprocationVectorEnv(3, autoreset_mode=mode, show_block=True, **kwargs),
-        single=lambda: ReciprocationEnv(**kwargs),
+        lambda mode: ids.reciprocation_vector(3, autoreset_mode=mode, show_block=True, **kwargs),
+        single=lambda: ids.reciprocation(**kwargs),
         steps=125,
     )
 
@@ -202,12 +203,12 @@ def test_the_vector_form_keeps_the_contract_and_the_numbers_of_single_ones(kwarg
 @pytest.mark.parametrize("mode", MODES)
 def test_gymnasium_makes_the_vector_form(mode: AutoresetMode) -> None:
     env = gym.make_vec(ID, 3, autoreset_mode=mode)
-    assert isinstance(env.unwrapped, ReciprocationVectorEnv)
+    assert isinstance(env.unwrapped, GrindVectorEnv)
     assert env.metadata["autoreset_mode"] is mode
 
 
 def test_a_bad_action_is_refused() -> None:
-    env = ReciprocationEnv()
+    env = ids.reciprocation()
     env.reset(seed=0)
     for action in (np.zeros(3), [np.nan, 0.0], "fast"):
         with pytest.raises(ActionError):
@@ -215,7 +216,7 @@ def test_a_bad_action_is_refused() -> None:
 
 
 def test_the_terms_add_up_to_the_reward() -> None:
-    env = ReciprocationEnv()
+    env = ids.reciprocation()
     env.reset(seed=0)
     vector = gym.make_vec(ID, 4)
     vector.reset(seed=0)

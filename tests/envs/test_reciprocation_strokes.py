@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
 from grind_env.envs.blocks.tables import KindRow, Shop
-from grind_env.envs.reciprocation.infeed import Infeed, Segment, segments, write_motions
-from grind_env.envs.reciprocation.step import feeding_of, infeed_stroking
+from grind_env.envs.infeed.infeed import Infeed, Segment, segments, write_motions
+from grind_env.envs.infeed.step import feeding_of, infeed_stroking
 from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.cycle import PartState
 from grind_env.machine.feeding import Motion

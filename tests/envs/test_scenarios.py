@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
@@ -27,7 +28,7 @@ COST, GOOD = (Outcome._fields.index(name) for name in ("cost", "good"))
 
 @functools.cache
 def simulation(name: str) -> Simulation:
-    return Simulation(load_task(name))
+    return BlockSimulation(load_task(name))
 
 
 def episode_costs(

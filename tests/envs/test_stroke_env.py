@@ -12,15 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.stroke.env import StrokeEnv
-from grind_env.envs.stroke.simulation import StrokeEpisodes, StrokeSimulation
-from grind_env.envs.stroke.step import TOGETHER
-from grind_env.envs.stroke.vector_env import StrokeVectorEnv
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
+from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
@@ -34,7 +34,7 @@ from tests.envs.harness import Array, assert_same, native, row_of
 ID = "grind/Stroke-v0"
 
 
-def ground(env: StrokeEnv) -> GrindingRecord:
+def ground(env: GrindEnv) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)], [env.given])
     shop = job(env.task, *env.task.kinds)
@@ -43,19 +43,19 @@ def ground(env: StrokeEnv) -> GrindingRecord:
     return grind(read(env.part_program()), shop, control=control, conditions=conditions(env.task, drawn.tape[0]))
 
 
-def tape_of(env: StrokeEnv) -> list[TapeRow]:
+def tape_of(env: GrindEnv) -> list[TapeRow]:
     """The parts of its episode."""
     assert env.episodes is not None
     return [TapeRow(*row) for row in env.episodes.tape[0].tolist()]
 
 
-def noise_of(env: StrokeEnv) -> Array:
+def noise_of(env: GrindEnv) -> Array:
     """The noise of the strokes of its episode."""
     assert isinstance(env.episodes, StrokeEpisodes)
     return env.episodes.noise[0].copy()
 
 
-def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float, fastest: float = 1.0) -> list[dict[str, Any]]:
+def play(env: GrindEnv, seed: int, policy_seed: int, dress: float, fastest: float = 1.0) -> list[dict[str, Any]]:
     """An episode at random speeds, up to an action; every stroke has a dress before it with a probability."""
     rng = np.random.default_rng(policy_seed)
     env.reset(seed=seed)
@@ -72,7 +72,7 @@ def play(env: StrokeEnv, seed: int, policy_seed: int, dress: float, fastest: flo
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), dress=st.sampled_from([0.0, 0.05, 0.3, 1.0]))
 def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy_seed: int, dress: float) -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     infos = play(env, seed, policy_seed, dress)
     record = ground(env)
     # random speeds ask a lot of the spindle, and of nothing else
@@ -96,7 +96,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy
 
 
 def test_the_program_of_a_stroke() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     env.reset(seed=0)
     blocks = [
         env.step(env.codec.encode(speed, executions)[0])[4]["block"].split("\n")
@@ -111,7 +111,7 @@ def test_the_program_of_a_stroke() -> None:
 
 
 def test_a_part_is_ground_in_picks_to_its_stock() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     infos = play(env, 3, 0, 0.1)
     record = ground(env)
     for number, row in enumerate(tape_of(env), 1):
@@ -123,12 +123,12 @@ def test_a_part_is_ground_in_picks_to_its_stock() -> None:
     assert len(infos) == len(record.strokes)
 
 
-def seen(env: StrokeEnv, observation: Any) -> dict[str, float]:
+def seen(env: GrindEnv, observation: Any) -> dict[str, float]:
     return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.observation_info(), observation, strict=True)}
 
 
 def test_what_is_seen() -> None:
-    env = StrokeEnv(observation="full")
+    env = ids.stroke(observation="full")
     first = seen(env, env.reset(seed=1)[0])
     assert (first["starts_part"], first["remaining"]) == (1.0, 1.0)
     assert first["pick"] == pytest.approx(0.02, abs=1e-7)
@@ -147,7 +147,7 @@ def test_what_is_seen() -> None:
 
 
 def test_the_size_gauge_and_the_roughness_gauge() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     env.reset(seed=2)
     views, terminated = [], False
     while not terminated:
@@ -165,7 +165,7 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
 
 
 def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     infos = play(env, 0, 0, 0.03, fastest=0.2)
     record, task = ground(env), env.task
     strokes, parts = record.strokes, record.parts
@@ -185,7 +185,7 @@ def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> 
 
 def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> None:
     simulation, seeds = find_problem("stroke").simulation(), range(3)
-    env, run = StrokeEnv(show_block=False), evaluate(make_policy("interval", simulation), simulation, seeds)
+    env, run = ids.stroke(show_block=False), evaluate(make_policy("interval", simulation), simulation, seeds)
     assert (run.executions == 1).any(axis=1).all()
     for episode in seeds:
         env.reset(seed=episode)
@@ -205,7 +205,7 @@ def test_the_best_fixed_plan_earns_minus_one_a_stroke() -> None:
 
 
 def test_the_noise_does_not_depend_on_the_policy() -> None:
-    envs = [StrokeEnv(), StrokeEnv()]
+    envs = [ids.stroke(), ids.stroke()]
     for policy_seed, env in enumerate(envs):
         play(env, 5, policy_seed, 0.1)
     assert_same(noise_of(envs[0]), noise_of(envs[1]))
@@ -227,7 +227,7 @@ def test_a_copy_goes_on_identically_and_alone(clone: Callable[[Any], Any]) -> No
 
 
 def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     for call in (lambda: env.step(np.zeros(2)), env.part_program):
         with pytest.raises(ResetNeeded):
             call()
@@ -239,8 +239,8 @@ def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
         with pytest.raises(ActionError):
             env.step(action)
     with pytest.raises(TaskError, match="measured, full"):
-        StrokeEnv(observation="hidden")
-    for make in (StrokeEnv, StrokeVectorEnv):
+        ids.stroke(observation="hidden")
+    for make in (ids.stroke, ids.stroke_vector):
         with pytest.raises(ActionError, match=r"^predress is True, but D = 1 in grind/Stroke-v0 is the dress before"):
             make(predress=True)
 
@@ -299,7 +299,7 @@ def test_a_stroke_takes_a_context_and_a_split() -> None:
     material=st.sampled_from([None, "inconel_718"]),
 )
 def test_every_stroke_is_that_of_the_machine(seed: int, dress: float, material: str | None) -> None:
-    env = StrokeEnv(show_block=False)
+    env = ids.stroke(show_block=False)
     env.reset(options={"context": {"material": material} if material else None})
     infos = play(env, seed, seed, dress)
     record, shown = ground(env), Outcome(*np.array(env.outcomes).T)
@@ -353,7 +353,7 @@ def test_a_planner_branches_an_episode() -> None:
 
 
 def test_a_stroke_that_sparks_out_adds_no_heat_that_counts() -> None:
-    env = StrokeEnv()
+    env = ids.stroke()
     env.reset(seed=0)
     strokes = env.task.strokes(env.task.kinds[0], tape_of(env)[0].stock)
     for _ in range(strokes):

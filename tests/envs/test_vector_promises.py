@@ -9,7 +9,7 @@ import pytest
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.job.env import EXAMPLE
+from grind_env.envs.job.loading import EXAMPLE
 from grind_env.errors import GrindError
 from grind_env.machine.part import PartRun
 from grind_env.machine.record import Table

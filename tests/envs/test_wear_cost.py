@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grind_env.envs import ids
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
-from grind_env.envs.forms import form_of
 from grind_env.envs.names import shipped_names
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.stroke.simulation import StrokeSimulation
+from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tasks import Task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array
@@ -26,7 +26,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return StrokeSimulation(task) if task.name == "stroke" else form_of(task).simulation(task)
+    return StrokeSimulation(task) if task.name == "stroke" else ids.simulation_of(task, "measured")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:
@@ -65,7 +65,7 @@ def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap
         before = WheelState(*episodes.wheels.T.copy()).ds
         E = np.where(rng.random(n) < 0.5, low, high)
         D = rng.choice([0.0, task.action.executions], n)
-        outcome = Outcome(*simulation.advance(episodes, E, D)[0].T)
+        outcome = Outcome(*advance(simulation, episodes, E, D)[0].T)
         left = task.rates.wheel * ring(before + LARGEST_ERROR, task.wheel.width)
         assert (outcome.wheel_cost <= left)[running].all()
         bounded = sum(getattr(outcome, f"{term}_cost") for term in BOUNDED)

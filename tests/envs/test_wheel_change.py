@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.observations import physical
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import rollout, start
 
-CBN = Simulation(load_task("CBN"), full=True)
+CBN = BlockSimulation(load_task("CBN"), full=True)
 N = 64
 STEP = 2 * 3 * 0.004
 """mm of diameter that one execution takes off."""
@@ -107,6 +107,6 @@ def test_nothing_is_known_of_a_wheel_just_mounted() -> None:
 
 
 def test_other_tasks_wear_their_wheel_without_a_change() -> None:
-    simulation = Simulation(load_task("wide_rails"))
+    simulation = BlockSimulation(load_task("wide_rails"))
     outcome, _, _ = rollout(simulation, start(simulation, 4), 12000.0, 3.0)
     assert (outcome.change_cost == 0.0).all()

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
+from grind_env.envs import ids
 from grind_env.envs.observations import physical
-from grind_env.envs.stroke.env import StrokeEnv
 from grind_env.envs.wen.actions import decode
 from grind_env.envs.wen.judging import judged
 from grind_env.envs.wen.model import CASES, WenVerdict
@@ -135,7 +135,7 @@ def value_of(formula: str, x: float) -> float:
 
 
 def inspect_arguments(about: Sheet) -> list[tuple[str, str]]:
-    return [(name, meaning) for name, _, meaning in arguments(type(about.env))]
+    return [(name, meaning) for name, _, meaning in arguments(about.make)]
 
 
 @every_id
@@ -215,7 +215,7 @@ def stroke_costs(
     speed: float, dress: bool, seeds: int, context: dict[str, Any] | None = None
 ) -> list[dict[str, float]]:
     """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
-    env = StrokeEnv(action="dict", show_block=False)
+    env = ids.stroke(action="dict", show_block=False)
     steps = []
     for seed in range(seeds):
         env.reset(seed=seed, options={"context": context})
@@ -240,7 +240,7 @@ def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None
         assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
     # both ends of the time are reached: a bare stroke, and one with loading and a dress or, on a dull wheel, a stall
     assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
-    task, most = StrokeEnv().task, about.costs["time"].most
+    task, most = ids.stroke().task, about.costs["time"].most
     load, stall = (task.rates.hourly * seconds / 3600.0 for seconds in (task.setup.load, task.machine.stall_time))
     assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(most - stall, rel=1e-9)
     stalled = max(step["time"] for step in stroke_costs(3000.0, True, 1, DULL))
@@ -307,7 +307,7 @@ def test_an_id_without_a_page_is_refused() -> None:
 def own_text(env_id: str) -> str:
     """A page without what it repeats of the docstring of the environment."""
     text = page(env_id)
-    for name, words in prose(type(sheet(env_id).env)).items():
+    for name, words in prose(sheet(env_id).make).items():
         assert words in text
         text = text.replace(words, f"<docstring: {name or 'first words'}>")
     return text.replace(section(text, "Arguments"), "\n<docstring: Args>\n\n")

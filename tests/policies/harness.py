@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.tuning.coefficients import RULES, entry_names, from_vector
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.planners.known_state import ModelPredictive
@@ -18,7 +19,7 @@ from grind_env.policies.tuned import arguments
 
 def simulated(task: str) -> Simulation:
     """The simulation of a task of the catalogue, with what is measured."""
-    return Simulation(load_task(task))
+    return BlockSimulation(load_task(task))
 
 
 def observation(simulation: Simulation, **values: float) -> NDArray[np.float32]:

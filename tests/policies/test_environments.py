@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
 from grind_env.policies.evaluation import Evaluation, evaluate, roll_out, start_episodes

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from grind_env.belief.hidden import Belief
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import nearest_speed, speed_grid
 from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
@@ -57,7 +57,7 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
     task = certain(name)
     price, growth = 1.5, 2.0
     policy = LookAhead(price=(price,) * len(task.kinds), growth=(growth,) * len(task.kinds))
-    simulation = Simulation(task)
+    simulation = BlockSimulation(task)
     episodes = simulation.start([np.random.default_rng(0)])
     policy.begin(simulation, 1)
     usual = dict.fromkeys(range(len(task.kinds)), 12000.0)

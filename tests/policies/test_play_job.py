@@ -64,6 +64,26 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(
     assert len({part["Ra"] for part in parts}) > 1 or name == "oracle6"
 
 
+@pytest.mark.parametrize("base", ["power_limited", "reciprocation", "wide_plates", "stroke"])
+def test_grind_run_of_what_a_task_of_ones_own_was_played_as_costs_what_the_episode_cost(
+    base: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    task, path = tmp_path / "mine.toml", tmp_path / "played.nc"
+    task.write_text(f'title = "Mine"\nbase = "{base}"\nblocks = 6\n')
+    assert ended("play", "--task", task, "--policy", "E9D1", "--seed", SEED, "--output", path) == 0
+    told = capsys.readouterr().out
+    # where the operator asks for the dresses, the files cannot say so, but the command that is told does
+    asked = told.partition(f"grind run {path}")[2].partition("\n")[0].split()
+    played = play(Fixed(9.0, 1), find_problem(str(task)), SEED)
+    assert asked.count("--dress-at") == len(played.requests) == (6 if base == "reciprocation" else 0)
+    ended("run", path, *asked, "--json")
+    found = json.loads(capsys.readouterr().out)
+    assert sum(part["dresses"] for part in found["parts"]) == played.dresses == 6
+    cost = sum(part["total_cost"] for part in found["parts"])
+    assert cost + played.handover == pytest.approx(played.cost, rel=1e-6)
+    assert found["good_parts"] == pytest.approx(played.good)
+
+
 def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "played.nc"
     assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--output", path) == 0

@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread
 from grind_env.policies.scripted.burn_line import BurnLine
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
@@ -88,7 +88,7 @@ def test_the_measured_ratio_is_about_the_burn_ratio_of_the_simulation():
     # of a spindle that does not slow: a slower one shows more load than it has power
     overrides = {**PLATES.task.setup.machine_overrides, "power_limit": 20_000.0}
     setup = dataclasses.replace(PLATES.task.setup, machine_overrides=overrides)
-    simulation = Simulation(dataclasses.replace(PLATES.task, setup=setup, spread=Spread()))
+    simulation = BlockSimulation(dataclasses.replace(PLATES.task, setup=setup, spread=Spread()))
     episodes = simulation.start([np.random.default_rng(0)])
     ratios, true = [], []
     for _ in range(6):

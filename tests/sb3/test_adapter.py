@@ -8,6 +8,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import A2C
 from stable_baselines3.common.vec_env import DummyVecEnv, VecCheckNan, VecEnv, VecMonitor, VecNormalize
 
+from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
@@ -20,7 +21,7 @@ WRAPPERS = {BeliefFilter: VectorBeliefFilter, HistoryStack: VectorHistoryStack}
 
 
 def native(envs: int = 3, **arguments) -> GrindVectorEnv:
-    return GrindVectorEnv(envs, autoreset_mode="SameStep", **arguments)
+    return ids.task_vector(envs, autoreset_mode="SameStep", **arguments)
 
 
 def singles(env_id: str, wrap=lambda env: env, **arguments) -> DummyVecEnv:
@@ -189,7 +190,7 @@ def test_the_adapter_hands_out_arrays_of_its_own():
 def test_the_adapter_refuses_other_autoreset_modes():
     for wrap in (lambda env: env, *WRAPPERS.values()):
         with pytest.raises(GrindError, match=r"has AutoresetMode\.NEXT_STEP, but .* needs autoreset_mode='SameStep'"):
-            SB3VecEnv(wrap(GrindVectorEnv(2)))
+            SB3VecEnv(wrap(ids.task_vector(2)))
     silent = native()
     silent.metadata = {}
     with pytest.raises(GrindError, match="has no autoreset mode, but"):

@@ -224,7 +224,7 @@ def test_the_reason_is_what_members_of_the_belief_come_to() -> None:
     assert slower.power < worn.power
     # what the dress saves does not depend on whether it is the advice
     assert dull.forecast(4, 20_000.0, 1).dress_saving == pytest.approx(worn.dress_saving)
-    assert worn.dress_cost == pytest.approx(simulation.dress_price)
+    assert worn.dress_cost == pytest.approx(simulation.branches.dress_price)
 
 
 # --- sessions -------------------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import read, read_file
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.job_file import load_job
@@ -243,7 +243,7 @@ def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
 
 def test_the_search_finds_the_optimum_of_oracle6() -> None:
     """The task itself, block by block, against dynamic programming over all its plans."""
-    simulation = Simulation(load_task("oracle6"))
+    simulation = BlockSimulation(load_task("oracle6"))
     optimum, choices = exact_optimum(simulation), all_choices(simulation.task, 20)
     start = simulation.start([np.random.default_rng(0)])
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import repeated
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind as ground
 from grind_env.machine.job import Job, JobError, PartConditions
@@ -45,7 +45,7 @@ def test_oracle6_as_a_program_comes_to_its_optimum(oracle6: Path, grind: Grind) 
     status, out, _ = grind("optimise", oracle6, *words, "-o", better, "--json")
     found = json.loads(out)
     cost = next(each for each in found["quantities"] if each["name"] == "cost")
-    optimum = exact_optimum(Simulation(load_task("oracle6")))
+    optimum = exact_optimum(BlockSimulation(load_task("oracle6")))
     assert (status, found["lots"]) == (0, 1)
     assert 6.0 * cost["after"]["value"] <= 1.001 * optimum.cost
     parts = json.loads(grind("run", better, "--job", oracle6.with_suffix(".toml"), "--json")[1])["parts"]
@@ -53,7 +53,7 @@ def test_oracle6_as_a_program_comes_to_its_optimum(oracle6: Path, grind: Grind) 
 
 
 def test_the_optimal_words_cost_what_the_task_says(oracle6: Path) -> None:
-    optimum = exact_optimum(Simulation(load_task("oracle6")))
+    optimum = exact_optimum(BlockSimulation(load_task("oracle6")))
     trials = trials_of(read_file(oracle6), load_job(oracle6.with_suffix(".toml")), 1, [(0,)])
     settings = trials.own[None].copy()
     settings[0, :, E], settings[0, :, D] = optimum.speeds, optimum.executions

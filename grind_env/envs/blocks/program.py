@@ -8,7 +8,7 @@ import itertools
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,9 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.control import read
 from grind_env.envs.blocks.tables import ShopMemory
 from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
+from grind_env.errors import quoted
 from grind_env.machine.cycle import PartState
 from grind_env.machine.dress_program import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times, WheelStart
@@ -33,6 +34,8 @@ CLEAR = 20.0
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
 """What is left out of a comment: parentheses, which end it, and what a control may not have."""
 LONGEST_COMMENT = 80
+CYCLES = ("G81", "G82", "G83")
+"""The cycles of blocks: with an infeed of the program, with plunge picks, and with cross picks on wider parts."""
 NEAR = 1.0
 """mm; from here on the wheel comes down beside the part with a feed."""
 
@@ -51,6 +54,8 @@ class CycleBlock(NamedTuple):
     """D."""
     pre_dress: bool
     """Whether the block begins with a dress (G82.1)."""
+    wheel: WheelState
+    """With which it began."""
     wheel_changes: int
     """Wheel changes of the episode before the block."""
 
@@ -68,8 +73,8 @@ def coming_block(
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     kind = task.kinds[int(row.kind)]
     surface = 0.0 if kind.starts_part else PartState(*episodes.parts[i].tolist()).Z
-    changes = int(episodes.memory[i, WHEEL_CHANGES])
-    return CycleBlock(kind, surface, row.stock, float(speed), int(executions), pre_dress > 0.0, changes)
+    wheel, changes = WheelState(*episodes.wheels[i].tolist()), int(episodes.memory[i, WHEEL_CHANGES])
+    return CycleBlock(kind, surface, row.stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
@@ -163,6 +168,24 @@ def dress_program(task: Task) -> list[str]:
     return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
 
 
+def check_task(task: Task, cycle: str | None = None) -> None:
+    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
+
+    Raises:
+        TaskError: there is no such cycle, it is not that of the task, or its dresses leave no time for their program.
+    """
+    try:
+        job(task, task.kinds[0])
+    except TaskError as error:
+        raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
+    if cycle is None:
+        return
+    if cycle not in CYCLES:
+        raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(CYCLES)}")
+    if cycle != task.cycle:
+        raise TaskError(f"cycle is {cycle!r}, but the blocks of {task.name} are {task.cycle}: leave it out")
+
+
 def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
 
@@ -201,14 +224,9 @@ def job_of_kinds(task: Task, blocks: Sequence[CycleBlock]) -> Job:
     return job(task, *(block.kind for block in blocks[: first + 1]))
 
 
-def job_from_surface(task: Task, blocks: Sequence[Any] = ()) -> Job:
+def job_from_surface(task: Task) -> Job:
     """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
     return job(task, *task.kinds, first=0.0)
-
-
-def job_of_strokes(task: Task, blocks: Sequence[Any]) -> Job:
-    """The job of a task whose steps are strokes."""
-    return job(task, *task.kinds)
 
 
 def drawn_job(task: Task, bare: Job, wheel: WheelState, tape: NDArray[np.float64]) -> Job:

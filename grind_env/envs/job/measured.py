@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.blocks.simulation import BOOKED, DIAMETER
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
-from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.step import Found, settle_jobs
 from grind_env.envs.job.tape import NEW_LOT
 from grind_env.envs.observations import gauged_diameter, measured_roughness
-from grind_env.envs.simulation import BOOKED, DIAMETER
 from grind_env.machine.settings import D, E
 from grind_env.machine.tally import Tally
 
@@ -58,12 +58,8 @@ class MeasuredEpisode:
     """
 
     def __init__(self, simulation: JobSimulation) -> None:
-        self.simulation = simulation.without_spread()
-        self.simulation.change_shop(simulation.shop._replace(least_diameter=0.0))
-        self._shops = np.array([self.simulation.shop])
-        episodes = self.simulation.start([np.random.default_rng(0)])
-        assert isinstance(episodes, JobEpisodes)
-        self._episodes = episodes
+        self.simulation = simulation.without_spread().without_wheel_changes()
+        self._episodes = self.simulation.start([np.random.default_rng(0)])
         self._episodes.tape[..., NEW_LOT] = 0.0
         self._episodes.tape[0, 0, NEW_LOT] = 1.0
 
@@ -100,7 +96,7 @@ class MeasuredEpisode:
         speeds, dresses = np.array([speed]), np.array([float(executions)])
         settings[:, E], settings[:, D] = speeds, dresses
         # a wheel as it was mounted: the nominal one may stall where the true one has not
-        fresh = simulation.first_wheels(1)
+        fresh = simulation.branches.first_wheels(1)
         fresh[:, DIAMETER] = episodes.wheels[:, DIAMETER]
         episodes.wheels[:] = fresh
         _, tallies = simulation.step(episodes, speeds, dresses)
@@ -125,8 +121,8 @@ class MeasuredEpisode:
         if measured.diameter is not None:
             episodes.wheels[0, DIAMETER] = measured.diameter
         outcome, found_row = np.zeros((1, OUTCOME_FIELDS)), np.array([found])
-        state = episodes.compiled_arrays()
-        settle_jobs(simulation.kinds, self._shops, state, settings, np.array([0]), tallies, found_row, outcome)
+        state, shops = episodes.compiled_arrays(), simulation.shops
+        settle_jobs(simulation.kinds, shops, state, settings, np.array([0]), tallies, found_row, outcome)
         if ends:
             episodes.memory[0, GAUGED] = NONE_GAUGED if measured.Ra is None else self._roughness(measured.Ra)
         if measured.diameter is not None:

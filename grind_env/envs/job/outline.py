@@ -128,6 +128,11 @@ def outline_of_runs(
     return blocks
 
 
+def parts_of(blocks: Sequence[BlockOutline]) -> int:
+    """How many parts a program of these blocks grinds."""
+    return max(sum(block.finished for block in blocks), blocks[-1].part + 1)
+
+
 def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
     """What a program comes by whatever is chosen in its blocks."""
     return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)

@@ -5,18 +5,24 @@ Both are judged and remembered by the same compiled functions.
 """
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.tables import FOUND, Outcome
+from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
+from grind_env.envs.blocks.tables import FOUND, Outcome, Shop
 from grind_env.envs.contexts import Given
+from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.job.branches import ProgramBranches
+from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -25,67 +31,36 @@ from grind_env.envs.job.outline import (
     course_of,
     outline_of_runs,
     outline_of_script,
+    parts_of,
     refuse_many,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.step import (
-    FOUND_FIELDS,
-    STAGE_FIELDS,
-    Found,
-    JobArrays,
-    settle_jobs,
-    step_jobs,
-    step_zoned_jobs,
-)
-from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, job_tape
+from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
+from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, barred_factors, job_tape
+from grind_env.envs.job.text import with_words_chosen
+from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import DIAMETER, KIND, TAPE_STOCK, Episodes, EpisodesT, Numbers, Simulation, Table
+from grind_env.envs.simulation import Written
 from grind_env.machine.choice import taken
 from grind_env.machine.compiled import handover_cost
 from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job, require_conditions
-from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
+from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script import Script, script_of
 from grind_env.machine.script_block import ScriptError
 from grind_env.machine.script_tables import is_whole, tables_of
 from grind_env.machine.settings import D, E, Ranges, own_settings
 from grind_env.machine.strips import Zone
 from grind_env.machine.tally import Tally
-from grind_env.process.cost import running_cost
-from grind_env.process.equations import dressed_volume
+from grind_env.render.view import View
 
+CHANGE_SECONDS = Shop._fields.index("change_seconds")
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
-@dataclass(slots=True)
-class JobEpisodes(Episodes):
-    """The state of N episodes.
-
-    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `surfaces` are
-    the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
-    with, shape (N,); `programs` are those under execution if the control runs them.
-    """
-
-    stages: Table
-    surfaces: Table
-    first: Numbers
-    programs: list[ProgramEpisode]
-
-    def compiled_arrays(self) -> JobArrays:
-        """What the compiled step takes of them."""
-        return JobArrays(*(getattr(self, name) for name in JobArrays._fields))
-
-    def pick(self, index: ArrayLike) -> "JobEpisodes":
-        """Copies of the episodes at `index` (which may repeat); a program under execution is run anew."""
-        chosen = np.asarray(index)
-        arrays = {name: array[chosen] for name, array in self.arrays().items() if name != "programs"}
-        programs = [copy.deepcopy(self.programs[i]) for i in chosen.tolist()] if self.programs else []
-        return JobEpisodes(programs=programs, **arrays)
-
-
-class JobSimulation(Simulation):
-    """Steps episodes of a program.
+class JobSimulation:
+    """Steps episodes of a program; the methods are those of `Simulation`.
 
     Args:
         programs: the program.
@@ -107,6 +82,10 @@ class JobSimulation(Simulation):
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
 
+    by_block: ClassVar[bool] = True
+    pre_dress: ClassVar[bool] = False
+    """The program says which cycles begin with a dress."""
+
     def __init__(
         self,
         programs: Programs,
@@ -124,6 +103,7 @@ class JobSimulation(Simulation):
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
+        self.barred = barred_factors(spread)
         self.why: ScriptError | None = None
         self.script: Script | None = None
         try:
@@ -143,10 +123,11 @@ class JobSimulation(Simulation):
         self._zones = 1 if self.script is None else len(self.tables.zones)
         self._whole = self.script is not None and is_whole(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
-        self.parts = max(sum(block.finished for block in self.blocks), self.blocks[-1].part + 1)
+        self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
-        self._kind_of_block, kinds = kinds_of(task, self.blocks, job)
-        sequence = tuple(kinds[number].name for number in self._kind_of_block.tolist())
+        kind_of_block, kinds = kinds_of(task, self.blocks, job)
+        self.branches = ProgramBranches(self.blocks, job, kind_of_block, task.wheel_revolutions)
+        sequence = tuple(kinds[number].name for number in kind_of_block.tolist())
         self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
         constant = constant_readings(self.blocks, job, spread, picks=bool(picks))
         self.entries = job_readings(task, constant, full=full)
@@ -154,7 +135,7 @@ class JobSimulation(Simulation):
         self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
         self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
-        self.base, self.shop = np.array([job.parameters]), shop_of(job, 1.0)
+        self.shops = np.array([shop_of(job, 1.0)])
         self._said_of = coming(self.blocks, self.entries)
         said = np.isfinite(self._said_of).all(axis=0)
         self._said, self._read = np.flatnonzero(said), np.flatnonzero(~said)
@@ -164,27 +145,32 @@ class JobSimulation(Simulation):
         self._scaling = scaled._replace(layout=scaled.layout._replace(materials=np.array([-1])))
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
         self._inch = np.array([block.inch for block in self.blocks])
-        self._begin_with(self._generator_of(0.0))
+        self._generator = self._generator_of(0.0)
         cost = self._nominal_cost(between)
         if not cost > 0.0:
             raise JobProgramError(
                 f"{programs.name} costs nothing with this job; give its machine an hourly_rate above 0"
             )
-        self.task, self.shop = replace(self.task, reference_cost=cost), shop_of(job, cost)
-        self._begin_with(self._generator_of(spread))
+        self.task, self.shops = replace(self.task, reference_cost=cost), np.array([shop_of(job, cost)])
+        self._generator = self._generator_of(spread)
 
     def _generator_of(self, spread: float) -> JobGenerator:
-        job, blocks = self.job, self.blocks
-        self._wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        job, wheel = self.job, self.branches.wheel
         if job.parts:
             stocks = [job.of_part(number).part.stock for number in range(1, self.parts + 1)]
-            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], stocks, spread, self._wheel)
-        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, self._wheel)
+            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], stocks, spread, wheel)
+        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, wheel)
 
     def without_spread(self) -> "JobSimulation":
         """The same, read in the same way, with nominal parts and exact gauges."""
         twin = copy.copy(self)
-        twin._begin_with(twin._generator_of(0.0))
+        twin._generator = self._generator_of(0.0)
+        return twin
+
+    def without_wheel_changes(self) -> "JobSimulation":
+        """As `Simulation.without_wheel_changes`."""
+        twin = copy.copy(self)
+        twin.shops = without_least_diameter(self.shops)
         return twin
 
     def _nominal_cost(self, between: Callable[[], object]) -> float:
@@ -201,13 +187,28 @@ class JobSimulation(Simulation):
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 
+    @property
+    def compiled(self) -> bool:
+        """Whether the program has a script; the control executes any other, one episode after the other."""
+        return self.script is not None
+
+    @property
+    def most_steps(self) -> int:
+        """As `Simulation.most_steps`."""
+        return len(self.blocks)
+
+    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
+        """As `Simulation.start`."""
+        episodes = self.room(len(rngs))
+        self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
+        return episodes
+
     def room(self, n: int) -> JobEpisodes:
-        """Arrays for N episodes."""
-        surfaces = np.empty((n, self._zones, len(Zone._fields)))
+        """As `Simulation.room`."""
         return JobEpisodes(
-            **super().room(n).arrays(),
+            **room_for(n, len(self.blocks)),
             stages=np.zeros((n, STAGE_FIELDS)),
-            surfaces=surfaces,
+            surfaces=np.empty((n, self._zones, len(Zone._fields))),
             first=np.zeros(n, np.int64),
             programs=[],
         )
@@ -215,8 +216,10 @@ class JobSimulation(Simulation):
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """Put new episodes at `index`; as `Simulation.restart_all`."""
-        super().restart_all(episodes, index, rngs, given)
+        """As `Simulation.restart_all`."""
+        rows = np.array(index)
+        self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
+        self.clear(episodes, rows)
         if self.script is None:
             for i in index:
                 conditions = self.tape(episodes, i).conditions
@@ -228,89 +231,12 @@ class JobSimulation(Simulation):
         found = job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
         return replace(found, conditions=self.job.parts[: self.parts]) if self.job.parts else found
 
-    @property
-    def compiled(self) -> bool:
-        """Whether the program has a script; the control executes any other, one episode after the other."""
-        return self.script is not None
-
-    @property
-    def usual_dress(self) -> tuple[float, float]:
-        """As `Simulation.usual_dress`, of the first dress program; that of any new wheel without one."""
-        for block in self.blocks:
-            if block.dress is not None:
-                return block.dress.feed, block.dress.depth
-        return USUAL_LEAD * self.task.wheel_revolutions, USUAL_DEPTH
-
-    @property
-    def dress_price(self) -> float:
-        """As `Simulation.dress_price`, of the first dress program; 0 without one."""
-        for block in self.blocks:
-            if (dress := block.dress) is not None:
-                wheel = self.job.setup.wheel
-                volume = dressed_volume(dress.passes, dress.depth, wheel.diameter, wheel.width)
-                return running_cost(dress.seconds, volume, 1.0, self.job.rates)
-        return 0.0
-
-    def first_wheels(self, count: int) -> Table:
-        """As `Simulation.first_wheels`: every episode begins with the same one."""
-        return np.tile(self._wheel, (count, 1))
-
-    def nominal_parameters(self) -> Table:
-        """Those of the job, for every kind."""
-        return np.repeat(self.base, len(self.task.kinds), axis=0)
-
-    def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
-        """Number of the coming block, from the share of the program that remains; shape (N,)."""
-        blocks = len(self.blocks)
-        return np.clip(np.rint(blocks * (1.0 - seen["remaining"])), 0, blocks - 1).astype(np.int64)
-
-    def coming_kinds(self, seen: Mapping[str, Table]) -> Numbers:
-        """As `Simulation.coming_kinds`: a cycle block of the text is a kind."""
-        return self.kind_of_row(self.coming_rows(seen))
-
-    def rows_of(self, tape: Table) -> Numbers:
-        """Number of the blocks on a tape, shape (..., fields of `TapeRow`)."""
-        return np.asarray(tape[..., KIND]).astype(np.int64)
-
-    def kind_of_row(self, row: Numbers) -> Numbers:
-        """Number of the kind of a block."""
-        return self._kind_of_block[row]
-
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """As `Simulation.clear`."""
-        super().clear(episodes, index)
+        forget(episodes, index, self.task.start.volume)
         mine = _job_episodes(episodes)
         mine.stages[index] = 0.0
         mine.first[index] = 0
-
-    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """As `Simulation.load`; rows are numbers of blocks."""
-        mine = _job_episodes(episodes)
-        mine.block[index] = mine.first[index] = rows
-        mine.tape[index, 0, KIND] = rows
-        mine.tape[index, 0, TAPE_STOCK] = stocks * self.job.part.stock
-
-    def coming_blocks(self, episodes: Episodes) -> Table:
-        """As `Simulation.coming_blocks`."""
-        at = np.minimum(episodes.block - _job_episodes(episodes).first, episodes.tape.shape[1] - 1)
-        return np.asarray(episodes.tape[np.arange(len(at)), at])
-
-    def window(self, episodes: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
-        """As `Simulation.window`; the wheel left behind is charged for after the last block of the program only."""
-        at = np.full(len(owner), first)
-        cut = {"tape": tape[owner, first : first + blocks], "block": at, "first": at.copy()}
-        return replace(episodes, **cut)
-
-    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
-        """The episodes themselves: what a tape of one block says holds for those after it."""
-        return episodes
-
-    def part_from(self, block: int) -> range:
-        """As `Simulation.part_from`."""
-        last = block
-        while last + 1 < len(self.blocks) and not self.blocks[last].finished:
-            last += 1
-        return range(block, last + 1)
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
@@ -321,9 +247,43 @@ class JobSimulation(Simulation):
         said = np.where(speeds == self._own[number, E], speeds, said)
         return said, executions * self._takes_dresses[number]
 
-    def text(self, block: int, speed: float, executions: float) -> str:
-        """What the control reads for a block."""
-        return with_words(self.blocks[block].block, self.words(block, speed, executions)).source.text
+    def over(self, episodes: Episodes) -> NDArray[np.bool_]:
+        """As `Simulation.over`."""
+        return episodes.block >= len(self.blocks)
+
+    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
+        """As `Simulation.block`."""
+        return RunBlock(int(episodes.block[i]), float(speed), int(executions))
+
+    def text(self, block: RunBlock) -> str:
+        """As `Simulation.text`."""
+        return with_words(self.blocks[block.number].block, self.words(*block)).source.text
+
+    def program(self, blocks: Sequence[RunBlock]) -> str:
+        """As `Simulation.program`; blocks that have not been run keep their own words.
+
+        Raises:
+            JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
+        """
+        return with_words_chosen(
+            self.programs, [(self.blocks[block.number].block, self.words(*block)) for block in blocks]
+        )
+
+    def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
+        """As `Simulation.written`."""
+        return Written(self.program(blocks), replace(self.job, parts=self.tape(episodes, i).conditions))
+
+    def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
+        """As `Simulation.record`, up to the block that comes after these."""
+        program = ProgramEpisode(self.programs, self.job, self.tape(episodes, i).conditions)
+        for block in blocks:
+            program.step(self.words(*block))
+        return program.run.record()
+
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]) -> View:
+        """As `Simulation.view`."""
+        text = self.text(blocks[-1]) if blocks else ""
+        return job_view(self.programs.name, self.job, self.blocks, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
@@ -372,18 +332,33 @@ class JobSimulation(Simulation):
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         step = step_jobs if self._whole else step_zoned_jobs
-        times = self.script.approach, self.job.times.load
-        room = np.empty((n, self.base.shape[1])), np.empty(n), np.empty(n)
-        tables = *self.tables, self.kinds, self.base, self._shops, *times, *room
+        base, times = self.branches.base, (self.script.approach, self.job.times.load)
+        room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n)
+        tables = *self.tables, self.kinds, base, self.shops, *times, *room
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """Observations of the coming blocks, shape (N, entries), float32."""
+        """As `Simulation.observe`."""
         observations = np.empty((len(episodes.block), len(self.entries)), np.float32)
-        observations[:, self._read] = super().observe(episodes)
+        measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
+        observe_blocks(
+            self.kinds,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            episodes.memory,
+            self.shops,
+            *self._scaling,
+            measured,
+        )
+        observations[:, self._read] = measured
         observations[:, self._said] = self._said_of[episodes.block][:, self._said]
         return observations
+
+    def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
+        """As `Simulation.read`."""
+        return readings_of(observation, self.entries, self.usual)
 
     def _execute(
         self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
@@ -397,7 +372,7 @@ class JobSimulation(Simulation):
             machine = programs[i].run
             change = machine.mount.changes - changes[i]
             tally = tally_of(run, self.job, self.blocks[episodes.block[i]].finish)
-            tallies[i] = tally._replace(seconds=tally.seconds - change * self.shop.change_seconds)
+            tallies[i] = tally._replace(seconds=tally.seconds - change * float(self.shops[0, CHANGE_SECONDS]))
             finished = run.finished
             error = finished["worst_error"][-1] if finished.size else 1000.0 * machine.part.left
             roughness = finished["Ra"][-1] if finished.size else (run.strokes["Ra"][-1] if run.strokes.size else 0.0)
@@ -413,7 +388,7 @@ class JobSimulation(Simulation):
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
         state = episodes.compiled_arrays()
-        settle_jobs(self.kinds, self._shops, state, chosen, active, tallies, found, outcomes)
+        settle_jobs(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""

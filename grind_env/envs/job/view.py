@@ -5,10 +5,12 @@ from typing import NamedTuple
 
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.simulation import Episodes
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.outline import BlockOutline, parts_of
+from grind_env.envs.job.readings import ACTION
 from grind_env.envs.view import STOCK_ROOM
 from grind_env.machine.cycle import PartState
+from grind_env.machine.job import Job
 from grind_env.process.cost import NO_LIMIT
 from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
@@ -28,42 +30,47 @@ class RunBlock(NamedTuple):
 
 
 def job_view(
-    simulation: JobSimulation,
+    name: str,
+    job: Job,
+    outlines: Sequence[BlockOutline],
     episodes: Episodes,
     i: int,
     blocks: Sequence[RunBlock],
     outcomes: Sequence[Outcome],
-    speeds: tuple[float, float],
+    text: str,
 ) -> View:
     """Episode i of a user's program as it stands, at rest between two blocks.
 
     Args:
-        simulation: of the program.
+        name: of the program.
+        job: its job.
+        outlines: its cycle blocks.
         episodes: its episodes.
         i: which of them.
         blocks: those that it has run.
         outcomes: what came of each.
-        speeds: lowest and highest E, mm/min.
+        text: what the control has read for the last one.
     """
-    job, number = simulation.job, min(int(episodes.block[i]), len(simulation.blocks) - 1)
-    coming = simulation.blocks[number]
+    number = min(int(episodes.block[i]), len(outlines) - 1)
+    coming = outlines[number]
     loads = coming.starts_part and (not blocks or blocks[-1].number != number)
     stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
     part = PartState(*episodes.parts[i].tolist())
-    shown = coming.part if loads or not blocks else simulation.blocks[blocks[-1].number].part
+    shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
+    lowest, highest = ACTION.speed_ends
     return View(
         extent=Extent(
-            title=simulation.programs.name,
-            blocks=len(simulation.blocks),
-            parts=simulation.parts,
+            title=name,
+            blocks=len(outlines),
+            parts=parts_of(outlines),
             new_diameter=job.setup.wheel.diameter,
-            lowest_speed=speeds[0],
-            highest_speed=speeds[1],
+            lowest_speed=1000.0 * lowest,
+            highest_speed=1000.0 * highest,
             most_executions=max((block.executions for block in blocks), default=1) or 1,
             longest=job.part.length,
             thickest=STOCK_ROOM * job.part.stock,
         ),
-        ground=tuple(_ground(simulation, *each) for each in zip(blocks, outcomes, strict=True)),
+        ground=tuple(_ground(job, *each) for each in zip(blocks, outcomes, strict=True)),
         wheel=WheelState(*episodes.wheels[i].tolist()),
         part=Workpiece(
             name=f"part {shown + 1}",
@@ -71,17 +78,12 @@ def job_view(
             stock=stock,
             left=stock if not blocks else stock - part.S,
         ),
-        text=text_of(simulation, blocks[-1]) if blocks else "",
+        text=text,
     )
 
 
-def text_of(simulation: JobSimulation, block: RunBlock) -> str:
-    """What the control reads for a block."""
-    return simulation.text(block.number, block.speed, block.executions)
-
-
-def _ground(simulation: JobSimulation, block: RunBlock, outcome: Outcome) -> GroundBlock:
-    finished, limits = outcome.finished > 0.0, simulation.job.limits
+def _ground(job: Job, block: RunBlock, outcome: Outcome) -> GroundBlock:
+    finished, limits = outcome.finished > 0.0, job.limits
     return GroundBlock(
         speed=block.speed,
         executions=block.executions,

@@ -2,7 +2,8 @@
 
 from grind_env.envs.names import FOLDER, task_names
 from grind_env.envs.tasks.checks import CROSS_FEED, PICK_FEED
-from grind_env.envs.tasks.definition import DRESS_CLEARANCE, Task
+from grind_env.envs.tasks.definition import Task
+from grind_env.envs.tasks.numbers import DRESS_CLEARANCE, TaskNumbers
 from grind_env.envs.tasks.reading import load_task, read_task
 from grind_env.envs.tasks.tables import (
     ActionRange,
@@ -31,6 +32,7 @@ __all__ = [
     "Start",
     "Task",
     "TaskError",
+    "TaskNumbers",
     "TaskSetup",
     "WheelChange",
     "load_task",

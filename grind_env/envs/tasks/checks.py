@@ -1,17 +1,14 @@
 """What the tables of a task must keep together: whole parts, a wheel that suits them, blocks that a program can say."""
 
 import math
-from typing import TYPE_CHECKING
 
 from grind_env.control.rules import motion_time, picks_to
+from grind_env.envs.tasks.numbers import TaskNumbers
 from grind_env.envs.tasks.tables import Kind, TaskError
 from grind_env.errors import quoted, shortened
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
-
-if TYPE_CHECKING:
-    from grind_env.envs.tasks.definition import Task
 
 PICK_FEED, CROSS_FEED = 60.0, 1500.0
 """mm/min of the picks of a G82, and of all picks of a G83."""
@@ -20,7 +17,7 @@ MOST_STROKES, MOST_ACROSS = 100_000, 200
 """Strokes of a block, and of a traverse; with more of them a pick or an infeed is a slip."""
 
 
-def check_whole(task: "Task") -> None:
+def check_whole(task: TaskNumbers) -> None:
     """Check what depends on more than one table, or on the catalogue.
 
     Raises:
@@ -54,14 +51,14 @@ def check_whole(task: "Task") -> None:
     _check_start(task)
 
 
-def _refuse_pieces(task: "Task", place: str) -> None:
+def _refuse_pieces(task: TaskNumbers, place: str) -> None:
     """Refuse kinds that are no whole parts."""
     for kind in task.kinds:
         if not (kind.starts_part and kind.ends_part):
             raise TaskError(f"{place}: a {kind.name} is no whole part: let it start and end one", "kind.ends_part")
 
 
-def _check_wheel_covers(task: "Task", kind: Kind) -> None:
+def _check_wheel_covers(task: TaskNumbers, kind: Kind) -> None:
     wheel = task.wheel.width
     sizes = f"a {kind.name} of {shortened(task.name)} is {kind.width:g} mm wide, the wheel {wheel:g} mm"
     if task.cycle != "G83" and kind.width > wheel:
@@ -72,7 +69,7 @@ def _check_wheel_covers(task: "Task", kind: Kind) -> None:
         raise TaskError(message, "kind.width", kind.width)
 
 
-def _check_strokes(task: "Task", kind: Kind) -> None:
+def _check_strokes(task: TaskNumbers, kind: Kind) -> None:
     """Refuse more strokes than anyone waits for, and picks that are not over when the table is back."""
     fastest = task.stroke_seconds(kind, task.action.speed_ends[1])
     strokes = 60.0 * kind.stock / task.infeed / fastest if task.infeed > 0.0 else task.strokes(kind, kind.stock)
@@ -96,7 +93,7 @@ def _check_strokes(task: "Task", kind: Kind) -> None:
             )
 
 
-def _check_infeeds(task: "Task") -> None:
+def _check_infeeds(task: TaskNumbers) -> None:
     """Refuse more dresses than there are micrometres to part the infeed between them."""
     for kind in task.kinds:
         least = kind.stock * (kind.least_stock if task.spread.stock > 0.0 else 1.0)
@@ -109,7 +106,7 @@ def _check_infeeds(task: "Task") -> None:
             )
 
 
-def _check_crossing(task: "Task") -> None:
+def _check_crossing(task: TaskNumbers) -> None:
     if task.infeed > 0.0:
         raise TaskError("the task has both infeed (G81) and cross_pick (G83): give one of the two", "cross_pick")
     if len(task.kinds) > 1:
@@ -123,7 +120,7 @@ def _check_crossing(task: "Task") -> None:
         raise wrong("cross_pick", task.cross_pick, legal, TaskError)
 
 
-def _check_start(task: "Task") -> None:
+def _check_start(task: TaskNumbers) -> None:
     area, left = task.start.wear_flat_area, task.start.executions_left
     if area is not None and area >= task.wheel.wear_flat_limit:
         raise wrong("start.wear_flat_area", area, f"below {task.wheel.wear_flat_limit:g} for {task.wheel}", TaskError)

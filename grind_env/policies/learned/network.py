@@ -13,7 +13,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
 from grind_env.policies.choices import Decision

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.blocks.tables import KindRow, Outcome, ShopMemory
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.machine.tally import Tally
@@ -83,14 +84,14 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
         if simulation.over(state).all():
             break
         # two rows of tape, so that only the last block is charged for the wheel it leaves behind
-        here = simulation.window(state, start.tape, owner, k, 2)
+        here = state.window(start.tape, owner, k, 2)
         branches = here.pick(np.repeat(np.arange(len(owner)), count))
         decision = np.tile(choices.speeds, len(owner)), np.tile(choices.executions, len(owner))
-        outcomes, results = simulation.advance(branches, *decision)
+        outcomes, results = advance(simulation, branches, *decision)
         cost = np.repeat(cost, count) + outcomes[:, COST]
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
         # what a part in work has lost of its chances is charged with its last block, but decides now
-        number = simulation.rows_of(simulation.coming_blocks(here))
+        number = simulation.branches.rows_of(here.coming())
         # a step that is a stroke ends its part only where the block moves on
         finished = (branches.block > np.repeat(here.block, count)) & np.repeat(ends[number] > 0.0, count)
         at_stake = np.where(finished | simulation.over(branches), 0.0, np.repeat(scrap[number], count))

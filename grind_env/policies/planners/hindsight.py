@@ -6,7 +6,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
 from grind_env.policies.columns import COST
@@ -83,7 +84,7 @@ def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.rando
         best = cost.argmin(axis=0)
         plan.speeds[:, k:] = speeds[best, np.arange(n)]
         plan.executions[:, k:] = executions[best, np.arange(n)]
-        simulation.advance(state, plan.speeds[:, k].copy(), plan.executions[:, k].copy())
+        advance(simulation, state, plan.speeds[:, k].copy(), plan.executions[:, k].copy())
     return plan
 
 
@@ -95,7 +96,7 @@ def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions
     D = np.ascontiguousarray(executions.reshape(-1, blocks).T)
     cost = np.zeros(plans * n)
     for k in range(blocks):
-        cost += simulation.advance(branches, E[k], D[k])[0][:, COST]
+        cost += advance(simulation, branches, E[k], D[k])[0][:, COST]
     return cost.reshape(plans, n)
 
 

@@ -10,8 +10,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import LEAST_SLACK
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation, advance
 from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import (
     AREA,
@@ -56,9 +57,9 @@ class FullStateRule(SharpnessRule):
 
     def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
         """The decision for episodes whose state is known, with that many blocks still to grind."""
-        coming = self.simulation.coming_blocks(episodes)
+        coming = episodes.coming()
         wheels, task = episodes.wheels, self.task
-        rows = self.simulation.rows_of(coming)
+        rows = self.simulation.branches.rows_of(coming)
         nominal = self.simulation.kinds[rows, NOMINAL_STOCK]
         changed = episodes.memory[:, CHANGES] > 0.0
         ln_kA, ln_roughness = (np.log(np.where(changed, coming[:, new], coming[:, old])) for old, new in OF_WHEEL)
@@ -75,7 +76,7 @@ class FullStateRule(SharpnessRule):
             volume=wheels[:, VOLUME],
             severity=nothing,
             stock=coming[:, GAUGED] / nominal,
-            kind=self.simulation.kind_of_row(rows).astype(np.float64),
+            kind=self.simulation.branches.kind_of_row[rows].astype(np.float64),
             pressed=pressed,
             thrift=left,
         )
@@ -128,7 +129,7 @@ class ModelPredictive:
         task, (n, count) = self.simulation.task, choices.speeds.shape
         last = self._last_block()
         # the branches end with the horizon, and so the simulation charges the wheel left behind
-        here = self.simulation.window(episodes, episodes.tape, np.arange(n), self.block, last + 1 - self.block)
+        here = episodes.window(episodes.tape, np.arange(n), self.block, last + 1 - self.block)
         branches = here.pick(np.repeat(np.arange(n), count))
         cost = self._step(branches, Decision(choices.speeds.ravel(), choices.executions.ravel()))
         for block in range(self.block + 1, last + 1):
@@ -137,7 +138,7 @@ class ModelPredictive:
         return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _step(self, branches: Episodes, decision: Decision) -> Array:
-        return np.asarray(self.simulation.advance(branches, *decision)[0][:, COST])
+        return np.asarray(advance(self.simulation, branches, *decision)[0][:, COST])
 
     def _last_block(self) -> int:
         task = self.simulation.task
@@ -145,4 +146,4 @@ class ModelPredictive:
         if task.due is not None:
             last += task.due.blocks - 1 - last % task.due.blocks
         last = min(last, task.blocks - 1)
-        return min(self.simulation.part_from(last)[-1], task.blocks - 1)
+        return min(self.simulation.branches.part_from(last)[-1], task.blocks - 1)

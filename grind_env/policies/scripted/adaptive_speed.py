@@ -6,7 +6,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import SharpnessEstimator

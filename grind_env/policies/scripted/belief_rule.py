@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, LOADING
 from grind_env.policies.policy import Sees

@@ -7,7 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader
@@ -63,7 +64,7 @@ class BurnLine:
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing has been ground."""
         self.task, self.instruments = simulation.task, Instruments(simulation, episodes)
-        self.parameters = simulation.nominal_parameters()
+        self.parameters = simulation.branches.nominal
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Compare."""

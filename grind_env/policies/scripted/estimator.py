@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.envs.branches import coming_kinds
 from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, log
 from grind_env.kernel.columns import column_reader, column_writer
@@ -93,7 +94,7 @@ class SharpnessEstimator:
 
     def __init__(self, simulation: Simulation) -> None:
         self.task, self.simulation = simulation.task, simulation
-        self.parameters = simulation.nominal_parameters()
+        self.parameters = simulation.branches.nominal
         self.begin(0)
 
     def begin(self, n: int) -> None:
@@ -109,7 +110,7 @@ class SharpnessEstimator:
     def update(self, observation: NDArray[np.float32]) -> Estimate:
         """Take in the observation before a block, shape (N, entries)."""
         seen = self.simulation.read(observation)
-        kind = self.simulation.coming_kinds(seen).astype(np.float64)
+        kind = coming_kinds(self.simulation.branches, seen).astype(np.float64)
         nothing = np.zeros(len(observation))
         signals = Signals(
             power=seen["mean_power"],

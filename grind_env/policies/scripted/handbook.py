@@ -6,7 +6,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.branches import coming_kinds
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Array, Decision, nearest_speed
 from grind_env.policies.policy import Sees
@@ -38,7 +40,8 @@ class Handbook:
         """Take that of the coming kind."""
         seen = self.simulation.read(observation)
         every = np.ones(len(observation))
-        return Decision(self.usual[self.simulation.coming_kinds(seen)], np.round(seen.get("starts_part", every)))
+        kinds = coming_kinds(self.simulation.branches, seen)
+        return Decision(self.usual[kinds], np.round(seen.get("starts_part", every)))
 
 
 def handbook_speeds(task: Task) -> Array:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.branches import coming_kinds
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array
 
@@ -25,7 +26,7 @@ class Instruments:
     def read(self, observation: NDArray[np.float32]) -> dict[str, Array]:
         """Readings in physical units by name, each shape (N,); the kinds move on by one block."""
         seen = self.simulation.read(observation)
-        self.last_kind, self.kind = self.kind, self.simulation.coming_kinds(seen)
+        self.last_kind, self.kind = self.kind, coming_kinds(self.simulation.branches, seen)
         return seen
 
     def of_kind(self, values: tuple[Any, ...]) -> Array:

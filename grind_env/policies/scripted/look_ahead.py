@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
-from grind_env.envs.simulation import Episodes, Simulation
+from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
@@ -120,12 +121,13 @@ class LookAhead:
             left = thrift(seen["executions_left"], np.full(len(kind), task.blocks - self.block))
             execution = self.layer * task.wheel_change.price * np.exp(-self.scarcity * left)
         # the last part of an episode leaves a wheel that the task itself charges
-        charged = 0.0 if self.simulation.part_from(self.block)[-1] + 1 == task.blocks else self.simulation.dress_price
+        branches = self.simulation.branches
+        charged = 0.0 if branches.part_from(self.block)[-1] + 1 == task.blocks else branches.dress_price
         return Prices(charged * np.array(self.price)[kind], np.array(self.growth)[kind], second, execution)
 
     def _kind(self) -> NDArray[np.int64]:
         """Kind of the coming block of every episode."""
-        return self.simulation.kind_of_row(self.belief.rows)
+        return self.simulation.branches.kind_of_row[self.belief.rows]
 
     def _wheels(self, burnt: Array) -> Episodes:
         """Every member of every episode before the coming block, as an episode of its own.
@@ -140,7 +142,8 @@ class LookAhead:
         wheels.tape[:, 0, ROUGHNESS] = np.tile(self.roughness, len(burnt))
         wheels.memory[:] = 0.0
         wheels.memory[:, SURVIVAL] = 1.0 - np.repeat(burnt, members)
-        return self.simulation.lengthened(wheels, self.simulation.part_from(self.block))
+        branches = self.simulation.branches
+        return branches.lengthened(wheels, branches.part_from(self.block))
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
         """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
@@ -148,7 +151,8 @@ class LookAhead:
         m = len(wheels.block) // n
         branches = wheels.pick(np.repeat(np.arange(n * m), count))
         cost = self._step(branches, Decision(*(np.repeat(values, m, axis=0).ravel() for values in choices)), prices)
-        later = [self.simulation.task.kind_of_block(block) for block in self.simulation.part_from(self.block)[1:]]
+        task, part = self.simulation.task, self.simulation.branches.part_from(self.block)
+        later = [task.kind_of_block(block) for block in part[1:]]
         totals = []
         for dresses in (0.0, 1.0) if later else (0.0,):
             ahead = branches.pick(np.arange(len(cost))) if later else branches

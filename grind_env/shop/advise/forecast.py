@@ -74,7 +74,7 @@ class Forecaster:
         ahead = [number for number in range(block, len(outlines)) if outlines[number].part <= last_part]
         peak, cost = self._grind(ahead, speed, executions)
         tried = max(executions, 1) if first.takes_dresses else 0
-        saved, price = 0.0, tried * simulation.dress_price
+        saved, price = 0.0, tried * simulation.branches.dress_price
         if tried:
             other = self._grind(ahead, speed, 0 if executions else tried)[1]
             without, dressed = (other, cost) if executions else (cost, other)

@@ -14,8 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from grind_env.envs.blocks.tables import Shop
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, quoted, reason
@@ -26,6 +25,7 @@ from grind_env.shop.advise.own import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, Readings, readings_of
 
 FORMAT = 1
+REFERENCE_COST = Shop._fields.index("reference_cost")
 ANEW = "give --restart to begin anew, or --state for another file"
 
 
@@ -67,8 +67,9 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> O
         file: that it is saved in; None for one with a name.
     """
     texts = [block.block.source.text for block in simulation.blocks]
-    shop = simulation.shop._replace(reference_cost=1.0)
-    numbers = simulation.kinds, simulation.base, simulation.first_wheels(1), np.array([shop])
+    shops = simulation.shops.copy()
+    shops[:, REFERENCE_COST] = 1.0
+    numbers = simulation.kinds, simulation.branches.base, simulation.branches.first_wheels(1), shops
     tables = [table.tolist() for table in numbers]
     job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
     rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))

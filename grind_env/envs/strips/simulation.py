@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.program import job_from_surface
+from grind_env.envs.blocks.simulation import BlockSimulation, room_for
 from grind_env.envs.contexts import Given
-from grind_env.envs.form import Form
+from grind_env.envs.episodes import Episodes, Table
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
-from grind_env.envs.simulation import Episodes, EpisodesT, Simulation, Table
+from grind_env.envs.strips.program import block_text, crossover, part_program
+from grind_env.envs.strips.step import step_traverses
 from grind_env.envs.tasks import Task
-from grind_env.envs.wide_plates.program import block_text, crossover, part_program
-from grind_env.envs.wide_plates.step import step_traverses
+from grind_env.machine.job import Job
 from grind_env.machine.zones import strip_centres, traverse_edges, zones_of
 
 TAPER = "taper"
@@ -28,7 +29,7 @@ TAPER_NOISE = SIZE_NOISE * 2.0**0.5
 
 
 @dataclass(slots=True)
-class CrossEpisodes(Episodes):
+class StripEpisodes(Episodes):
     """The state of N episodes under way.
 
     `taper` of the last finished part in um as gauged, shape (N,); `taper_noise` of each part in um, shape (N, blocks).
@@ -37,9 +38,14 @@ class CrossEpisodes(Episodes):
     taper: Table
     taper_noise: Table
 
+    def hide_noise(self) -> None:
+        """As `Episodes.hide_noise`; that of the taper is apart."""
+        Episodes.hide_noise(self)
+        self.taper_noise[:] = 0.0
 
-class CrossSimulation(Simulation):
-    """Steps episodes of a task whose parts are wider than the wheel; arguments as for `Simulation`.
+
+class StripSimulation(BlockSimulation):
+    """Steps episodes of a task whose parts are wider than the wheel; arguments as for `BlockSimulation`.
 
     A part is judged where it is farthest from its size.
     """
@@ -62,7 +68,7 @@ class CrossSimulation(Simulation):
             cross.taper_noise[i] = spread * rng.standard_normal(self.task.blocks)
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """Observations of the coming blocks, shape (N, entries), float32."""
+        """As `Simulation.observe`."""
         place = [entry.name for entry in self.entries].index(TAPER)
         reading = self.entries[place]
         taper = np.clip((_cross(episodes).taper - reading.offset) / reading.scale, reading.low, reading.high)
@@ -75,10 +81,16 @@ class CrossSimulation(Simulation):
         seen = super().read(observation)
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
-    def without_noise(self, episodes: EpisodesT) -> EpisodesT:
-        """As `Simulation.without_noise`; that of the taper is apart."""
-        _cross(episodes).taper_noise[:] = 0.0
-        return super().without_noise(episodes)
+    def text(self, block: Any) -> str:
+        """As `Simulation.text`."""
+        return block_text(self.task, block)
+
+    def program(self, blocks: Sequence[Any]) -> str:
+        """As `Simulation.program`."""
+        return part_program(self.task, blocks)
+
+    def _job(self, blocks: Sequence[Any]) -> Job:
+        return job_from_surface(self.task)
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
@@ -86,17 +98,14 @@ class CrossSimulation(Simulation):
         plain = (_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress))
         return measured_first((*plain, taper_reading(task)))
 
-    def room(self, n: int) -> CrossEpisodes:
-        """Arrays for N episodes."""
-        return CrossEpisodes(**super().room(n).arrays(), taper=np.empty(n), taper_noise=np.empty((n, self.task.blocks)))
+    def room(self, n: int) -> StripEpisodes:
+        """As `Simulation.room`."""
+        blocks = self.task.blocks
+        return StripEpisodes(**room_for(n, blocks), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
 
     def _grind(self, tables: tuple[Any, ...], episodes: tuple[Any, ...], *arguments: Any) -> None:
         surfaces = np.empty((len(episodes[0]), *self._zones.shape))
         step_traverses((*tables, surfaces, self._zones, *self._crossing), episodes, *arguments)
-
-
-G83 = Form("G83", CrossSimulation, block_text, part_program, job=job_from_surface)
-"""A step is one part: a G83 block."""
 
 
 def part_in_zones(task: Task) -> Table:
@@ -131,6 +140,6 @@ def _at_worst(entry: Reading) -> Reading:
     return entry._replace(meaning="stock left on the last finished part where it is farthest from its size")
 
 
-def _cross(episodes: Episodes) -> CrossEpisodes:
-    assert isinstance(episodes, CrossEpisodes)
+def _cross(episodes: Episodes) -> StripEpisodes:
+    assert isinstance(episodes, StripEpisodes)
     return episodes

@@ -1,41 +1,36 @@
 """Episodes of `grind/Stroke-v0`: parts ground one stroke at a time, N of them side by side."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.blocks.tables import KindRow
+from grind_env.envs.blocks.program import job
+from grind_env.envs.blocks.simulation import BlockSimulation, room_for
+from grind_env.envs.blocks.tables import KindRow, Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import Reading
-from grind_env.envs.simulation import NOISE, Episodes, EpisodesT, Numbers, Simulation, Table
-from grind_env.envs.stroke.observe import observe_strokes
-from grind_env.envs.stroke.readings import StrokeReadings, stroke_readings
-from grind_env.envs.stroke.rules import Pace
-from grind_env.envs.stroke.step import StrokeMemory, step_strokes
+from grind_env.envs.strokes.episodes import StrokeEpisodes
+from grind_env.envs.strokes.observe import observe_strokes
+from grind_env.envs.strokes.program import StrokeBlock, block_text, coming_stroke, part_program
+from grind_env.envs.strokes.readings import StrokeReadings, stroke_readings
+from grind_env.envs.strokes.rules import Pace
+from grind_env.envs.strokes.step import StrokeMemory, step_strokes
+from grind_env.envs.strokes.view import in_strokes
 from grind_env.envs.tasks import Task
+from grind_env.machine.job import Job
 from grind_env.machine.tally import Plunges
+from grind_env.render.view import View
 
+STOCK = TapeRow._fields.index("stock")
 ENDS, LOAD = KindRow._fields.index("ends_part"), KindRow._fields.index("load")
 
 
-@dataclass(slots=True)
-class StrokeEpisodes(Episodes):
-    """The state of N episodes; the arrays are those of `step.StrokeArrays`, `block` counts finished parts."""
-
-    rows: Table
-    strokes: Table
-    paces: Table
-    plunges: Table
-    parameters: Table
-    noise: Table
-
-
-class StrokeSimulation(Simulation):
-    """Steps episodes of the task stroke by stroke; arguments as for `Simulation`. Every part is of its only kind."""
+class StrokeSimulation(BlockSimulation):
+    """Steps episodes by strokes; arguments as for `BlockSimulation`. Every part is of the only kind of the task."""
 
     by_block = False
 
@@ -76,15 +71,26 @@ class StrokeSimulation(Simulation):
         """Strokes of an episode at most."""
         return self._most
 
-    def without_noise(self, episodes: EpisodesT) -> EpisodesT:
-        """As `Simulation.without_noise`; that of the strokes is apart, and the part in work has a row of its own."""
-        mine = _stroke_episodes(episodes)
-        mine.noise[:] = mine.rows[:, NOISE] = 0.0
-        return super().without_noise(episodes)
+    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> StrokeBlock:
+        """As `Simulation.block`."""
+        return coming_stroke(self.task, _stroke_episodes(episodes), i, speed, executions)
 
-    def window(self, episodes: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
-        """The branches as they are: their tapes have a row a part, and each of them is somewhere on one."""
-        return episodes
+    def text(self, block: Any) -> str:
+        """As `Simulation.text`."""
+        return block_text(self.task, block)
+
+    def program(self, blocks: Sequence[Any]) -> str:
+        """As `Simulation.program`."""
+        return part_program(self.task, blocks)
+
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        """As `Simulation.view`."""
+        kind, stocks = self.task.kinds[0], episodes.tape[i, :, STOCK].tolist()
+        strokes = sum(self.task.strokes(kind, stock) for stock in stocks)
+        return in_strokes(super().view(episodes, i, blocks, outcomes), strokes)
+
+    def _job(self, blocks: Sequence[Any]) -> Job:
+        return job(self.task, *self.task.kinds)
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
@@ -95,14 +101,14 @@ class StrokeSimulation(Simulation):
         step_strokes(tuple(others), *arguments)
 
     def room(self, n: int) -> StrokeEpisodes:
-        """Arrays for N episodes."""
+        """As `Simulation.room`."""
         return StrokeEpisodes(
-            **super().room(n).arrays(),
+            **room_for(n, self.task.blocks),
             rows=np.empty((n, len(TapeRow._fields))),
             strokes=np.empty((n, len(StrokeMemory._fields))),
             paces=np.empty((n, len(Pace._fields))),
             plunges=np.empty((n, len(Plunges._fields))),
-            parameters=np.empty((n, self.base.shape[1])),
+            parameters=np.empty((n, self.branches.base.shape[1])),
             noise=np.empty((n, self._most)),
         )
 

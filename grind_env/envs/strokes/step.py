@@ -26,8 +26,8 @@ from grind_env.envs.blocks.tables import (
 from grind_env.envs.blocks.tape import read_row, write_row
 from grind_env.envs.observations import measured_power
 from grind_env.envs.step import Work, step_of
-from grind_env.envs.stroke import rules
-from grind_env.envs.stroke.rules import Pace, TableRun
+from grind_env.envs.strokes import rules
+from grind_env.envs.strokes.rules import Pace, TableRun
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.batch import NO_MOTIONS, PLUNGES

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from grind_env.envs.blocks.step import Choices, EpisodeArrays, begin_block, settle_block, stroking_of
 from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_shop
-from grind_env.envs.reciprocation.infeed import Infeed, write_motions
+from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer, replacer

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from grind_env.envs.blocks.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
+from grind_env.envs.blocks.requests import REQUEST
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.reciprocation.program import REQUEST
-from grind_env.envs.simulation import Episodes
-from grind_env.envs.stroke.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
-from grind_env.envs.stroke.simulation import StrokeEpisodes
-from grind_env.envs.stroke.step import StrokeMemory
+from grind_env.envs.strokes.episodes import StrokeEpisodes
+from grind_env.envs.strokes.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
+from grind_env.envs.strokes.step import StrokeMemory
 from grind_env.envs.tasks import Kind, Task
+from grind_env.process.state import WheelState
 
 
 class StrokeBlock(NamedTuple):
@@ -29,14 +29,16 @@ class StrokeBlock(NamedTuple):
     """D, 1 for a dress before it."""
     before: Pace
     """In the stroke before it; of the first on a part it says nothing."""
+    wheel: WheelState
+    """With which it began."""
 
 
-def coming_stroke(task: Task, episodes: Episodes, i: int, speed: float, executions: float) -> StrokeBlock:
+def coming_stroke(task: Task, episodes: StrokeEpisodes, i: int, speed: float, executions: float) -> StrokeBlock:
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
-    assert isinstance(episodes, StrokeEpisodes)
     row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
     made, pace = int(StrokeMemory(*episodes.strokes[i]).made), Pace(*episodes.paces[i].tolist())
-    return StrokeBlock(task.kinds[0], int(episodes.block[i]), row.stock, made, float(speed), int(executions), pace)
+    wheel, part = WheelState(*episodes.wheels[i].tolist()), int(episodes.block[i])
+    return StrokeBlock(task.kinds[0], part, row.stock, made, float(speed), int(executions), pace, wheel)
 
 
 def block_text(task: Task, block: StrokeBlock) -> str:
@@ -50,8 +52,8 @@ def block_text(task: Task, block: StrokeBlock) -> str:
 def part_program(task: Task, blocks: Sequence[StrokeBlock]) -> str:
     """A main program of the strokes, the last of which is in progress at its end, and the dress program.
 
-    The operator asks for a dress at the start of each dwell that says so; `reciprocation.program.request_times` tells
-    when that is.
+    The operator asks for a dress at the start of each dwell that says so; `blocks.requests` tells when
+    that is.
     """
     lines = [block_text(task, block) for block in blocks]
     if blocks and lines[-1].splitlines()[-1] != "G80":

@@ -1,20 +1,13 @@
-"""The task of `grind/Reciprocation-v0`: PowerLimited's plates with the literal G81, and its blocks as program text."""
+"""Parts that are ground with a continuous infeed as program text: a G81, infeeds and dwells for each."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-from grind_env.control import Control, Motion, Programs, Source, execute
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
+from grind_env.envs.blocks.requests import REQUEST
 from grind_env.envs.blocks.tables import KindRow, Shop, kind_row
-from grind_env.envs.reciprocation.infeed import Infeed, segments
-from grind_env.envs.reciprocation.step import infeed_of
+from grind_env.envs.infeed.infeed import Infeed, segments
+from grind_env.envs.infeed.step import infeed_of
 from grind_env.envs.tasks import Task
-
-TASK = "reciprocation"
-"""Name of its task file."""
-
-REQUEST = "OPERATOR ASKS FOR A DRESS"
-"""Comment on the dwell in which the operator's request is served."""
 
 NO_DRESS = Shop(*[0.0] * len(Shop._fields))
 """A shop without numbers. To look up those of a dress (`rows.shop_row`) would take longer than the step itself."""
@@ -41,27 +34,7 @@ def block_text(task: Task, block: CycleBlock) -> str:
 def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
     """A main program that runs the blocks, and the dress program.
 
-    The operator asks for a dress at the start of each dwell that says so; `request_times` tells when that is.
+    The operator asks for a dress at the start of each dwell that says so: see `blocks.requests`.
     """
     start = approach(task, 0.0)
     return program_of(task, blocks, lambda block: [*start, block_text(task, block)])
-
-
-def request_times(programs: Programs, control: Control) -> tuple[float, ...]:
-    """Times of the control, s, at which the operator asks for a dress; for `Control.operator_dress_at`.
-
-    A request is made when the last motion or dwell before the dwell that says so has ended.
-    """
-    ahead, before = set(), 0
-    for source in programs.main.blocks:
-        if REQUEST in source.text:
-            ahead.add(before)
-        if source.text.startswith("G04") or " Y" in source.text:
-            before = source.line
-    control, times = replace(control), []
-    for event in execute(programs, control):
-        if isinstance(event, Motion) and event.source is Source.PROGRAM and event.line in ahead:
-            control.request_dress()
-            # just after it, not in the same moment, in which the table may turn
-            times.append(event.finish + 1e-6)
-    return tuple(times)

@@ -1,0 +1,78 @@
+"""The blocks of a task, which a branch may try one by one."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.blocks.tables import KindRow, kind_table, parameter_table
+from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+from grind_env.envs.tasks import Task
+from grind_env.process.cost import running_cost
+from grind_env.process.equations import dressed_volume
+
+STOCK, TAPE_STOCK = KindRow._fields.index("stock"), TapeRow._fields.index("stock")
+KIND, MATERIAL = TapeRow._fields.index("kind"), TapeRow._fields.index("material")
+
+
+class BlockBranches:
+    """As `Branches`; the tables have a row for every pair of kind and material, kind by kind."""
+
+    def __init__(self, task: Task) -> None:
+        self._task, self._materials = task, len(task.materials)
+        self.base = parameter_table(task)
+        self.nominal = np.array([task.parameters(kind) for kind in task.kinds])
+        self.kind_of_row = np.arange(len(self.base)) // self._materials
+        volume = dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width)
+        self.dress_price = running_cost(task.dress_seconds, volume, 1.0, task.rates)
+        self.usual_dress = task.dress_feed, task.dress.depth
+        self._stocks = kind_table(task)[:, STOCK]
+
+    def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """As `Branches.coming_rows`."""
+        task, names = self._task, self._task.materials
+        kind = np.zeros(len(seen["remaining"]), np.int64)
+        if len(task.kinds) > 1:
+            kind = np.asarray(np.argmax([seen[f"coming_{each.name}"] for each in task.kinds], axis=0))
+        material = np.array([names.index(each.material) for each in task.kinds])[kind]
+        for number, name in enumerate(names):
+            material = np.where(seen.get(f"material_{name}", np.zeros(len(kind))) > 0.5, number, material)
+        return np.asarray(kind * len(names) + material)
+
+    def rows_of(self, tape: Table) -> Numbers:
+        """As `Branches.rows_of`."""
+        return np.asarray(tape[..., KIND] * self._materials + tape[..., MATERIAL]).astype(np.int64)
+
+    def part_from(self, block: int) -> range:
+        """As `Branches.part_from`."""
+        task, last = self._task, block
+        # only parts of a fixed sequence have several blocks
+        while task.orders is None and not task.kinds[task.kind_of_block(last)].ends_part:
+            last += 1
+        return range(block, last + 1)
+
+    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+        """As `Branches.lengthened`."""
+        task = self._task
+        # the wheel left behind is charged after the last block of a tape
+        length = len(blocks) + (blocks[-1] + 1 < task.blocks)
+        tape = np.repeat(episodes.tape, length, axis=1)
+        for k, block in enumerate(blocks[1:], 1):
+            number = task.kind_of_block(block)
+            tape[:, k, KIND], tape[:, k, TAPE_STOCK] = number, task.kinds[number].stock
+        return replace(episodes, tape=tape)
+
+    def first_wheels(self, count: int) -> Table:
+        """As `Branches.first_wheels`."""
+        generator = EpisodeGenerator(self._task)
+        flats = self._task.spread.diamond_flat * (np.arange(count) + 0.5) / count
+        return np.array([generator.wheel(float(flat)) for flat in flats])
+
+    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """As `Branches.load`."""
+        episodes.block[index] = 0
+        episodes.tape[index, 0, KIND] = rows // self._materials
+        episodes.tape[index, 0, MATERIAL] = rows % self._materials
+        episodes.tape[index, 0, TAPE_STOCK] = np.round(1000.0 * stocks * self._stocks[rows]) / 1000.0

@@ -1,0 +1,239 @@
+"""Episodes of a task whose steps are cycle blocks: a step is a G82, and other forms change what they must.
+
+One compiled call steps all of them: cycle parameters from (E, D), the block kernel, cost, and the readings of
+the next observation.
+"""
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.control import read
+from grind_env.envs.blocks.branches import BlockBranches
+from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
+from grind_env.envs.blocks.requests import request_times
+from grind_env.envs.blocks.step import NEW_PART, step_blocks
+from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
+from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.contexts import Given, without_effect
+from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
+from grind_env.envs.simulation import Written
+from grind_env.envs.tasks import Task
+from grind_env.envs.view import view_of
+from grind_env.machine.batch import CYCLE_FIELDS
+from grind_env.machine.cycle import PartState
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.machine.tally import Tally
+from grind_env.process.state import WheelState
+from grind_env.render.view import View
+
+BOOKED, VOLUME = ShopMemory._fields.index("diameter"), ShopMemory._fields.index("volume")
+DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
+NOTHING_GROUND = np.array(NEW_PART)
+NOTHING_KNOWN = np.array(ShopMemory(*[0.0] * len(ShopMemory._fields))._replace(gauged=-1.0, survival=1.0))
+
+SimulationT = TypeVar("SimulationT", bound="BlockSimulation")
+
+
+class BlockSimulation:
+    """Steps episodes of one task; the methods are those of `Simulation`.
+
+    Args:
+        task: the task.
+        full: whether observations show the hidden state.
+        pre_dress: whether a choice has a dress before the first plunge, and observations show the last one.
+
+    Attributes:
+        task: the task.
+        entries: of the observation, the measured ones first.
+        kinds: numbers of the kinds of blocks, shape (rows, fields of `KindRow`).
+        branches: of its blocks.
+        pre_dress: as given.
+        barred: what a context cannot fix.
+        usual: readings that the environment does not show because they never change, by name.
+    """
+
+    by_block: ClassVar[bool] = True
+    compiled: ClassVar[bool] = True
+
+    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+        self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
+        self.entries = self._readings(task, full=full, pre_dress=pre_dress)
+        self.kinds, self.branches = kind_table(task), BlockBranches(task)
+        self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
+        self._shops = np.array([shop_row(task)])
+        self._materials = len(task.materials)
+        self._scaling = scaling(task, self.entries)
+        self._generator = EpisodeGenerator(task)
+        # kept from step to step: of tens of MB the system would have to find every page anew
+        self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.branches.base.shape[1]))
+
+    @property
+    def most_steps(self) -> int:
+        """As `Simulation.most_steps`."""
+        return self.task.blocks
+
+    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
+        """As `Simulation.start`."""
+        episodes = self.room(len(rngs))
+        self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
+        return episodes
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        """As `Simulation.restart_all`."""
+        rows = np.array(index)
+        self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
+        self.clear(episodes, rows)
+
+    def room(self, n: int) -> Episodes:
+        """As `Simulation.room`."""
+        return Episodes(**room_for(n, self.task.blocks))
+
+    def clear(self, episodes: Episodes, index: Numbers) -> None:
+        """As `Simulation.clear`."""
+        forget(episodes, index, self.task.start.volume)
+
+    def without_wheel_changes(self: SimulationT) -> SimulationT:
+        """As `Simulation.without_wheel_changes`."""
+        twin = copy.copy(self)
+        twin._shops = without_least_diameter(self._shops)
+        return twin
+
+    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+        """The choice itself."""
+        return choice
+
+    def step(
+        self,
+        episodes: Episodes,
+        speeds: Table,
+        executions: Table,
+        pre_dresses: Table | None = None,
+        *,
+        active: NDArray[np.int64] | None = None,
+    ) -> tuple[Table, Table]:
+        """As `Simulation.step`."""
+        n = len(episodes.block)
+        active = np.arange(n) if active is None else active
+        outcomes = np.zeros((n, len(Outcome._fields)))
+        results = np.zeros((n, len(Tally._fields)))
+        if len(self._cycles) < n:
+            self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
+        self._grind(
+            (self.kinds, self.branches.base, self._shops, self._cycles[:n], self._parameters[:n]),
+            tuple(episodes.arrays().values()),
+            (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
+            active,
+            results,
+            outcomes,
+        )
+        return outcomes, results
+
+    def over(self, episodes: Episodes) -> NDArray[np.bool_]:
+        """As `Simulation.over`."""
+        return episodes.block >= self.task.blocks
+
+    def observe(self, episodes: Episodes) -> NDArray[np.float32]:
+        """As `Simulation.observe`."""
+        observations = np.zeros((len(episodes.block), len(self._scaling.offset)), np.float32)
+        observe_blocks(
+            self.kinds,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            episodes.memory,
+            self._shops,
+            *self._scaling,
+            observations,
+        )
+        return observations
+
+    def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
+        """As `Simulation.read`."""
+        return readings_of(observation, self.entries, self.usual)
+
+    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
+        """As `Simulation.block`."""
+        return coming_block(self.task, episodes, i, speed, executions, pre_dress)
+
+    def text(self, block: Any) -> str:
+        """As `Simulation.text`."""
+        return block_text(self.task, block)
+
+    def program(self, blocks: Sequence[Any]) -> str:
+        """As `Simulation.program`."""
+        return part_program(self.task, blocks)
+
+    def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
+        """As `Simulation.written`."""
+        program = self.program(blocks)
+        job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, episodes.tape[i])
+        return Written(program, job, request_times(read(program), job.control))
+
+    def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
+        """As `Simulation.record`."""
+        program, job, requests = self.written(episodes, i, blocks)
+        return grind(read(program), job, control=replace(job.control, operator_dress_at=requests))
+
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+        """As `Simulation.view`."""
+        return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
+
+    @staticmethod
+    def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
+        """The entries of the observation."""
+        return readings(task, full=full, pre_dress=pre_dress)
+
+    def _grind(self, tables: tuple[Any, ...], *arguments: Any) -> None:
+        """Grind the next blocks; arguments as for `envs.step.step_of`."""
+        step_blocks(tables, *arguments)
+
+    def _job(self, blocks: Sequence[Any]) -> Job:
+        """The job of their program, for nominal parts and a new wheel."""
+        return job_of_kinds(self.task, blocks)
+
+
+def room_for(n: int, blocks: int) -> dict[str, Any]:
+    """Arrays for N episodes of that many blocks, by name."""
+    return {
+        "tape": np.empty((n, blocks, len(TapeRow._fields))),
+        "block": np.zeros(n, np.int64),
+        "wheels": np.empty((n, len(WheelState._fields))),
+        "parts": np.empty((n, len(PartState._fields))),
+        "memory": np.empty((n, len(ShopMemory._fields))),
+    }
+
+
+def forget(episodes: Episodes, index: Numbers, volume: float) -> None:
+    """Let the episodes at `index`, shape (M,), begin with their wheels, which have ground `volume`, mm3/mm."""
+    episodes.block[index] = 0
+    episodes.parts[index] = NOTHING_GROUND
+    episodes.memory[index] = NOTHING_KNOWN
+    episodes.memory[index, VOLUME] = volume
+    episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
+
+
+def without_least_diameter(shops: Table) -> Table:
+    """The numbers of a shop, shape (1, fields of `Shop`), in which no wheel is too small."""
+    shops = shops.copy()
+    shops[:, LEAST_DIAMETER] = 0.0
+    return shops
+
+
+def readings_of(
+    observation: NDArray[np.float32], entries: tuple[Reading, ...], usual: Mapping[str, float]
+) -> dict[str, Table]:
+    """What observations say in physical units, and what is usual where they do not, by name, each shape (N,)."""
+    constant = {name: np.full(len(observation), value) for name, value in usual.items()}
+    return constant | physical(observation, entries[: observation.shape[1]])

@@ -1,0 +1,50 @@
+"""What a planner, a belief or an adviser needs of a problem beside its contract: blocks taken one by one, and prices.
+
+`Episodes` has what is the same in every form: copies, windows of their tapes, and the coming blocks.
+"""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+
+
+class Branches(Protocol):
+    """The blocks of a problem, which a branch may try one by one."""
+
+    base: Table
+    """Nominal stroke parameters, shape (any, fields of `StrokeParameters`): a row for each of the kinds, or for all."""
+    nominal: Table
+    """Nominal stroke parameters of each kind, shape (kinds, fields of `StrokeParameters`)."""
+    kind_of_row: Numbers
+    """Number of the kind that each row of `Simulation.kinds` is of."""
+    dress_price: float
+    """Price of a dress execution, $; 0 without a dress program."""
+    usual_dress: tuple[float, float]
+    """Traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed."""
+
+    def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""
+
+    def rows_of(self, tape: Table) -> Numbers:
+        """Row in `Simulation.kinds` of the blocks on a tape, shape (..., fields of `TapeRow`)."""
+
+    def part_from(self, block: int) -> range:
+        """A block of the nominal sequence and those after it up to the end of its part."""
+
+    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+        """Episodes of one block with the further ones of the nominal sequence, as the number of each block has it."""
+
+    def first_wheels(self, count: int) -> Table:
+        """Wheels with which an episode may begin, evenly over what is drawn, shape (count, fields of `WheelState`)."""
+
+    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one.
+
+        All three are of shape (M,).
+        """
+
+
+def coming_kinds(branches: Branches, seen: Mapping[str, Table]) -> Numbers:
+    """Number of the kind of the coming block, from what was read; shape (N,)."""
+    return branches.kind_of_row[branches.coming_rows(seen)]

@@ -1,0 +1,61 @@
+"""The state of N episodes side by side, and the copies of them that a planner tries something on."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grind_env.envs.blocks.tape import TapeRow
+
+Table = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+EpisodesT = TypeVar("EpisodesT", bound="Episodes")
+
+NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
+
+
+@dataclass(slots=True)
+class Episodes:
+    """The state of N episodes: arrays with one row an episode.
+
+    `tape` has shape (N, blocks, fields of `TapeRow`), and `wheels`, `parts` and `memory` (N, fields of `WheelState`,
+    `PartState` or `ShopMemory`), all in the units of these fields. `block` is the index of the coming block,
+    shape (N,).
+    """
+
+    tape: Table
+    block: NDArray[np.int64]
+    wheels: Table
+    parts: Table
+    memory: Table
+
+    def arrays(self) -> dict[str, Any]:
+        """All of them by name, in the order in which the compiled step takes them."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
+        """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
+        return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
+
+    def coming(self) -> Table:
+        """The rows of the coming blocks, or of the last ones, on the tapes; shape (N, fields of `TapeRow`)."""
+        at = np.minimum(self.block, self.tape.shape[1] - 1)
+        return np.asarray(self.tape[np.arange(len(at)), at])
+
+    def hide_noise(self) -> None:
+        """Take the noise of the gauges to come out of the tapes: a machine cannot know it."""
+        self.tape[..., NOISE] = 0.0
+
+    def window(self: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
+        """Branches at block `first` with a tape of some blocks only, after which they end: whole ones are long to copy.
+
+        After the last block of a tape the wheel left behind is charged for.
+
+        Args:
+            tape: of the episodes that they belong to, shape (N, blocks, fields of `TapeRow`).
+            owner: which of these, shape (B,).
+            first: the coming block of all of them.
+            blocks: length of the tape.
+        """
+        return replace(self, tape=tape[owner, first : first + blocks], block=np.zeros_like(self.block))

@@ -1,0 +1,70 @@
+"""The cycle blocks of a program, which a branch may try one by one: each is a row, and the same text is a kind."""
+
+from collections.abc import Mapping, Sequence
+from typing import cast
+
+import numpy as np
+
+from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
+from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+from grind_env.envs.job.episodes import JobEpisodes
+from grind_env.envs.job.outline import BlockOutline
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
+from grind_env.process.cost import running_cost
+from grind_env.process.equations import dressed_volume
+
+
+class ProgramBranches:
+    """As `Branches`; with one dress program, which is the first, and one wheel that every episode begins with.
+
+    Args:
+        blocks: of the program.
+        job: its job.
+        kind_of_row: number of the kind of each block.
+        revolutions: of the wheel, 1/s.
+    """
+
+    def __init__(self, blocks: Sequence[BlockOutline], job: Job, kind_of_row: Numbers, revolutions: float) -> None:
+        self._blocks, self._stock = blocks, job.part.stock
+        self.kind_of_row, self.base = kind_of_row, np.array([job.parameters])
+        self.nominal = np.repeat(self.base, kind_of_row.max() + 1, axis=0)
+        self.wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        self.dress_price, self.usual_dress = 0.0, (USUAL_LEAD * revolutions, USUAL_DEPTH)
+        dress = next((block.dress for block in blocks if block.dress is not None), None)
+        if dress is not None:
+            wheel = job.setup.wheel
+            volume = dressed_volume(dress.passes, dress.depth, wheel.diameter, wheel.width)
+            self.dress_price = running_cost(dress.seconds, volume, 1.0, job.rates)
+            self.usual_dress = dress.feed, dress.depth
+
+    def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
+        """As `Branches.coming_rows`: from the share of the program that remains."""
+        blocks = len(self._blocks)
+        return np.clip(np.rint(blocks * (1.0 - seen["remaining"])), 0, blocks - 1).astype(np.int64)
+
+    def rows_of(self, tape: Table) -> Numbers:
+        """As `Branches.rows_of`."""
+        return np.asarray(tape[..., KIND]).astype(np.int64)
+
+    def part_from(self, block: int) -> range:
+        """As `Branches.part_from`."""
+        last = block
+        while last + 1 < len(self._blocks) and not self._blocks[last].finished:
+            last += 1
+        return range(block, last + 1)
+
+    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+        """The episodes themselves: what a tape of one block says holds for those after it."""
+        return episodes
+
+    def first_wheels(self, count: int) -> Table:
+        """As `Branches.first_wheels`: all the same."""
+        return np.tile(self.wheel, (count, 1))
+
+    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
+        """As `Branches.load`."""
+        mine = cast(JobEpisodes, episodes)
+        mine.block[index] = mine.first[index] = rows
+        mine.tape[index, 0, KIND] = rows
+        mine.tape[index, 0, TAPE_STOCK] = stocks * self._stock

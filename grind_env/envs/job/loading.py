@@ -1,0 +1,39 @@
+"""A user's own program and its job, from their files."""
+
+from pathlib import Path
+
+from grind_env import examples
+from grind_env.control import read_file
+from grind_env.envs.arguments import check_file, check_number, check_parts, is_full
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated
+from grind_env.files import beside
+from grind_env.machine.job import JobError
+from grind_env.machine.job_file import load_job
+
+MOST_SPREAD = 2.0
+"""Highest factor on all that is random."""
+
+EXAMPLE = examples.path("plate_g82.nc")
+"""The program that the environment steps if none is given."""
+
+
+def load_simulation(program: str | None, job: str | None, parts: int, spread: float, observation: str) -> JobSimulation:
+    """The simulation of a program in a file; arguments as for `grind_env.envs.ids.job`.
+
+    Raises:
+        GrindError: the program or the job cannot be run, or an argument is not legal.
+    """
+    check_file("program", program)
+    check_file("job", job)
+    check_number("spread", spread, 0.0, MOST_SPREAD)
+    check_parts(parts, MOST_PARTS)
+    full = is_full(observation)
+    path = EXAMPLE if program is None else Path(program)
+    programs = repeated(read_file(path), parts)
+    settings = load_job(beside(path, ".toml") if job is None else job)
+    if settings.parts:
+        message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
+        raise JobError(message, "parts")
+    file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
+    return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts), file=file)
