@@ -186,6 +186,7 @@ def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytes
         begin=lambda cycle: Along(0.0),
         after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.03, crossed=0.05),
         finished=lambda cycle, along: along.made >= 1.0,
+        least_strokes=lambda cycle: 1.0,
         cross=traverse.cross,
     )
     monkeypatch.setitem(RULES, "G83", both)

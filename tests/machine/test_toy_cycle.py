@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from grind_env.control.cycle_block import WORDS
 from grind_env.control.cycles import RULES, Rules
-from grind_env.control.cycles.block import WORDS
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined, inlined_rule
@@ -69,6 +69,11 @@ def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
 def finished(cycle: Bounce, progress: Bouncing) -> bool:
     """Whether there is no stroke to make any more."""
     return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
+
+
+def least_strokes(cycle: Bounce) -> float:
+    """Strokes that it makes at least."""
+    return cycle.at_depth
 
 
 def of_block(plan: CyclePlan, coverage: bool) -> Bounce:
@@ -149,7 +154,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
 def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     case: Case, loops: Loops, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(RULES, "G82", Rules(of_block, begin, after_reversal, finished))
+    monkeypatch.setitem(RULES, "G82", Rules(of_block, begin, after_reversal, finished, least_strokes))
     record = run(case.text, job())
     depths, dresses = case.strokes_and_dresses()
     assert record.strokes["Z"] == pytest.approx(depths, abs=1e-12)
