@@ -225,15 +225,17 @@ class CycleStart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleStrokes:
-    """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
+    """Strokes of a cycle, one after the other: all of a G82 or G83 with their picks, in place of these, or one alone.
 
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.
         plan: of the cycle.
+        number: of the first one, as of `Stroke`.
         start: position of all axes when the table sets out, mm.
+        turns: reversal points at which the first stroke and the one after it end, mm; they take turns.
         feed: E in force, mm/min.
         begins: at which each stroke begins, s.
-        seconds: time of each, s; the first one leads from `start` to the primary point.
+        seconds: time of each, s.
         plunge: coordinate of the plunge axis in the middle of each stroke, mm.
         cross: of the third axis, mm.
         end: position of all axes after the last stroke and its picks, mm.
@@ -244,7 +246,9 @@ class CycleStrokes:
 
     time: float
     plan: CyclePlan
+    number: int | None
     start: Position
+    turns: tuple[float, float]
     feed: float
     begins: tuple[float, ...]
     seconds: tuple[float, ...]
@@ -254,34 +258,9 @@ class CycleStrokes:
     dresses: tuple[tuple[int, float], ...]
     inch: bool
 
-    def stroke(self, number: int) -> Stroke:
-        """One of the strokes, counted from 1, as an event of its own."""
-        plan, k = self.plan, number - 1
-        axis, points = plan.axis, (plan.secondary, plan.primary)
-        before = points[k % 2] if k else self.start[axis]
-        turn = points[number % 2]
-        return Stroke(
-            start=self._at(before, k),
-            middle=self._at(0.5 * (before + turn), k),
-            end=self._at(turn, k),
-            begin=self.begins[k],
-            seconds=self.seconds[k],
-            block=plan.block,
-            line=plan.line,
-            source=Source.CYCLE,
-            inch=self.inch,
-            axis=axis,
-            feed=self.feed,
-            number=number,
-            cycle=plan,
-        )
-
-    def _at(self, coordinate: float, k: int) -> Position:
-        """Position with the table at a coordinate in stroke k, counted from 0."""
-        assert self.plan.plunge_axis is not None
-        position = [self.cross[k]] * 3
-        position[self.plan.plunge_axis], position[self.plan.axis] = self.plunge[k], coordinate
-        return position[0], position[1], position[2]
+    def ends(self, k: int) -> tuple[float, float]:
+        """Coordinates of the reciprocating axis where stroke k, counted from 0, begins and ends, mm."""
+        return self.turns[(k + 1) % 2] if k else self.start[self.plan.axis], self.turns[k % 2]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any
 
@@ -95,7 +95,9 @@ def summed(made: list[Event]) -> tuple[CycleStrokes, float]:
     one = CycleStrokes(
         time=finish,
         plan=first.cycle,
+        number=first.number,
         start=first.start,
+        turns=(first.end[first.axis], first.cycle.secondary),
         feed=first.feed,
         begins=tuple(begins),
         seconds=tuple(stroke.seconds for stroke in strokes),
@@ -293,7 +295,8 @@ def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
     stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
     whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
     assert len(whole.begins) == len(stepped)
-    for number, stroke in enumerate(stepped, 1):
-        found = whole.stroke(number)
-        assert found.middle == pytest.approx(stroke.middle, abs=1e-9)
-        assert replace(found, middle=stroke.middle) == stroke
+    assert whole.number == 1 and whole.time == stepped[-1].finish
+    for k, stroke in enumerate(stepped):
+        assert (whole.begins[k], whole.seconds[k], whole.feed) == (stroke.begin, stroke.seconds, stroke.feed)
+        assert (whole.plan, whole.inch, whole.ends(k)) == (stroke.cycle, stroke.inch, (stroke.start[0], stroke.end[0]))
+        assert (whole.plunge[k], whole.cross[k]) == pytest.approx(stroke.middle[1:], abs=1e-9)
