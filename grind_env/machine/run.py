@@ -52,6 +52,7 @@ from grind_env.machine.record import (
     GrindingRecord,
     Log,
     Table,
+    numbers_of,
 )
 from grind_env.machine.running import Running
 from grind_env.machine.unjudged import Unjudged
@@ -296,9 +297,7 @@ class GrindingRun:
         self.watch.way.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
-        wheel, extremes, dressed, plunged = part.grind(
-            before, rows, event.ends(0), event.turns, edges, effective, dress
-        )
+        wheel, dressed, plunged = part.grind(before, rows, event.ends(0), event.turns, edges, effective, dress)
         if misses:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
@@ -310,9 +309,9 @@ class GrindingRun:
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
+        self._add(rows, wheel, plunged.tobytes(), had_stalled)
         self.mount.wheel = wheel
-        self.watch.strokes(part, event, rows, extremes, before.A, dress, dressed[: len(effective)])
+        self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
         self.position = event.end
 
     def _take_up_running(self, line: int) -> None:
@@ -323,12 +322,14 @@ class GrindingRun:
         self.part.take_up(self.running.setup)
         self.watch.runs(line, self.running, self.mount.diameter)
 
-    def _add(self, rows: Table, wheel: WheelState, total: float, plunged: bytes, had_stalled: bool) -> None:
+    def _add(self, rows: Table, wheel: WheelState, plunged: bytes, had_stalled: bool) -> None:
         """Strokes or an infeed have been made; what comes after them is later by the time that a stall costs.
 
-        `total` is the sum of their numbers, `plunged` has a byte for each (`GrindingRun.plunged`).
+        `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
+        a job is 1e300.
         """
-        self._require_numbers(sum(wheel) + total, int(rows["line"][0]))
+        if not (math.isfinite(sum(wheel)) and np.isfinite(numbers_of(rows)).all()):
+            raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.overloaded:
             self.watch.overload.add(rows, self.part.p)
         self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
@@ -347,15 +348,10 @@ class GrindingRun:
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
-        self._add(np.array([row], STROKE_ROW), wheel, sum(done.stroke), bytes([done.plunged]), had_stalled)
+        self._add(np.array([row], STROKE_ROW), wheel, bytes([done.plunged]), had_stalled)
         if self.job.setup.grooving_wheel:
             self.mount.wheel = wheel
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
-
-    def _require_numbers(self, total: float, line: int) -> None:
-        """Refuse what has come to no finite number; no factor of a job is 1e300."""
-        if not math.isfinite(total):
-            raise GrindingError(f"{self.programs.name}:{line}: {BEYOND_NUMBERS}")
 
 
 def alone(event: Stroke) -> CycleStrokes:

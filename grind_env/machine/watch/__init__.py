@@ -7,7 +7,6 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.part import PartRun
-from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.machine.running import Running, Told
 from grind_env.machine.watch.cuts import Cuts
@@ -63,7 +62,6 @@ class Watch:
         part: PartRun,
         event: CycleStrokes,
         rows: Table,
-        extremes: Extremes,
         A: float,
         dress: DressPlan,
         dressed: Table,
@@ -74,16 +72,15 @@ class Watch:
             part: on the machine.
             event: the strokes.
             rows: theirs, dtype `record.STROKE_ROW`.
-            extremes: what they have come to.
             A: wear-flat area of the wheel before the first one.
             dress: what each dress between them does.
             dressed: what each has come to, shape (dresses, fields of `Dressed`); none where they miss the diamond.
         """
         self.picks.strokes(event)
-        longest, machine = self.cycles.count(event, extremes), self.job.setup.machine
+        longest, machine = self.cycles.count(event, rows), self.job.setup.machine
         beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch)
         self.notices.tell(event.plan.line, "speed", beyond)
-        self.cuts.strokes(part, event, rows, extremes, A, dress, dressed)
+        self.cuts.strokes(part, event, rows, A, dress, dressed)
         self.way.stroked_until = event.time
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:

@@ -11,7 +11,6 @@ from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.mounting import first_diameter
 from grind_env.machine.part import PartRun
-from grind_env.machine.passes import Extremes
 from grind_env.machine.record import Table
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.state import StrokeResult, WheelState
@@ -46,14 +45,13 @@ class Cuts:
         part: PartRun,
         event: CycleStrokes,
         rows: Table,
-        extremes: Extremes,
         A: float,
         dress: DressPlan,
         dressed: Table,
     ) -> None:
         """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
-        shallow = extremes.most <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
-        alive = extremes.sharpest > 0.0 and extremes.dullest < part.p.Amax
+        shallow = rows["ae"].max() <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
+        alive = rows["A"].min() > 0.0 and rows["A"].max() < part.p.Amax
         quiet = shallow and alive and not any(_turns_inside(part, turn) for turn in event.turns)
         made = 0
         for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):

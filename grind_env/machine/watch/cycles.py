@@ -9,7 +9,7 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine import advice
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.part import PartRun
-from grind_env.machine.passes import Extremes
+from grind_env.machine.record import Table
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.watch.notices import Notices
 
@@ -43,18 +43,18 @@ class Cycle(NamedTuple):
     removed: float = 0.0
     """Depth ground off."""
 
-    def after(self, event: CycleStrokes, made: Extremes) -> "Cycle":
-        """The same after further strokes, and what these have come to."""
+    def after(self, event: CycleStrokes, rows: Table) -> "Cycle":
+        """The same after further strokes, with their rows."""
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
         return self._replace(
             ends=event.ends(len(event.begins) - 1),
             edge=edge,
             longest=max(self.longest, abs(end - begin), abs(plan.primary - plan.secondary)),
-            highest=min(self.highest, made.highest),
-            deepest=max(self.deepest, made.deepest),
-            over=self.over or made.ground > -math.inf,
+            highest=float(rows["Z"].min(initial=self.highest)),
+            deepest=float(rows["Z"].max(initial=self.deepest)),
+            over=self.over or bool(rows["Lw"].any()),
             crossed=self.crossed or (self.ends is not None and self.edge != edge),
-            removed=self.removed + made.removed,
+            removed=self.removed + float(rows["ae"].sum()),
         )
 
     @property
@@ -102,10 +102,10 @@ class Cycles:
         """A cycle begins on a part that has been ground so deep, mm."""
         self.cycle = Cycle(plan, deepest)
 
-    def count(self, event: CycleStrokes, made: Extremes) -> float:
-        """Count strokes of the cycle, and what they have come to; the length of its longest stroke so far, mm."""
+    def count(self, event: CycleStrokes, rows: Table) -> float:
+        """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
         assert self.cycle is not None
-        self.cycle = self.cycle.after(event, made)
+        self.cycle = self.cycle.after(event, rows)
         return self.cycle.longest
 
     def end(self, part: PartRun) -> None:

@@ -16,7 +16,7 @@ class Notices:
         self._told: set[tuple[str, str, int]] = set()
 
     def tell(self, line: int, subject: str, text: str | None, file: str | None = None) -> None:
-        """Say something of a subject, if it is not None, in a line of the program or of another file; 0 is all of it."""
+        """Say something of a subject, unless it is None, in a line of the program or of a file; line 0 is all of it."""
         file = file or self.program
         if text is not None and not self.muted and (subject, file, line) not in self._told:
             self._told.add((subject, file, line))
