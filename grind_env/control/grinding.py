@@ -155,9 +155,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     return CycleStrokes(
         time=end,
         plan=plan,
-        number=1,
         start=start,
-        turns=(table.primary, table.secondary),
         feed=feed,
         begins=tuple(begins),
         seconds=(first + dwell, *itertools.repeat(later[0] + dwell, len(begins) - 1)),

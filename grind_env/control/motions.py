@@ -225,17 +225,17 @@ class CycleStart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleStrokes:
-    """Strokes of a cycle, one after the other: all of a G82 or G83 with their picks, in place of these, or one alone.
+    """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
+
+    `machine` takes a stroke that comes by itself as one of these, of any cycle.
 
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.
         plan: of the cycle.
-        number: of the first one, as of `Stroke`.
         start: position of all axes when the table sets out, mm.
-        turns: reversal points at which the first stroke and the one after it end, mm; they take turns.
         feed: E in force, mm/min.
         begins: at which each stroke begins, s.
-        seconds: time of each, s.
+        seconds: time of each, s; the first one leads from `start` to the primary point.
         plunge: coordinate of the plunge axis in the middle of each stroke, mm.
         cross: of the third axis, mm.
         end: position of all axes after the last stroke and its picks, mm.
@@ -246,9 +246,7 @@ class CycleStrokes:
 
     time: float
     plan: CyclePlan
-    number: int | None
     start: Position
-    turns: tuple[float, float]
     feed: float
     begins: tuple[float, ...]
     seconds: tuple[float, ...]
@@ -257,6 +255,13 @@ class CycleStrokes:
     end: Position
     dresses: tuple[tuple[int, float], ...]
     inch: bool
+
+    @property
+    def turns(self) -> tuple[float, float]:
+        """Reversal points at which the first stroke ends, and the next one, mm; a single one ends where it is."""
+        if len(self.begins) > 1:
+            return self.plan.primary, self.plan.secondary
+        return self.end[self.plan.axis], self.start[self.plan.axis]
 
     def ends(self, k: int) -> tuple[float, float]:
         """Coordinates of the reciprocating axis where stroke k, counted from 0, begins and ends, mm."""

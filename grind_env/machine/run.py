@@ -276,8 +276,8 @@ class GrindingRun:
         row = self.part.number, after, time, cause, program, plan.seconds, self.mount.diameter, removed
         self.dresses.add(row)
 
-    def _strokes(self, event: CycleStrokes) -> None:
-        """Strokes, and the dresses between them."""
+    def _strokes(self, event: CycleStrokes, number: int) -> None:
+        """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
         self._take_up_running(event.plan.line)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -290,7 +290,7 @@ class GrindingRun:
             delays[after:] = self.delay
         rows = np.empty(count, STROKE_ROW)
         rows["part"], rows["line"], rows["groove"] = part.number, plan.line, 0
-        rows["number"] = 0 if event.number is None else np.arange(event.number, event.number + count)
+        rows["number"] = np.arange(number, number + count)
         rows["time"], rows["seconds"], rows["E"] = delays + event.begins, event.seconds, event.feed
         rows["Z"] = part.job.part.surface - np.array(event.plunge)
         before, had_stalled = self.mount.present(part.p), part.stalled
@@ -360,9 +360,7 @@ def alone(event: Stroke) -> CycleStrokes:
     return CycleStrokes(
         time=event.finish,
         plan=event.cycle,
-        number=event.number,
         start=event.start,
-        turns=(event.end[axis], event.start[axis]),
         feed=event.feed,
         begins=(event.begin,),
         seconds=(event.seconds,),
@@ -378,8 +376,8 @@ HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     CycleStart: GrindingRun._start_cycle,
     DressStart: GrindingRun._start_dress,
     DressEnd: GrindingRun._end_dress,
-    Stroke: lambda run, event: run._strokes(alone(event)),
-    CycleStrokes: GrindingRun._strokes,
+    Stroke: lambda run, event: run._strokes(alone(event), event.number or 0),
+    CycleStrokes: lambda run, event: run._strokes(event, 1),
     Infeed: GrindingRun._infeed,
     ProgramStop: GrindingRun._stop,
     ProgramEnd: GrindingRun._end,

@@ -95,9 +95,7 @@ def summed(made: list[Event]) -> tuple[CycleStrokes, float]:
     one = CycleStrokes(
         time=finish,
         plan=first.cycle,
-        number=first.number,
         start=first.start,
-        turns=(first.end[first.axis], first.cycle.secondary),
         feed=first.feed,
         begins=tuple(begins),
         seconds=tuple(stroke.seconds for stroke in strokes),
@@ -295,7 +293,7 @@ def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
     stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
     whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
     assert len(whole.begins) == len(stepped)
-    assert whole.number == 1 and whole.time == stepped[-1].finish
+    assert whole.time == stepped[-1].finish
     for k, stroke in enumerate(stepped):
         assert (whole.begins[k], whole.seconds[k], whole.feed) == (stroke.begin, stroke.seconds, stroke.feed)
         assert (whole.plan, whole.inch, whole.ends(k)) == (stroke.cycle, stroke.inch, (stroke.start[0], stroke.end[0]))
