@@ -19,10 +19,10 @@ from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.passes import Dressed, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
-from grind_env.machine.tally import NOTHING, has_stalled
+from grind_env.machine.tally import NOTHING
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.zones import strip_centres
-from grind_env.process.cost import passed_limits, survival, volume_left
+from grind_env.process.cost import STALL, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState
 
@@ -119,7 +119,8 @@ class PartRun:
             deeper than any before it at some place of its own.
         """
         first, last = self._under(edges)
-        first_way, later_way = self._way(first_ends), self._way(ends)
+        first_way = self._way(first_ends)
+        later_way = self._way(ends) if rows.size > 1 else first_way
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
         wheel, self.tally = grind_passes(
@@ -142,7 +143,7 @@ class PartRun:
             self.tally,
         )
         Z, over = rows["Z"], rows["Lw"] > 0.0
-        self.deepest = float(Z.max(initial=self.deepest, where=over))
+        self.deepest = max((self.deepest, *Z[over].tolist()))
         finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z))
         if finishing.size:
             self._wear = float(rows["W"][finishing[-1]] - rows["dw"][finishing[-1]])
@@ -217,7 +218,7 @@ class PartRun:
     @property
     def stalled(self) -> bool:
         """Whether the spindle has stalled on it."""
-        return has_stalled(self.tally)
+        return self.tally.peak_torque >= STALL
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""

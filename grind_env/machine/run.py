@@ -38,7 +38,7 @@ from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
 from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
+from grind_env.machine.dress_program import NO_DRESS, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, PartConditions, require_conditions
@@ -259,8 +259,10 @@ class GrindingRun:
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
         self.part.dress(plan.seconds, removed)
-        self._add_dress(len(self.strokes), time, event.cause, number, plan, removed)
-        self.watch.cuts.diameter(self.mount.diameter)
+        ds = self.mount.diameter
+        row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
+        self.dresses.add(row)
+        self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
         """Whether a dress program misses the diamond, which is told."""
@@ -271,10 +273,6 @@ class GrindingRun:
         text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
         self.watch.notices.tell(missed.line, "diamond", text, self.dressing.file(program))
         return True
-
-    def _add_dress(self, after: int, time: float, cause: str, program: int, plan: DressPlan, removed: float) -> None:
-        row = self.part.number, after, time, cause, program, plan.seconds, self.mount.diameter, removed
-        self.dresses.add(row)
 
     def _strokes(self, event: CycleStrokes, number: int) -> None:
         """Strokes, the first one with a number within its cycle, and the dresses between them."""
@@ -302,14 +300,15 @@ class GrindingRun:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
                 part.dress(dress.seconds, 0.0)
-        stalled = int(np.argmax(rows["torque"] >= STALL)) if part.stalled and not had_stalled else count
-        # as the clock has it stroke by stroke, to the bit
-        rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
+        stalls, stalled = part.stalled and not had_stalled, count
+        if stalls:  # as the clock has it stroke by stroke, to the bit
+            stalled = int(np.argmax(rows["torque"] >= STALL))
+            rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, plunged.tobytes(), had_stalled)
+        self._add(rows, wheel, plunged.tobytes(), stalls)
         self.mount.wheel = wheel
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
         self.position = event.end
@@ -322,8 +321,8 @@ class GrindingRun:
         self.part.take_up(self.running.setup)
         self.watch.runs(line, self.running, self.mount.diameter)
 
-    def _add(self, rows: Table, wheel: WheelState, plunged: bytes, had_stalled: bool) -> None:
-        """Strokes or an infeed have been made; what comes after them is later by the time that a stall costs.
+    def _add(self, rows: Table, wheel: WheelState, plunged: bytes, stalls: bool) -> None:
+        """Strokes or an infeed have been made; if the spindle stalls in them, what comes after is later.
 
         `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
         a job is 1e300.
@@ -332,7 +331,7 @@ class GrindingRun:
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.overloaded:
             self.watch.overload.add(rows, self.part.p)
-        self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
+        self.delay += self.part.p.stall_time if stalls else 0.0
         self.strokes.extend(rows)
         self.plunged += plunged
 
@@ -348,7 +347,8 @@ class GrindingRun:
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
-        self._add(np.array([row], STROKE_ROW), wheel, bytes([done.plunged]), had_stalled)
+        stalls = self.part.stalled and not had_stalled
+        self._add(np.array([row], STROKE_ROW), wheel, bytes([done.plunged]), stalls)
         if self.job.setup.grooving_wheel:
             self.mount.wheel = wheel
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)

@@ -42,24 +42,15 @@ class Rules(NamedTuple):
     """Whether it plunges to a depth of its own and then is done; if not, its strokes go on beside the program."""
 
 
+def _of(module: Any, **more: Any) -> Rules:
+    """The rules of a module, which has those of every cycle under their names, and what is more of it."""
+    return Rules(**{name: getattr(module, name) for name in Rules._fields if name not in Rules._field_defaults}, **more)
+
+
 RULES: Mapping[str, Rules] = {
-    "G81": Rules(
-        reciprocate.cycle_of,
-        reciprocate.begin,
-        reciprocate.after_reversal,
-        reciprocate.finished,
-        reciprocate.least_strokes,
-        plunges=False,
-    ),
-    "G82": Rules(plunge.cycle_of, plunge.begin, plunge.after_reversal, plunge.finished, plunge.least_strokes),
-    "G83": Rules(
-        traverse.cycle_of,
-        traverse.begin,
-        traverse.after_reversal,
-        traverse.finished,
-        traverse.least_strokes,
-        traverse.cross,
-    ),
+    "G81": _of(reciprocate, plunges=False),
+    "G82": _of(plunge),
+    "G83": _of(traverse, cross=traverse.cross),
 }
 """Of every cycle, by its code without .1."""
 

@@ -50,8 +50,9 @@ class Cuts:
         dressed: Table,
     ) -> None:
         """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
-        shallow = rows["ae"].max() <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
-        alive = rows["A"].min() > 0.0 and rows["A"].max() < part.p.Amax
+        ae, flats = rows["ae"].tolist(), rows["A"].tolist()
+        shallow = max(ae) <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
+        alive = min(flats) > 0.0 and max(flats) < part.p.Amax
         quiet = shallow and alive and not any(_turns_inside(part, turn) for turn in event.turns)
         made = 0
         for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):

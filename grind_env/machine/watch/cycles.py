@@ -46,15 +46,16 @@ class Cycle(NamedTuple):
     def after(self, event: CycleStrokes, rows: Table) -> "Cycle":
         """The same after further strokes, with their rows."""
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
+        Z = rows["Z"].tolist()
         return self._replace(
             ends=event.ends(len(event.begins) - 1),
             edge=edge,
             longest=max(self.longest, abs(end - begin), abs(plan.primary - plan.secondary)),
-            highest=float(rows["Z"].min(initial=self.highest)),
-            deepest=float(rows["Z"].max(initial=self.deepest)),
-            over=self.over or bool(rows["Lw"].any()),
+            highest=min(self.highest, *Z),
+            deepest=max(self.deepest, *Z),
+            over=self.over or any(rows["Lw"].tolist()),
             crossed=self.crossed or (self.ends is not None and self.edge != edge),
-            removed=self.removed + float(rows["ae"].sum()),
+            removed=self.removed + sum(rows["ae"].tolist()),
         )
 
     @property
