@@ -58,13 +58,7 @@ class Watch:
             self.notices.tell(line, subject, text)
 
     def strokes(
-        self,
-        part: PartRun,
-        event: CycleStrokes,
-        rows: Table,
-        A: float,
-        dress: DressPlan,
-        dressed: Table,
+        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
     ) -> None:
         """Strokes have been made.
 

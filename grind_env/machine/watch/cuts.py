@@ -41,13 +41,7 @@ class Cuts:
             self.notices.tell(0, "diameter", advice.worn_wheel(self.least))
 
     def strokes(
-        self,
-        part: PartRun,
-        event: CycleStrokes,
-        rows: Table,
-        A: float,
-        dress: DressPlan,
-        dressed: Table,
+        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
     ) -> None:
         """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
         ae, flats = rows["ae"].tolist(), rows["A"].tolist()
