@@ -36,7 +36,6 @@ from grind_env.control import (
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
-from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress_program import NO_DRESS, DressProgramError
 from grind_env.machine.dressing import DressPrograms
@@ -57,6 +56,7 @@ from grind_env.machine.record import (
 from grind_env.machine.running import Running
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.watch import Watch
+from grind_env.machine.watch.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
 

@@ -2,15 +2,15 @@
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.grinding import plunges
-from grind_env.machine import advice
 from grind_env.machine.dress_program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.limits import beyond_picks, beyond_table
 from grind_env.machine.part import PartRun
 from grind_env.machine.record import Table
 from grind_env.machine.running import Running, Told
+from grind_env.machine.watch import advice
 from grind_env.machine.watch.cuts import Cuts
 from grind_env.machine.watch.cycles import Cycles
+from grind_env.machine.watch.limits import beyond_picks, beyond_table
 from grind_env.machine.watch.notices import Notices
 from grind_env.machine.watch.picks import Picks
 from grind_env.machine.watch.spindle import Overload

@@ -1,7 +1,7 @@
 """Picks that are not finished when the wheel is over the middle of the part."""
 
 from grind_env.control import Control, CycleStrokes, Pick
-from grind_env.machine import advice
+from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 
 

@@ -1,8 +1,8 @@
 """The worst stroke or infeed of a cycle for the spindle, if it has slowed or stalled."""
 
-from grind_env.machine import advice
 from grind_env.machine.part import SLOWED
 from grind_env.machine.record import Table
+from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
