@@ -1,4 +1,7 @@
-"""When a run warns: what the events of a run come to for those who watch it. The texts are in `advice.py`."""
+"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order.
+
+The texts are in `advice.py`.
+"""
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.grinding import plunges
