@@ -10,7 +10,7 @@ from grind_env.control.cycles import RULES
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
 from grind_env.control.profile import ramp_time
-from grind_env.control.rules import motion_time, pick_begin, picks_to
+from grind_env.control.rules import motion_time, pick_begin
 from grind_env.control.timeline import Timeline
 
 Target = tuple[str, int, float]
@@ -39,6 +39,18 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
             if there != here:
                 picks.append(("cross", plan.cross_axis, there))
         yield picks, int(progress.dresses)
+
+
+@functools.lru_cache(maxsize=64)
+def plunges(plan: CyclePlan) -> int:
+    """The plunges that a cycle makes to its depth."""
+    return sum(kind == "plunge" for picks, _ in turns(plan, coverage=False) for kind, _, _ in picks)
+
+
+def least_strokes(plan: CyclePlan, coverage: bool) -> float:
+    """Strokes that a cycle makes at least, with or without a coverage pass."""
+    rules = RULES[plan.code]
+    return rules.least_strokes(rules.cycle_of(plan, coverage))
 
 
 def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
@@ -153,20 +165,6 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         dresses=tuple(dresses),
         inch=timeline.inch,
     )
-
-
-def least_strokes(plan: CyclePlan, coverage: bool) -> int:
-    """Strokes that a cycle makes at least: it never infeeds or crosses further at once than its larger pick."""
-    if plan.plunge_axis is None:
-        return 0
-    traverses = _least_picks(plan.depth, plan.primary_pick, plan.secondary_pick) + coverage + plan.spark_out
-    width = abs(plan.cross_end - plan.cross_start)
-    crossing = _least_picks(width, plan.primary_cross_pick, plan.secondary_cross_pick)
-    return traverses + max(traverses - 1, 0) * crossing
-
-
-def _least_picks(way: float, *picks: float) -> int:
-    return picks_to(way, max(picks)) if way > 0.0 else 0
 
 
 def _depth_coordinate(plan: CyclePlan, depth: float) -> float:

@@ -227,6 +227,8 @@ class CycleStart:
 class CycleStrokes:
     """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
 
+    `machine` takes a stroke that comes by itself as one of these, of any cycle.
+
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.
         plan: of the cycle.
@@ -254,34 +256,16 @@ class CycleStrokes:
     dresses: tuple[tuple[int, float], ...]
     inch: bool
 
-    def stroke(self, number: int) -> Stroke:
-        """One of the strokes, counted from 1, as an event of its own."""
-        plan, k = self.plan, number - 1
-        axis, points = plan.axis, (plan.secondary, plan.primary)
-        before = points[k % 2] if k else self.start[axis]
-        turn = points[number % 2]
-        return Stroke(
-            start=self._at(before, k),
-            middle=self._at(0.5 * (before + turn), k),
-            end=self._at(turn, k),
-            begin=self.begins[k],
-            seconds=self.seconds[k],
-            block=plan.block,
-            line=plan.line,
-            source=Source.CYCLE,
-            inch=self.inch,
-            axis=axis,
-            feed=self.feed,
-            number=number,
-            cycle=plan,
-        )
+    @property
+    def turns(self) -> tuple[float, float]:
+        """Reversal points at which the first stroke ends, and the next one, mm; a single one ends where it is."""
+        if len(self.begins) > 1:
+            return self.plan.primary, self.plan.secondary
+        return self.end[self.plan.axis], self.start[self.plan.axis]
 
-    def _at(self, coordinate: float, k: int) -> Position:
-        """Position with the table at a coordinate in stroke k, counted from 0."""
-        assert self.plan.plunge_axis is not None
-        position = [self.cross[k]] * 3
-        position[self.plan.plunge_axis], position[self.plan.axis] = self.plunge[k], coordinate
-        return position[0], position[1], position[2]
+    def ends(self, k: int) -> tuple[float, float]:
+        """Coordinates of the reciprocating axis where stroke k, counted from 0, begins and ends, mm."""
+        return self.turns[(k + 1) % 2] if k else self.start[self.plan.axis], self.turns[k % 2]
 
 
 @dataclass(frozen=True, slots=True)

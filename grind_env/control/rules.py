@@ -57,6 +57,11 @@ def picks_to(depth: float, pick: float) -> int:
     return math.ceil(depth / pick - PICK_TOLERANCE)
 
 
+def least_picks(depth: float, primary_pick: float, secondary_pick: float) -> int:
+    """Picks that two in turn need at least to go `depth` deep, all mm: no more than if each were the larger one."""
+    return picks_to(depth, max(primary_pick, secondary_pick)) if depth > 0.0 else 0
+
+
 def depth_after_pick(reversal: float, depth: float, total: float, primary_pick: float, secondary_pick: float) -> float:
     """Depth after the plunge pick at a reversal, mm: J at the primary, Q at the secondary point (16-16).
 

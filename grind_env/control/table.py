@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
-from grind_env.control.cycles.block import ModalWords, Situation, plan_cycle, redirect
+from grind_env.control.cycle_block import ModalWords, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
 from grind_env.control.grinding import grind, grind_whole, least_strokes
 from grind_env.control.interruptions import Interruptions

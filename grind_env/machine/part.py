@@ -16,13 +16,13 @@ from grind_env.machine.dress_program import NO_DRESS, DressPlan
 from grind_env.machine.gauging import Surface, counted_rise, gauge
 from grind_env.machine.grooving import Grooves
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
-from grind_env.machine.passes import Dressed, Extremes, Way, grind_passes
+from grind_env.machine.passes import Dressed, Way, grind_passes
 from grind_env.machine.record import Table, numbers_of
 from grind_env.machine.strips import IDLE, Strips
-from grind_env.machine.tally import NOTHING, has_stalled
+from grind_env.machine.tally import NOTHING
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.zones import strip_centres
-from grind_env.process.cost import passed_limits, survival, volume_left
+from grind_env.process.cost import STALL, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState
 
@@ -102,7 +102,7 @@ class PartRun:
         edges: Strips,
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
-    ) -> tuple[WheelState, Extremes, Table, NDArray[np.bool_]]:
+    ) -> tuple[WheelState, Table, NDArray[np.bool_]]:
         """Pass over the part once or many times, with dresses between.
 
         Args:
@@ -115,14 +115,15 @@ class PartRun:
             dress: what each of them does.
 
         Returns:
-            The wheel after them, what the strokes have come to, the dresses, shape (dresses, fields of `Dressed`), and
-            whether each stroke has gone deeper than any before it at some place of its own.
+            The wheel after them, the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone
+            deeper than any before it at some place of its own.
         """
         first, last = self._under(edges)
-        first_way, later_way = self._way(first_ends), self._way(ends)
+        first_way = self._way(first_ends)
+        later_way = self._way(ends) if rows.size > 1 else first_way
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
-        wheel, self.tally, extremes = grind_passes(
+        wheel, self.tally = grind_passes(
             wheel,
             self._S,
             self._Rs,
@@ -141,17 +142,17 @@ class PartRun:
             self.p,
             self.tally,
         )
-        self.deepest = max(self.deepest, extremes.ground)
-        finishing = np.flatnonzero((rows["Lw"] > 0.0) & (rows["Z"] >= self.deepest - DEPTH_TOLERANCE))
+        Z, over = rows["Z"], rows["Lw"] > 0.0
+        self.deepest = max((self.deepest, *Z[over].tolist()))
+        finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z))
         if finishing.size:
             self._wear = float(rows["W"][finishing[-1]] - rows["dw"][finishing[-1]])
-        self._plunges += zip(rows["Z"][plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
+        self._plunges += zip(Z[plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
         if not (first_way.whole and later_way.whole):
-            columns = first, last, rows["Lw"], rows["Z"]
-            for k, (near, far, Lw, Z) in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
-                if Lw > 0.0 and not (later_way if k else first_way).whole:
-                    self._coverage.add(near, far, ends if k else first_ends, Z)
-        return wheel, extremes, dressed, plunged
+            for k in np.flatnonzero(over).tolist():
+                if not (later_way if k else first_way).whole:
+                    self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(Z[k]))
+        return wheel, dressed, plunged
 
     def _way(self, ends: Ends) -> Way:
         """What the table passes over between two reversal points."""
@@ -217,7 +218,7 @@ class PartRun:
     @property
     def stalled(self) -> bool:
         """Whether the spindle has stalled on it."""
-        return has_stalled(self.tally)
+        return self.tally.peak_torque >= STALL
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""

@@ -1,12 +1,11 @@
 """The strokes of a table over the strips of a part, one after the other, and the dresses between them."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.kernel import entry, inlined
+from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.cycle import dress_lead
 from grind_env.machine.dress_program import DressPlan
@@ -55,31 +54,6 @@ class Dressed(NamedTuple):
     """Wheel volume that it took off, mm3."""
 
 
-class Extremes(NamedTuple):
-    """What strokes have come to between them. Depths are mm."""
-
-    total: float
-    """Sum of the numbers of all rows: finite if they are."""
-    highest: float
-    """Depth of the highest stroke."""
-    deepest: float
-    """Of the deepest one."""
-    ground: float
-    """Of the deepest one that passes over the part; minus infinity if none does."""
-    removed: float
-    """Depth ground off."""
-    most: float
-    """By one of them."""
-    sharpest: float
-    """Smallest wear-flat area after one of them."""
-    dullest: float
-    """Largest one."""
-
-
-UNMADE = Extremes(0.0, math.inf, -math.inf, -math.inf, 0.0, 0.0, math.inf, -math.inf)
-"""Before the first stroke."""
-
-
 class Way(NamedTuple):
     """What the table passes over between two reversal points."""
 
@@ -93,22 +67,6 @@ read_table_stroke, write_table_stroke = column_reader(TableStroke), column_write
 write_stroke = column_writer(StrokeResult, len(TableStroke._fields))
 write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(StrokeResult._fields))
 write_dressed = column_writer(Dressed)
-
-
-@inlined
-def widened(extremes: Extremes, made: TableStroke, ae: float, A: float, total: float) -> Extremes:
-    """Count a stroke that took `ae` off, mm, and left so large wear flats; `total` is the sum of its row."""
-    ground = made.Z if made.Lw > 0.0 else -math.inf
-    return Extremes(
-        total=extremes.total + total,
-        highest=min(extremes.highest, made.Z),
-        deepest=max(extremes.deepest, made.Z),
-        ground=max(extremes.ground, ground),
-        removed=extremes.removed + ae,
-        most=max(extremes.most, ae),
-        sharpest=min(extremes.sharpest, A),
-        dullest=max(extremes.dullest, A),
-    )
 
 
 @entry
@@ -130,7 +88,7 @@ def grind_passes(
     width: float,
     p: StrokeParameters,
     tally: Tally,
-) -> tuple[WheelState, Tally, Extremes]:
+) -> tuple[WheelState, Tally]:
     """Make strokes over a part, and the dresses that fall due between them.
 
     Args:
@@ -154,9 +112,9 @@ def grind_passes(
         tally: before them.
 
     Returns:
-        Wheel and tally after them, and what they have come to.
+        Wheel and tally after them.
     """
-    extremes, executed = UNMADE, 0
+    executed = 0
     for k in range(len(rows) + 1):
         while executed < due.size and due[executed] == k:
             lead = dress_lead(wheel, dress.feed, p)
@@ -193,8 +151,4 @@ def grind_passes(
         write_stroke(rows, k, stroke)
         seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
         write_wheel_seen(rows, k, seen)
-        total = 0.0
-        for column in range(rows.shape[1]):
-            total += rows[k, column]
-        extremes = widened(extremes, made, stroke.ae, wheel.A, total)
-    return wheel, tally, extremes
+    return wheel, tally

@@ -36,9 +36,8 @@ from grind_env.control import (
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
-from grind_env.machine.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import NO_DRESS, DressPlan, DressProgramError
+from grind_env.machine.dress_program import NO_DRESS, DressProgramError
 from grind_env.machine.dressing import DressPrograms
 from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, PartConditions, require_conditions
@@ -52,10 +51,12 @@ from grind_env.machine.record import (
     GrindingRecord,
     Log,
     Table,
+    numbers_of,
 )
 from grind_env.machine.running import Running
 from grind_env.machine.unjudged import Unjudged
 from grind_env.machine.watch import Watch
+from grind_env.machine.watch.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
 
@@ -117,7 +118,7 @@ class GrindingRun:
             self.parts.table(),
             tuple(self.stages),
             tuple(self.unjudged),
-            tuple(self.watch.warnings),
+            tuple(self.watch.notices.sentences),
             self.blocks,
             self.cycles,
             self.programs,
@@ -145,9 +146,7 @@ class GrindingRun:
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
-        part = PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
-        self.watch.part = part
-        return part
+        return PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
 
     def _begin_cutting(self, time: float) -> None:
         """End the loading of the part, and take off the one before; what is not cut after an M00 is no part."""
@@ -164,7 +163,7 @@ class GrindingRun:
         if self.unloaded_at is None:
             self._change_worn_wheel()
             self.unloaded_at = self.clock(time)
-            self.watch.unload(stop)
+            self.watch.unload(self.part, stop)
             self.parts.add(self.part.row(self.unloaded_at - self.part.began))
             self.stages.append(tuple(self.part.passed))
             self.unjudged.append(self.part.unjudged)
@@ -180,7 +179,7 @@ class GrindingRun:
         if stop is not None:
             strokes_on = self._stroked_until > stop.time + INSTANT
             if strokes_on:
-                self.watch.stroked_on(stop)
+                self.watch.stops.stroked_on(stop)
             self._unload(self._stroked_until if strokes_on else stop.time, stop)
 
     def _stop(self, event: ProgramStop) -> None:
@@ -209,12 +208,12 @@ class GrindingRun:
                 "G76 or G77 cuts grooves"
             )
         self.let_part_go()
-        if self.unloaded_at is not None and self.watch.grind_next(PartRun(0, self.job, PartConditions(), 0.0)):
+        if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, self.job, PartConditions(), 0.0)):
             self._begin_cutting(event.time)
         self._unload(event.time)
-        self.watch.end()
+        self.watch.stops.end()
         for line, number in self.dressing.called(self.position, self.axis):
-            self.watch.warn(line, "call", called_dress(number))
+            self.watch.notices.tell(line, "call", called_dress(number))
 
     # ----------------------------------------------------------------------------------- cycles and dresses
 
@@ -224,11 +223,11 @@ class GrindingRun:
         if plan.program is not None:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
-                self.watch.warn(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
+                self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.part.find_wheel(self.mount.diameter)
-        self.watch.start_cycle(plan, self.part.deepest)
+        self.watch.start_cycle(self.part, plan)
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self._line = plan.line
         self.blocks[plan.line], self.cycles[plan.line] = plan.block, plan
@@ -252,16 +251,18 @@ class GrindingRun:
                 "G97 out of it"
             )
         plan, began, way = self.dressing.end(event, self.axis)
-        self.watch.dress_moves(self.dressing.file(number), way, self.axis)
+        self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
         removed = 0.0
         if not self._misses(number):
-            self.watch.dress(self._line, plan, 1)
+            self.watch.cuts.dress(self._line, plan)
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
         self.part.dress(plan.seconds, removed)
-        self._add_dress(len(self.strokes), time, event.cause, number, plan, removed)
-        self.watch.diameter(self.mount.diameter)
+        ds = self.mount.diameter
+        row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
+        self.dresses.add(row)
+        self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
         """Whether a dress program misses the diamond, which is told."""
@@ -270,15 +271,11 @@ class GrindingRun:
             return False
         width = self.job.setup.wheel.width
         text = missed_diamond(program, diamond.tip, missed.start, missed.end, cross_axis(self.axis), width)
-        self.watch.missed(self.dressing.file(program), missed.line, text)
+        self.watch.notices.tell(missed.line, "diamond", text, self.dressing.file(program))
         return True
 
-    def _add_dress(self, after: int, time: float, cause: str, program: int, plan: DressPlan, removed: float) -> None:
-        row = self.part.number, after, time, cause, program, plan.seconds, self.mount.diameter, removed
-        self.dresses.add(row)
-
-    def _strokes(self, event: CycleStrokes) -> None:
-        """A whole cycle: its strokes and the dresses between them."""
+    def _strokes(self, event: CycleStrokes, number: int) -> None:
+        """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
         self._take_up_running(event.plan.line)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -289,43 +286,32 @@ class GrindingRun:
             began.append(self.clock(time))
             self.delay += dress.seconds
             delays[after:] = self.delay
-        rows = self._rows(plan.line, np.arange(1, count + 1), delays + event.begins, event.seconds, event.feed)
+        rows = np.empty(count, STROKE_ROW)
+        rows["part"], rows["line"], rows["groove"] = part.number, plan.line, 0
+        rows["number"] = np.arange(number, number + count)
+        rows["time"], rows["seconds"], rows["E"] = delays + event.begins, event.seconds, event.feed
         rows["Z"] = part.job.part.surface - np.array(event.plunge)
-        ends = plan.secondary, plan.primary
-        first_ends = event.start[plan.axis], plan.primary
         before, had_stalled = self.mount.present(part.p), part.stalled
+        self.watch.way.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
-        wheel, extremes, dressed, plunged = part.grind(before, rows, first_ends, ends, edges, effective, dress)
+        wheel, dressed, plunged = part.grind(before, rows, event.ends(0), event.turns, edges, effective, dress)
         if misses:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
                 part.dress(dress.seconds, 0.0)
-        stalled = int(np.argmax(rows["torque"] >= STALL)) if part.stalled and not had_stalled else count
-        # as the clock has it stroke by stroke, to the bit
-        rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
+        stalls, stalled = part.stalled and not had_stalled, count
+        if stalls:  # as the clock has it stroke by stroke, to the bit
+            stalled = int(np.argmax(rows["torque"] >= STALL))
+            rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
+        self._add(rows, wheel, plunged.tobytes(), stalls)
         self.mount.wheel = wheel
-        self.watch.strokes(event, rows, extremes, before, wheel, dress, dressed[: len(effective)])
+        self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
         self.position = event.end
-
-    def _stroke(self, event: Stroke) -> None:
-        self._stroked_until = event.finish
-        self._take_up_running(event.cycle.line)
-        part, axis, line = self.part, event.axis, event.cycle.line
-        rows = self._rows(line, event.number or 0, self.clock(event.begin), event.seconds, event.feed)
-        rows["Z"] = part.job.part.surface - event.middle[plunge_axis(axis)]
-        ends, edges = (event.start[axis], event.end[axis]), np.array([event.middle[cross_axis(axis)]])
-        before, had_stalled = self.mount.present(part.p), part.stalled
-        self.watch.before_stroke(event)
-        wheel, extremes, _, plunged = part.grind(before, rows, ends, ends, edges)
-        self._add(rows, wheel, extremes.total, plunged.tobytes(), had_stalled)
-        self.mount.wheel = wheel
-        self.watch.stroke(event, extremes, before, wheel)
 
     def _take_up_running(self, line: int) -> None:
         """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now."""
@@ -335,22 +321,17 @@ class GrindingRun:
         self.part.take_up(self.running.setup)
         self.watch.runs(line, self.running, self.mount.diameter)
 
-    def _rows(self, line: int, number: Any, time: Any, seconds: Any, feed: float) -> Table:
-        """Rows of strokes that are to be made, at depths that are to be written; a value or a sequence for a column."""
-        rows = np.empty(np.size(number), STROKE_ROW)
-        rows["part"], rows["line"], rows["number"], rows["groove"] = self.part.number, line, number, 0
-        rows["time"], rows["seconds"], rows["E"] = time, seconds, feed
-        return rows
+    def _add(self, rows: Table, wheel: WheelState, plunged: bytes, stalls: bool) -> None:
+        """Strokes or an infeed have been made; if the spindle stalls in them, what comes after is later.
 
-    def _add(self, rows: Table, wheel: WheelState, total: float, plunged: bytes, had_stalled: bool) -> None:
-        """Strokes or an infeed have been made; what comes after them is later by the time that a stall costs.
-
-        `total` is the sum of their numbers, `plunged` has a byte for each (`GrindingRun.plunged`).
+        `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
+        a job is 1e300.
         """
-        self._require_numbers(sum(wheel) + total, int(rows["line"][0]))
+        if not (math.isfinite(sum(wheel)) and np.isfinite(numbers_of(rows)).all()):
+            raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.overloaded:
-            self.watch.spindle(rows)
-        self.delay += self.part.p.stall_time if self.part.stalled and not had_stalled else 0.0
+            self.watch.overload.add(rows, self.part.p)
+        self.delay += self.part.p.stall_time if stalls else 0.0
         self.strokes.extend(rows)
         self.plunged += plunged
 
@@ -366,30 +347,44 @@ class GrindingRun:
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
-        self._add(np.array([row], STROKE_ROW), wheel, sum(done.stroke), bytes([done.plunged]), had_stalled)
+        stalls = self.part.stalled and not had_stalled
+        self._add(np.array([row], STROKE_ROW), wheel, bytes([done.plunged]), stalls)
         if self.job.setup.grooving_wheel:
             self.mount.wheel = wheel
-            self.watch.infeed(event, done.stroke, before, wheel)
+            self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
 
-    def _require_numbers(self, total: float, line: int) -> None:
-        """Refuse what has come to no finite number; no factor of a job is 1e300."""
-        if not math.isfinite(total):
-            raise GrindingError(f"{self.programs.name}:{line}: {BEYOND_NUMBERS}")
+
+def alone(event: Stroke) -> CycleStrokes:
+    """A stroke that has come by itself, as strokes of which there is one."""
+    axis = event.axis
+    return CycleStrokes(
+        time=event.finish,
+        plan=event.cycle,
+        start=event.start,
+        feed=event.feed,
+        begins=(event.begin,),
+        seconds=(event.seconds,),
+        plunge=(event.middle[plunge_axis(axis)],),
+        cross=(event.middle[cross_axis(axis)],),
+        end=event.end,
+        dresses=(),
+        inch=event.inch,
+    )
 
 
 HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     CycleStart: GrindingRun._start_cycle,
     DressStart: GrindingRun._start_dress,
     DressEnd: GrindingRun._end_dress,
-    Stroke: GrindingRun._stroke,
-    CycleStrokes: GrindingRun._strokes,
+    Stroke: lambda run, event: run._strokes(alone(event), event.number or 0),
+    CycleStrokes: lambda run, event: run._strokes(event, 1),
     Infeed: GrindingRun._infeed,
     ProgramStop: GrindingRun._stop,
     ProgramEnd: GrindingRun._end,
-    Pick: lambda run, event: run.watch.pick(event),
+    Pick: lambda run, event: run.watch.picks.pick(event),
     Message: lambda run, event: run.watch.message(event),
     Spindle: lambda run, event: run.running.set_speed(event),
     Switch: lambda run, event: run.running.switch(event),
-    **dict.fromkeys((Rapid, Line, Arc), lambda run, event: run.watch.move(event)),
+    **dict.fromkeys((Rapid, Line, Arc), lambda run, event: run.watch.way.move(event)),
 }
 """What happens in a run with an event of the control; others change nothing but where the axes stand."""

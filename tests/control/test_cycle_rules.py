@@ -32,6 +32,7 @@ SHUTTLE = Rules(
     begin=lambda cycle: Along(0.0),
     after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.004 if along.made == 1.0 else along.depth),
     finished=lambda cycle, along: along.made >= cycle.strokes,
+    least_strokes=lambda cycle: cycle.strokes,
 )
 
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any
 
@@ -186,6 +186,7 @@ def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytes
         begin=lambda cycle: Along(0.0),
         after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.03, crossed=0.05),
         finished=lambda cycle, along: along.made >= 1.0,
+        least_strokes=lambda cycle: 1.0,
         cross=traverse.cross,
     )
     monkeypatch.setitem(RULES, "G83", both)
@@ -292,7 +293,8 @@ def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
     stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
     whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
     assert len(whole.begins) == len(stepped)
-    for number, stroke in enumerate(stepped, 1):
-        found = whole.stroke(number)
-        assert found.middle == pytest.approx(stroke.middle, abs=1e-9)
-        assert replace(found, middle=stroke.middle) == stroke
+    assert whole.time == stepped[-1].finish
+    for k, stroke in enumerate(stepped):
+        assert (whole.begins[k], whole.seconds[k], whole.feed) == (stroke.begin, stroke.seconds, stroke.feed)
+        assert (whole.plan, whole.inch, whole.ends(k)) == (stroke.cycle, stroke.inch, (stroke.start[0], stroke.end[0]))
+        assert (whole.plunge[k], whole.cross[k]) == pytest.approx(stroke.middle[1:], abs=1e-9)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
+from grind_env.control.cycle_block import WORDS
 from grind_env.control.cycles import RULES, Rules
-from grind_env.control.cycles.block import WORDS
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined
@@ -75,12 +75,17 @@ def finished(cycle: Bounce, progress: Bouncing) -> bool:
     return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
 
 
+def least_strokes(cycle: Bounce) -> float:
+    """Strokes that it makes at least."""
+    return cycle.at_depth
+
+
 def of_block(plan: CyclePlan, coverage: bool) -> Bounce:
     """The numbers of a block."""
     return Bounce(plan.depth, plan.primary_pick, float(coverage + plan.spark_out), float(plan.dresses))
 
 
-G84 = Rules(of_block, begin, after_reversal, finished)
+G84 = Rules(of_block, begin, after_reversal, finished, least_strokes)
 COURSE = course_of(G84, Bounce, Bouncing)
 
 

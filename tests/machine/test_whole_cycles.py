@@ -1,6 +1,5 @@
 """A cycle that is ground at once comes to what it does stroke by stroke."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grind_env.control import read
+from grind_env.control import CycleStrokes, read
 from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
+from grind_env.machine.part import PartRun
 from grind_env.machine.record import GrindingRecord, Table
 from grind_env.machine.watch import Watch
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
@@ -147,34 +147,33 @@ def test_whole_cycles_with_dresses_grind_what_their_strokes_do(program: Any, job
 PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X-30. Y0\n") * 2 + "M30\n"
 
 
-def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    stepped: list[int] = []
-    monkeypatch.setattr(Watch, "stroke", recording(Watch.stroke, stepped))
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
+    """Of each event of strokes that a run takes the number of the part, and how many strokes it is."""
+    found: list[tuple[int, int]] = []
+
+    def noting(watch: Watch, part: PartRun, event: CycleStrokes, *arguments: Any) -> None:
+        found.append((part.number, len(event.begins)))
+        strokes(watch, part, event, *arguments)
+
+    strokes = Watch.strokes
+    monkeypatch.setattr(Watch, "strokes", noting)
+    return found
+
+
+def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(told: list[tuple[int, int]]) -> None:
     record = run(PLATES, job())
     assert record.parts["strokes"].tolist() == [8, 8]
-    assert stepped == [1] * 8
+    assert told == [(1, 1)] * 8 + [(2, 8)]
     assert record.dresses["after"].tolist() == [3, 11]
 
 
-def recording(watch_stroke: Callable[..., None], stepped: list[int]) -> Callable[..., None]:
-    """The function, which notes down the number of the part at every call."""
-
-    def noting(watch: Watch, *arguments: Any) -> None:
-        assert watch.part is not None
-        stepped.append(watch.part.number)
-        watch_stroke(watch, *arguments)
-
-    return noting
-
-
-def test_an_operator_at_the_panel_has_strokes_stepped(monkeypatch: pytest.MonkeyPatch) -> None:
-    stepped: list[int] = []
-    monkeypatch.setattr(Watch, "stroke", recording(Watch.stroke, stepped))
+def test_an_operator_at_the_panel_has_strokes_stepped(told: list[tuple[int, int]]) -> None:
     slow, found = job().control, []
     for percent in (100.0, 50.0):
         slow.override(percent)
         found.append(run(HEAD + CYCLE + "M30\n", job(), control=slow).strokes)
-    assert len(stepped) == found[1].size
+    assert told == [(1, found[0].size)] + [(1, 1)] * found[1].size
     np.testing.assert_array_equal(found[1]["E"], 0.5 * found[0]["E"])
 
 

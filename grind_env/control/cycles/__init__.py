@@ -1,8 +1,9 @@
-"""The grinding cycles: what a block asks for (`block`), and a module with the rules of each.
+"""The grinding cycles: a module with the rules of each.
 
 A cycle is a named tuple of numbers, and three functions of it and of how far it has come: `begin`, `after_reversal`
 (what follows a stroke: picks, and the dresses that fall due) and `finished`. The interpreter calls them as they stand,
-`machine` compiles them; so they take and give numbers and hold conditional expressions only.
+`machine` compiles them; so they take and give numbers and hold conditional expressions only. By `least_strokes` the
+control refuses what is too much before it begins.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,6 +33,8 @@ class Rules(NamedTuple):
     begin: Callable[[Any], Progress]
     after_reversal: Callable[[Any, Any], Progress]
     finished: Callable[[Any, Any], bool]
+    least_strokes: Callable[[Any], float]
+    """How many strokes it makes at least, of those of its own."""
     cross: Callable[[Any, float, float], float] | None = None
     """From its progress and the ends of the crossover, mm: cross coordinate of the next stroke; None if it does not
     cross."""
@@ -39,12 +42,15 @@ class Rules(NamedTuple):
     """Whether it plunges to a depth of its own and then is done; if not, its strokes go on beside the program."""
 
 
+def _of(module: Any, **more: Any) -> Rules:
+    """The rules of a module, which has those of every cycle under their names, and what is more of it."""
+    return Rules(**{name: getattr(module, name) for name in Rules._fields if name not in Rules._field_defaults}, **more)
+
+
 RULES: Mapping[str, Rules] = {
-    "G81": Rules(
-        reciprocate.cycle_of, reciprocate.begin, reciprocate.after_reversal, reciprocate.finished, plunges=False
-    ),
-    "G82": Rules(plunge.cycle_of, plunge.begin, plunge.after_reversal, plunge.finished),
-    "G83": Rules(traverse.cycle_of, traverse.begin, traverse.after_reversal, traverse.finished, traverse.cross),
+    "G81": _of(reciprocate, plunges=False),
+    "G82": _of(plunge),
+    "G83": _of(traverse, cross=traverse.cross),
 }
 """Of every cycle, by its code without .1."""
 

@@ -6,7 +6,7 @@ Lengths are mm. Depths count from the start of the plunge, positive towards the 
 from typing import NamedTuple
 
 from grind_env.control.motions import CyclePlan
-from grind_env.control.rules import depth_after_pick, dresses_due
+from grind_env.control.rules import depth_after_pick, dresses_due, least_picks
 
 
 class PlungeCycle(NamedTuple):
@@ -77,3 +77,8 @@ def after_reversal(cycle: PlungeCycle, progress: PlungeProgress) -> PlungeProgre
 def finished(cycle: PlungeCycle, progress: PlungeProgress) -> bool:
     """Whether there is no stroke to make any more."""
     return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
+
+
+def least_strokes(cycle: PlungeCycle) -> float:
+    """Strokes that it makes at least."""
+    return least_picks(cycle.depth, cycle.primary_pick, cycle.secondary_pick) + cycle.at_depth

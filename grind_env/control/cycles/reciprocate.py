@@ -47,3 +47,8 @@ def after_reversal(cycle: ReciprocationCycle, progress: ReciprocationProgress) -
 def finished(cycle: ReciprocationCycle, progress: ReciprocationProgress) -> bool:
     """Whether there is no stroke to make any more: the block is done once the table is free to set out."""
     return True
+
+
+def least_strokes(cycle: ReciprocationCycle) -> float:
+    """Strokes that it makes at least: those of the table are none of its own."""
+    return 0.0

@@ -7,7 +7,7 @@ count from the start of the plunge, positive towards the part, ways across from 
 from typing import NamedTuple
 
 from grind_env.control.motions import CyclePlan
-from grind_env.control.rules import depth_after_pick, dresses_due
+from grind_env.control.rules import depth_after_pick, dresses_due, least_picks
 
 
 class TraverseCycle(NamedTuple):
@@ -124,3 +124,10 @@ def cross(progress: TraverseProgress, start: float, end: float) -> float:
 def finished(cycle: TraverseCycle, progress: TraverseProgress) -> bool:
     """Whether there is no stroke to make any more."""
     return progress.left < 0.0
+
+
+def least_strokes(cycle: TraverseCycle) -> float:
+    """Strokes that it makes at least: one at the begin of each traverse, and one after each pick across."""
+    traverses = least_picks(cycle.depth, cycle.primary_pick, cycle.secondary_pick) + cycle.at_depth
+    crossing = least_picks(cycle.width, cycle.primary_cross_pick, cycle.secondary_cross_pick)
+    return traverses + max(traverses - 1.0, 0.0) * crossing

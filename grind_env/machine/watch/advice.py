@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.control import Control, Motion, Pick, Position, Rapid, Source, Stroke
+from grind_env.control import Control, CycleStrokes, Motion, Pick, Position, Rapid, Source
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import pick_window
@@ -22,12 +22,12 @@ BEYOND_NUMBERS = (
 """What to say of a cut on such a job."""
 
 
-def middle_time(stroke: Stroke, control: Control) -> float:
+def middle_time(stroke: CycleStrokes, control: Control) -> float:
     """Time at which the table passes the middle of a stroke, s; its reversal dwell comes after the stroke."""
-    return stroke.begin + 0.5 * (stroke.seconds - control.reversal_dwell)
+    return stroke.begins[0] + 0.5 * (stroke.seconds[0] - control.reversal_dwell)
 
 
-def slow_pick(pick: Pick, stroke: Stroke, control: Control) -> str:
+def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
     """What to do about a pick that is still under way in the middle of the stroke after it.
 
     Args:
@@ -35,10 +35,10 @@ def slow_pick(pick: Pick, stroke: Stroke, control: Control) -> str:
         stroke: any full stroke of the same cycle.
         control: settings of the control.
     """
-    dwell = control.reversal_dwell
-    length = abs(stroke.end[stroke.axis] - stroke.start[stroke.axis])
+    dwell, (begin, end) = control.reversal_dwell, stroke.ends(0)
+    length, seconds = abs(end - begin), stroke.seconds[0] - dwell
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
-    window = pick_window(ramp, dwell, stroke.seconds - dwell)
+    window = pick_window(ramp, dwell, seconds)
     feed = feed_for(math.dist(pick.start, pick.end), window, control.acceleration)
     unit, name, steps = (float(MILLIMETRES_PER_INCH), "inch/min", 10) if pick.inch else (1.0, "mm/min", 1)
     found = (

@@ -1,0 +1,97 @@
+"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order.
+
+The texts are in `advice.py`.
+"""
+
+from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
+from grind_env.control.grinding import plunges
+from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.job import Job
+from grind_env.machine.part import PartRun
+from grind_env.machine.record import Table
+from grind_env.machine.running import Running, Told
+from grind_env.machine.watch import advice
+from grind_env.machine.watch.cuts import Cuts
+from grind_env.machine.watch.cycles import Cycles
+from grind_env.machine.watch.limits import beyond_picks, beyond_table
+from grind_env.machine.watch.notices import Notices
+from grind_env.machine.watch.picks import Picks
+from grind_env.machine.watch.spindle import Overload
+from grind_env.machine.watch.stops import Stops
+from grind_env.machine.watch.way import Way
+
+
+class Watch:
+    """Observes a run; what concerns one of its watchers alone is said to that one.
+
+    Attributes:
+        notices: what they have told.
+        cycles: those that grind nothing.
+        cuts: strokes, infeeds and dresses, for wheel and process model.
+        overload: of the spindle.
+        picks: that are too slow.
+        stops: at which a part is taken off.
+        way: moves outside the cycles.
+    """
+
+    def __init__(self, program: str, job: Job, control: Control) -> None:
+        self.program, self.job, self.control = program, job, control
+        self.notices = notices = Notices(program)
+        self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
+        self.picks, self.stops, self.way = Picks(control, notices), Stops(notices), Way(job, notices)
+        self._told = Told()
+
+    def message(self, event: Message) -> None:
+        """Pass on what the control tells the operator."""
+        self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
+
+    def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
+        """A cycle takes over."""
+        self._end_cycle(part)
+        self.stops.resume(part, plan)
+        self.way.judge(part, plan.axis)
+        self.cycles.begin(plan, part.deepest)
+        self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
+        if plan.dresses and plan.dresses > plunges(plan):
+            self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, plunges(plan)))
+
+    def runs(self, line: int, running: Running, diameter: float) -> None:
+        """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
+        for subject, text in self._told.of(running, diameter):
+            self.notices.tell(line, subject, text)
+
+    def strokes(
+        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
+    ) -> None:
+        """Strokes have been made.
+
+        Args:
+            part: on the machine.
+            event: the strokes.
+            rows: theirs, dtype `record.STROKE_ROW`.
+            A: wear-flat area of the wheel before the first one.
+            dress: what each dress between them does.
+            dressed: what each has come to, shape (dresses, fields of `Dressed`); none where they miss the diamond.
+        """
+        self.picks.strokes(event)
+        longest, machine = self.cycles.count(event, rows), self.job.setup.machine
+        beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch)
+        self.notices.tell(event.plan.line, "speed", beyond)
+        self.cuts.strokes(part, event, rows, A, dress, dressed)
+        self.way.stroked_until = event.time
+
+    def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
+        """The part is taken off the machine, at a stop or at the end of the program."""
+        cycle = self.cycles.cycle
+        self._end_cycle(part)
+        if self.way.axis is not None and (cycle is not None or not part.infeeds):
+            self.way.judge(part, self.way.axis)
+        others = self.cycles.unload()
+        if part.missed:
+            self.notices.tell(0, "missed", advice.missed_surface(part.job.part.surface))
+        part.unjudged = *self.way.unload(), *others
+        self.stops.unload(part, cycle, stop)
+
+    def _end_cycle(self, part: PartRun) -> None:
+        self.overload.end()
+        self.cycles.end(part)

@@ -1,0 +1,96 @@
+"""What cuts do to the wheel, and those for which the process model does not hold; and dresses that use the wheel up."""
+
+from typing import Any
+
+import numpy as np
+
+from grind_env.control import CycleStrokes, Infeed
+from grind_env.machine.axes import AXES
+from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+from grind_env.machine.part import PartRun
+from grind_env.machine.record import Table
+from grind_env.machine.watch import advice
+from grind_env.machine.watch.notices import Notices
+from grind_env.process.state import StrokeResult, WheelState
+
+OVERTRAVEL = 2.0
+"""mm; by which a table has to go beyond the part at least: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
+
+
+class Cuts:
+    """Tells of strokes, infeeds and dresses, each by itself."""
+
+    def __init__(self, job: Job, notices: Notices) -> None:
+        self.job, self.notices = job, notices
+        self.least, self.lasts = job.setup.wheel.minimum_diameter, job.times.wheel_change is None
+        self._dressed = 0.0  # off the diameter of the wheel, mm
+        self._eaten = False  # by them, as has been told
+
+    def dress(self, line: int, plan: DressPlan) -> None:
+        """A dress is made in the block of a line: whether these alone make the wheel too small."""
+        self._dressed += 2.0 * plan.passes * plan.depth
+        if self.lasts and not self._eaten and first_diameter(self.job) - self._dressed < self.least:
+            self._eaten = True
+            self.notices.tell(line, "diameter", advice.eaten_wheel(self._dressed, self.least))
+
+    def diameter(self, diameter: float) -> None:
+        """Whether the wheel is below its least diameter, mm, unless the job changes worn wheels."""
+        if self.lasts and not self._eaten and diameter < self.least:
+            self.notices.tell(0, "diameter", advice.worn_wheel(self.least))
+
+    def strokes(
+        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
+    ) -> None:
+        """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
+        ae, flats = rows["ae"].tolist(), rows["A"].tolist()
+        shallow = max(ae) <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
+        alive = min(flats) > 0.0 and max(flats) < part.p.Amax
+        quiet = shallow and alive and not any(_turns_inside(part, turn) for turn in event.turns)
+        made = 0
+        for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
+            if not quiet:
+                self._judge(part, event, made, rows[made:upto], A)
+            self.dress(event.plan.line, dress)
+            self.diameter(ds)
+            made, A = upto, dressed_A
+        if not quiet:
+            self._judge(part, event, made, rows[made:], A)
+
+    def _judge(self, part: PartRun, event: CycleStrokes, made: int, rows: Table, A: float) -> None:
+        """Judge strokes after those that have been `made`; wear flats `A` before them."""
+        Z, ae, ds, A_after = (rows[name] for name in ("Z", "ae", "ds", "A"))
+        lying, line = part.job.part, event.plan.line
+        inside = [_turns_inside(part, turn) for turn in event.turns]
+        turns = np.array(inside)[(made + np.arange(rows.size)) % 2] & (Z > 0.0)
+        worn = _destroyed(part, np.append(A, A_after)[:-1], A_after)
+        found = turns, ae > advice.deepest_within(event.feed), ds < self.least, worn
+        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
+            if turns[k]:
+                turn, axis = event.ends(made + k)[1], AXES[event.plan.axis]
+                text = advice.short_stroke(turn, axis, lying.start, lying.start + lying.length)
+                self.notices.tell(line, "turn", text)
+            self.notices.tell(line, "model", advice.outside_model(event.feed, ae[k]))
+            self.diameter(ds[k])
+            if worn[k]:
+                self.notices.tell(line, "wheel", advice.destroying_stroke(ae[k], event.feed))
+
+    def infeed(self, part: PartRun, event: Infeed, cut: StrokeResult, before: WheelState, after: WheelState) -> None:
+        """A grooving wheel has made an infeed; the wheel before and after it."""
+        self.notices.tell(event.line, "model", advice.groove_outside_model(cut))
+        self.diameter(after.ds)
+        if _destroyed(part, before.A, after.A):
+            self.notices.tell(event.line, "wheel", advice.destroying_infeed(cut.ae, event.feed))
+
+
+def _turns_inside(run: PartRun, turn: float) -> bool:
+    """Whether a reversal point, mm, lies over the part, or too near its end."""
+    part = run.job.part
+    return part.start - OVERTRAVEL < turn < part.start + part.length + OVERTRAVEL
+
+
+def _destroyed(part: PartRun, before: Any, after: Any) -> Any:
+    """Whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
+    limit = part.p.Amax
+    return (before > 0.0) & (before < limit) & ((after <= 0.0) | (limit <= after))

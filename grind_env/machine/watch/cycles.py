@@ -1,0 +1,155 @@
+"""Cycles that grind nothing, and what they may be meant for: to set the table going, or for another part."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from grind_env.control import CyclePlan, CycleStrokes
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.part import PartRun
+from grind_env.machine.record import Table
+from grind_env.machine.unjudged import Unjudged
+from grind_env.machine.watch import advice
+from grind_env.machine.watch.notices import Notices
+
+SHARE = 0.1
+"""Of the plunge of a cycle: one that takes less off, no deeper than was ground before, grinds what that has left."""
+
+ANEW = 0.5
+"""Of the depth ground before a cycle: one that plunges from above that share and finds nothing begins another part."""
+
+
+class Cycle(NamedTuple):
+    """What a cycle has come to; depths are mm."""
+
+    plan: CyclePlan
+    before: float
+    """Depth to which the part has been ground before it."""
+    ends: tuple[float, float] | None = None
+    """Coordinates of the table at the ends of its last stroke, mm; None before the first one."""
+    edge: float = 0.0
+    """Cross coordinate of the wheel in that, mm."""
+    longest: float = 0.0
+    """Length of its longest stroke, mm."""
+    highest: float = math.inf
+    """Depth of its highest stroke."""
+    deepest: float = -math.inf
+    """Of its deepest one."""
+    over: bool = False
+    """Whether one has passed over the part."""
+    crossed: bool = False
+    """Whether the wheel has gone across between strokes that came one by one."""
+    removed: float = 0.0
+    """Depth ground off."""
+
+    def after(self, event: CycleStrokes, rows: Table) -> "Cycle":
+        """The same after further strokes, with their rows."""
+        (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
+        Z = rows["Z"].tolist()
+        return self._replace(
+            ends=event.ends(len(event.begins) - 1),
+            edge=edge,
+            longest=max(self.longest, abs(end - begin), abs(plan.primary - plan.secondary)),
+            highest=min(self.highest, *Z),
+            deepest=max(self.deepest, *Z),
+            over=self.over or any(rows["Lw"].tolist()),
+            crossed=self.crossed or (self.ends is not None and self.edge != edge),
+            removed=self.removed + sum(rows["ae"].tolist()),
+        )
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it has only set the table going above what there is to grind, as a G81 may do for a later cycle."""
+        elsewhere = self.crossed and not self.over and self.deepest > DEPTH_TOLERANCE
+        return not self.plan.plunges and self.in_air and self.highest == self.deepest and not elsewhere
+
+    @property
+    def in_air(self) -> bool:
+        """Whether its strokes have found nothing to grind."""
+        plunge = self.deepest - self.highest
+        return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
+
+    @property
+    def grinds_another(self) -> bool:
+        """Whether it is a cycle in the air that may be meant for another part, which is not simulated.
+
+        It lies beside the part, or plunges anew as if nothing had been ground. One that sparks out, or repeats what was
+        the last of its depth, is none; nor is one that comes down on a part before it has been ground.
+        """
+        again = self.before > 0.0 and self.highest < self.deepest and self.highest <= ANEW * self.before
+        return self.in_air and (again or not self.over)
+
+
+class Cycles:
+    """Tells of the cycles on a part that are in the air.
+
+    Attributes:
+        cycle: what the one in force has come to; None on a part that has had none.
+    """
+
+    def __init__(self, notices: Notices) -> None:
+        self.notices = notices
+        self.cycle: Cycle | None = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._in_air = False  # the last cycle
+        self._ground = False  # a cycle that is not idle has been
+        self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
+        self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
+
+    def begin(self, plan: CyclePlan, deepest: float) -> None:
+        """A cycle begins on a part that has been ground so deep, mm."""
+        self.cycle = Cycle(plan, deepest)
+
+    def count(self, event: CycleStrokes, rows: Table) -> float:
+        """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
+        assert self.cycle is not None
+        self.cycle = self.cycle.after(event, rows)
+        return self.cycle.longest
+
+    def end(self, part: PartRun) -> None:
+        """Judge the cycle as a whole, if there is one."""
+        cycle, self.cycle = self.cycle, None
+        if cycle is None or cycle.ends is None:
+            return
+        line = cycle.plan.line
+        if cycle.is_idle:
+            self._idle = self._idle or (line, _air(cycle, cycle.ends, part))
+            return
+        # of the first one in a row; above a part on which the spindle has stalled the wheel is not meant to grind
+        if cycle.in_air and not part.stalled:
+            text, told = _air(cycle, cycle.ends, part), self._in_air
+            if cycle.grinds_another:
+                text, told = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest)), told and bool(self._others)
+                self._others.setdefault(line, text)
+            if not told:
+                self.notices.tell(line, "air", text)
+        self._in_air, self._ground = cycle.in_air, True
+
+    def unload(self) -> Sequence[Unjudged]:
+        """The part is taken off; the cycles that may have been meant for another one."""
+        if self._idle is not None and not self._ground:
+            line, text = self._idle
+            self.notices.tell(line, "air", text)
+        lines = sorted(self._others)
+        found = [Unjudged(tuple(lines), self._others[lines[0]])] if lines else []
+        self._forget()
+        return found
+
+
+def _air(cycle: Cycle, ends: tuple[float, float], run: PartRun) -> str:
+    """What to say of a cycle in the air, with the ends of its last stroke."""
+    part, axis = run.job.part, cycle.plan.axis
+    if cycle.over:
+        plunge = AXES[plunge_axis(axis)]
+        if cycle.deepest <= DEPTH_TOLERANCE:
+            return advice.above_surface(plunge, part.surface - cycle.deepest, part.surface)
+        return advice.ground_before(plunge, part.surface - cycle.deepest)
+    low, high = sorted(ends)
+    far = part.start + part.length
+    if high <= part.start or low >= far:
+        return advice.beside_part(AXES[axis], (low, high), (part.start, far))
+    swept = cycle.edge, cycle.edge + run.job.setup.wheel.width
+    return advice.beside_part(AXES[cross_axis(axis)], swept, (part.across, part.across + part.width))

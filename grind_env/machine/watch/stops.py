@@ -1,0 +1,55 @@
+"""Stops that take off a part which is not finished, and stages that no stop ends: told unless M01 was meant."""
+
+from grind_env.control import CyclePlan, ProgramStop
+from grind_env.machine.part import PartRun
+from grind_env.machine.watch import advice
+from grind_env.machine.watch.cycles import Cycle
+from grind_env.machine.watch.notices import Notices
+
+SIZED = 0.001
+"""mm; stock that nobody leaves on a part that is taken off, and by which depths are the same to one who gauges."""
+
+
+class Stops:
+    """Tells of the parts that are taken off, with the cycle after them or at the end of the program."""
+
+    def __init__(self, notices: Notices) -> None:
+        self.notices = notices
+        self._pending: list[tuple[int, str, str]] = []  # of the part that M00 took off
+        self._taken_off: tuple[int, float, float] | None = None  # line of that M00, depth and stock left, mm
+
+    def stroked_on(self, stop: ProgramStop) -> None:
+        """The table has gone on after an M00 that takes the part off."""
+        self._pending.append((stop.line, "stop", advice.stroked_on()))
+
+    def unload(self, part: PartRun, cycle: Cycle | None, stop: ProgramStop | None) -> None:
+        """The part is taken off the machine after a cycle, if there was one, at a stop or at the end of the program."""
+        left, notices = part.stock - max(part.deepest, 0.0), self.notices
+        if cycle is not None and part.deepest > 0.0 and part.strokes:
+            if 0.0 < part.job.part.tolerance < 1000.0 * left:
+                self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
+            if stop is not None and min(left, part.deepest) > SIZED and not notices.muted:
+                self._taken_off = stop.line, part.deepest, left
+        stages, passed = len(part.job.part.stages), len(part.passed)
+        if passed < stages:
+            self._pending.append((0, "stages", advice.unended_stages(stages, passed)))
+        if notices.muted:
+            self._pending.clear()
+            notices.muted = False
+
+    def resume(self, part: PartRun, plan: CyclePlan) -> None:
+        """A cycle begins; if it goes on with the part of the M00 before it, what is wrong with that follows from it."""
+        if self._taken_off is not None and plan.plunges:
+            line, depth, left = self._taken_off
+            if part.job.part.surface - plan.plunge_start > depth - SIZED:
+                self.notices.tell(line, "stop", advice.taken_off(plan.line, depth, left))
+                self._pending.clear()
+                self.notices.muted = True  # until the part is off
+        self.end()
+
+    def end(self) -> None:
+        """Nothing goes on with the part."""
+        for line, subject, text in self._pending:
+            self.notices.tell(line, subject, text)
+        self._pending.clear()
+        self._taken_off = None

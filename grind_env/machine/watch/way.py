@@ -1,0 +1,125 @@
+"""The way of the wheel outside the cycles: what stands in it, and feeds of it that the machine does not make.
+
+Moves are judged with the cycle or the stroke that comes after them: only then it is known how the part lies.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from grind_env.control import Arc, Line, Motion, Source
+from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
+from grind_env.machine.dress_program import DEEPEST_INFEED
+from grind_env.machine.job import Job
+from grind_env.machine.mounting import first_diameter
+from grind_env.machine.part import PartRun
+from grind_env.machine.unjudged import Unjudged, lines_said
+from grind_env.machine.watch import advice
+from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
+from grind_env.machine.watch.limits import beyond_feeds
+from grind_env.machine.watch.notices import Notices
+from grind_env.machine.wheel_body import over_diamond
+
+WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
+"""Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only
+known whether they grind the part."""
+
+
+class Way:
+    """Tells of moves into what stands in their way, and keeps those that grind the part.
+
+    Attributes:
+        axis: along which the last cycle reciprocates; None before the first one.
+        stroked_until: time of the control at which the last stroke ended, s.
+    """
+
+    def __init__(self, job: Job, notices: Notices) -> None:
+        self.job, self.notices = job, notices
+        self.axis: int | None = None
+        self.stroked_until = -math.inf
+        self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
+        self._moves: list[Motion] = []  # not yet judged
+        self._found = False  # where the wheel stands before them
+        self._passes: list[tuple[int, Depths]] = []  # feed moves that grind the part, by line
+
+    def move(self, event: Motion) -> None:
+        """The program moves the axes."""
+        if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
+            self._moves.append(event)
+
+    def judge(self, part: PartRun, axis: int, until: float = math.inf) -> None:
+        """Judge moves that have ended by a time, s, but those beside strokes, and forget the others."""
+        self.axis = axis
+        self._moves = [move for move in self._moves if move.finish <= until + INSTANT]
+        self._judge(part, self._outside(), axis)
+        self._moves = []
+
+    def dress(self, part: PartRun, file: str, moves: Sequence[Motion], axis: int) -> None:
+        """A dress program of a file has been executed, with its way back."""
+        self._judge(part, ((move, True) for move in moves), axis, file)
+
+    def grinds(self, part: PartRun) -> bool:
+        """Whether the moves since the last part was taken off grind this one, which has had no cycle."""
+        moves, axis = enumerate(self._moves), self.axis
+        return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
+
+    def unload(self) -> Sequence[Unjudged]:
+        """The part is taken off; the moves that have ground it, which is told."""
+        passes, self._passes, self._moves, self._found = self._passes, [], [], False
+        if not passes:
+            return []
+        lines = sorted({line for line, _ in passes})
+        low, high = zip(*(depths for _, depths in passes), strict=True)
+        text = advice.unsimulated_passes(lines_said(lines), len(passes), (min(low), max(high)))
+        self.notices.tell(lines[0], "pass", text)
+        return [Unjudged(tuple(lines), text)]
+
+    def _outside(self) -> Iterator[tuple[Motion, bool]]:
+        """The moves that no stroke has run beside, and whether it is known where each of them begins."""
+        for move in self._moves:
+            if self.stroked_until <= move.begin + INSTANT:
+                yield move, self._found
+            self._found = True
+
+    def _judge(self, part: PartRun, moves: Iterable[tuple[Motion, bool]], axis: int, file: str | None = None) -> None:
+        """Judge moves, each with whether it is known where it begins.
+
+        Of several that run into something, one after the other, the first is told, and of those of a dress program,
+        whose way back is its way out.
+        """
+        inside, dressed = False, 0.0
+        for move, found in moves:
+            depths, below, text = self._ground(part, move, axis, found), -math.inf, ""
+            if depths is not None:
+                self._passes.append((move.line, depths))
+            elif move.source is not Source.INTERRUPT:
+                below, text = self._obstacle(part, move, axis, dressed, found)
+            if text and not inside:
+                self.notices.tell(move.line, "crash", text, file)
+            inside = depths is not None or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
+            if isinstance(move, Line) and move.source is not Source.INTERRUPT:
+                dressed = max(dressed, below)
+                self.notices.tell(move.line, "feed", beyond_feeds(move, axis, self.job.setup.machine), file)
+
+    def _ground(self, part: PartRun, move: Motion, axis: int, found: bool) -> Depths | None:
+        """Between which depths a move grinds the part, mm; None if it is no feed move, or one of a dress."""
+        if not isinstance(move, Line | Arc) or move.source not in WATCHED:
+            return None
+        return pass_depths(part, move, axis, self._radius, found=found)
+
+    def _obstacle(self, part: PartRun, move: Motion, axis: int, dressed: float, found: bool) -> tuple[float, str]:
+        """How far a move takes the wheel below the tip of the diamond, mm, and what to say of what stands in its way.
+
+        Moves before have taken it `dressed` mm below the tip.
+        """
+        diamond, below = self.job.diamond, -math.inf
+        depth = into_part(part, move, axis, self._radius, found=found)
+        if depth > CRASH + DEPTH_TOLERANCE:
+            return below, advice.crash(depth, move)
+        if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
+            return below, advice.table_crash(depth, move)
+        if found and diamond is not None:
+            below, _ = over_diamond(diamond.tip, move, axis, self._radius, self.job.setup.wheel.width)
+            infeed = DEEPEST_INFEED if isinstance(move, Line) else CRASH
+            if below > dressed + infeed + DEPTH_TOLERANCE:
+                return below, advice.diamond_crash(below - dressed, move)
+        return below, ""
