@@ -37,6 +37,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         codec: its actions.
         given: what the options of a reset have fixed.
         episodes: the episode; None before the first reset.
+        over: whether its last block has been ground.
         blocks: the steps taken since the reset, as the simulation says them.
         outcomes: what came of each.
 
@@ -58,6 +59,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.observation_space = shown_space(simulation)
         self.given = Given()
         self.episodes: Episodes | None = None
+        self.over = False
         self.blocks: list[Any] = []
         self.outcomes: list[Outcome] = []
 
@@ -126,7 +128,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         simulation = self.simulation
         given = read_options(self.task, options, self.given, simulation.barred)
         super().reset(seed=seed)
-        self.given, self.blocks, self.outcomes = given, [], []
+        self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         if self.episodes is None:
             self.episodes = simulation.start([self.np_random], [given])
         else:
@@ -143,7 +145,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
             GrindError: the control or the machine refuses the block; nothing has then been ground.
         """
         simulation, episodes = self.simulation, self.episodes
-        if episodes is None or simulation.over(episodes)[0]:
+        if episodes is None or self.over:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
         block = simulation.block(episodes, 0, *(float(values[0]) for values in choice))
@@ -155,7 +157,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         info = self.infos.single(outcome, choice)
         if self.show_block:
             info["block"] = simulation.text(block)
-        return simulation.observe(episodes)[0], outcome.reward, bool(simulation.over(episodes)[0]), False, info
+        self.over = bool(simulation.over(episodes)[0])
+        return simulation.observe(episodes)[0], outcome.reward, self.over, False, info
 
     def view(self) -> View:
         """The machine after the last block.
