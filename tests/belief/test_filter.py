@@ -44,7 +44,7 @@ def run(
     seed: int,
     speeds: tuple[float, float] = (6000.0, 16000.0),
     given: Given | None = None,
-    make: type[Simulation] = Simulation,
+    make: type[BlockSimulation] = BlockSimulation,
 ) -> dict[str, Array]:
     """Beliefs and truth before every block and after the last one, under random plans; shape (blocks + 1, N)."""
     simulation = make(task, full=True, pre_dress=True)
