@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from grind_env.control import read_file as read_program
     from grind_env.envs.tasks import load_task
     from grind_env.machine.grind_file import grind_file as grind
-    from grind_env.machine.job_file import load_job
-    from grind_env.machine.script import script_of
+    from grind_env.machine.job.file import load_job
+    from grind_env.machine.script.script import script_of
     from grind_env.policies.judging import evaluate
     from grind_env.shop.calls import calibrate, optimise, report, sweep
 

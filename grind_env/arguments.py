@@ -197,7 +197,7 @@ def _annotated(function: Callable[..., Any]) -> dict[str, tuple[Any, ...]]:
 
 def job_files(text: str) -> Iterable[Path]:
     """A job and its catalogue files."""
-    from grind_env.machine.job_file import files_of_job
+    from grind_env.machine.job.file import files_of_job
 
     return files_of_job(Path(text))
 

@@ -335,7 +335,7 @@ def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Con
     """Add to the report of a check what grinding the program on a job comes to."""
     from grind_env.control import ControlError
     from grind_env.machine.grind import grind
-    from grind_env.machine.job_file import load_job
+    from grind_env.machine.job.file import load_job
 
     try:
         record = grind(programs, load_job(job), control=settings)
@@ -365,8 +365,8 @@ def _control(
     every, radii = radii_of(radius or ())
     machine = Control()
     if job is not None:
-        from grind_env.machine.job_file import load_job
-        from grind_env.machine.mounting import first_diameter
+        from grind_env.machine.dress.mounting import first_diameter
+        from grind_env.machine.job.file import load_job
 
         try:
             ground = load_job(job)

@@ -23,7 +23,7 @@ from grind_env.envs.blocks.tables import kind_row, shop_row
 from grind_env.envs.infeed.infeed import write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
 from grind_env.envs.tasks import Task, load_task, read_task
-from grind_env.machine.batch import (
+from grind_env.machine.loops.batch import (
     CYCLE,
     FEEDS,
     NO_MOTIONS,
@@ -36,7 +36,7 @@ from grind_env.machine.batch import (
     grind_cycles,
     longest_plunges,
 )
-from grind_env.machine.feeding import Motion
+from grind_env.machine.loops.feeding import Motion
 from tests import speed_control, speed_envs, speed_training
 
 SECONDS = 0.5
@@ -51,7 +51,7 @@ Loop = Callable[..., None]
 START = """
 import time; begin = time.perf_counter()
 from tests.speed import cycles
-from grind_env.machine.batch import grind_cycles
+from grind_env.machine.loops.batch import grind_cycles
 loaded = time.perf_counter(); grind_cycles(*cycles(1)); print(time.perf_counter() - loaded, loaded - begin)
 """
 

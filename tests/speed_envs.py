@@ -12,8 +12,8 @@ from rich.table import Table
 import grind_env
 from grind_env.envs.blocks import step
 from grind_env.envs.blocks.tables import shop_row
-from grind_env.machine.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
+from grind_env.machine.loops.tally import Tally
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those of G82 blocks, which are timed beside their kernel."""

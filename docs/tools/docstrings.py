@@ -1,7 +1,8 @@
 """Sphinx extension: docstrings of the package as Sphinx understands them.
 
-Sections of long docstrings have Markdown headings, texts of attributes may hold colons, which napoleon takes for a type, and
-what a field of a table holds is part of its annotation, which belongs into its text and not into the signature.
+Sections of long docstrings have Markdown headings, texts of attributes may hold colons, which napoleon takes for a
+type, and what a field of a table holds is part of its annotation, which belongs into its text and not into the
+signature.
 """
 
 import re

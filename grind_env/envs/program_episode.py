@@ -15,7 +15,7 @@ from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
-from grind_env.machine.record import Table
+from grind_env.machine.loops.rows import Table
 from grind_env.machine.run import GrindingRun
 
 Words = Mapping[str, str]

@@ -45,7 +45,7 @@ def wheel(
     from grind_env.envs.job.text import repeated
     from grind_env.figures.wheel import wheel_figure
     from grind_env.machine.grind_file import grind_file
-    from grind_env.machine.job_file import job_beside
+    from grind_env.machine.job.file import job_beside
     from grind_env.render.figures import prepare_figure, write_figure
 
     prepare_figure(output)

@@ -9,9 +9,9 @@ from grind_env.control import Control, Programs, execute
 from grind_env.control.operator import Panel
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.part.unjudged import Unjudged, UnjudgedError
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingError, GrindingRun
-from grind_env.machine.unjudged import Unjudged, UnjudgedError
 
 __all__ = ["GrindingError", "grind", "refuse_unjudged"]
 
@@ -47,7 +47,7 @@ def grind(
         >>> from grind_env.control import read_file
         >>> from grind_env.envs.job.loading import EXAMPLE  # a part program of the package, with its job
         >>> from grind_env.machine.grind import grind
-        >>> from grind_env.machine.job_file import load_job
+        >>> from grind_env.machine.job.file import load_job
         >>> record = grind(read_file(EXAMPLE), load_job(EXAMPLE.with_suffix(".toml")))
         >>> len(record.strokes), round(record.seconds, 1), round(record.cost_per_good_part, 2)  # strokes, s, $
         (29, 101.3, 2.45)

@@ -8,7 +8,7 @@ from grind_env.control import Programs, read_file
 from grind_env.control.options import interrupts_of
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError
-from grind_env.machine.job_file import job_beside, load_job
+from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.record import GrindingRecord
 
 

@@ -7,39 +7,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.control import CyclePlan, Programs
 from grind_env.errors import GrindError, quoted
 from grind_env.extras import needing
 from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
-from grind_env.machine.compiled import PartVerdict
 from grind_env.machine.job import Job
-from grind_env.machine.passes import TableStroke, WheelSeen
-from grind_env.machine.unjudged import Unjudged
+from grind_env.machine.loops.compiled import PartVerdict
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.rows import STROKE_ROW
+from grind_env.machine.part.unjudged import Unjudged
 from grind_env.presenter import html, presenter
-from grind_env.process.state import StrokeResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Table = NDArray[Any]
-
-WHEEL_FIELDS = WheelSeen._fields
-"""Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
-
-STROKE_ROW = np.dtype(
-    [
-        ("part", np.int64),  # 1, 2, ...
-        ("line", np.int64),  # of the cycle block
-        ("number", np.int64),  # within the cycle; 0 outside a G82 or G83
-        ("groove", np.int64),  # of the G76 or G77 block, from 1; 0 for a stroke
-        *dtype_of(TableStroke).descr,
-        *dtype_of(StrokeResult).descr,
-        *dtype_of(WheelSeen).descr,
-    ]
-)
 
 UNITS = {
     **dict.fromkeys(("time", "seconds"), "s"),
@@ -115,15 +97,6 @@ PART_ROW = np.dtype(
 def heading(name: str) -> str:
     """A field as files and data frames name it: with its unit, as in `time [s]`."""
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
-
-
-def numbers_of(rows: Table) -> Table:
-    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view.
-
-    Its shape is (strokes, fields).
-    """
-    fields = len(TableStroke._fields) + len(StrokeResult._fields) + len(WHEEL_FIELDS)
-    return rows.view(np.float64).reshape(rows.size, -1)[:, -fields:]
 
 
 class Log:

@@ -37,24 +37,17 @@ from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import NO_DRESS, DressProgramError
-from grind_env.machine.dressing import DressPrograms
-from grind_env.machine.grooving import infeed_depth
+from grind_env.machine.dress.dressing import DressPrograms
+from grind_env.machine.dress.mounting import Mount
+from grind_env.machine.dress.program import NO_DRESS, DressProgramError
 from grind_env.machine.job import Job, PartConditions, require_conditions
-from grind_env.machine.mounting import Mount
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import (
-    DRESS_ROW,
-    PART_ROW,
-    STROKE_ROW,
-    WHEEL_FIELDS,
-    GrindingRecord,
-    Log,
-    Table,
-    numbers_of,
-)
-from grind_env.machine.running import Running
-from grind_env.machine.unjudged import Unjudged
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.grooving import infeed_depth
+from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
+from grind_env.machine.part.running import Running
+from grind_env.machine.part.unjudged import Unjudged
+from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, Log
 from grind_env.machine.watch import Watch
 from grind_env.machine.watch.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.process.cost import STALL

@@ -1,8 +1,8 @@
 """A script: a row for each cycle block, as it is run."""
 
-from grind_env.machine.script import Script
-from grind_env.machine.script_block import ScriptBlock, depth_of
-from grind_env.machine.settings import own_settings
+from grind_env.machine.script.block import ScriptBlock, depth_of
+from grind_env.machine.script.script import Script
+from grind_env.machine.script.settings import own_settings
 from grind_env.notebook.markup import fragment, paragraphs, table
 
 HEADINGS = ("block", "cycle", "depth at end, mm", "E, mm/min", "D", "J, mm", "L", "dress program", "a dress, s")

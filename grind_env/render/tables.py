@@ -8,8 +8,8 @@ import numpy as np
 
 from grind_env.errors import printable
 from grind_env.machine.job import Job
+from grind_env.machine.part.unjudged import Unjudged, lines_said, runs, unjudged_lines
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.unjudged import Unjudged, lines_said, runs, unjudged_lines
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.reasons import reason, shares
 

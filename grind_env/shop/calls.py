@@ -15,7 +15,7 @@ from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
 from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
-from grind_env.machine.job_file import files_of_job, job_beside, load_job
+from grind_env.machine.job.file import files_of_job, job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.wishes import range_of, seconds_of, whole_range_of, wishes_of
 from grind_env.shop.progress import progress

@@ -15,9 +15,9 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import repeated
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
-from grind_env.machine.script_tables import BlockRow
-from grind_env.machine.settings import SETTINGS, D, E, own_settings
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.script.settings import SETTINGS, D, E, own_settings
+from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
 Array = NDArray[np.float64]

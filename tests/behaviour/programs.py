@@ -18,7 +18,7 @@ from grind_env.control import Control, CyclePlan, CycleStart, Event, Interrupt, 
 from grind_env.control.control import WHEEL_RADIUS
 from grind_env.control.words import Block
 from grind_env.machine.grind import grind
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.render.tables import as_data
 from tests.behaviour.tables import Tables, flat, table
 

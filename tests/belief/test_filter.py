@@ -21,7 +21,7 @@ from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.state import WheelState

@@ -20,8 +20,9 @@ from grind_env.envs.observations import physical
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
-from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
-from grind_env.machine.strips import grind_strips
+from grind_env.machine.loops.strips import grind_strips
+from grind_env.machine.part.rows import WHEEL_FIELDS
+from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import WheelState
 

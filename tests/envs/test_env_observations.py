@@ -11,7 +11,7 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.tasks import load_task, task_names
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, native, rollout, start
 

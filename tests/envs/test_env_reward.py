@@ -10,7 +10,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, rollout, start
 

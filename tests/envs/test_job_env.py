@@ -28,11 +28,11 @@ from grind_env.envs.program_episode import PassageError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script import script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.settings import Ranges
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.script import script_of
+from grind_env.machine.script.settings import Ranges
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, assert_same, job_drawn, row_of, tape_of_job
 from tests.machine.harness import DRESS

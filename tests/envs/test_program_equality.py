@@ -23,8 +23,8 @@ from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id
 

@@ -10,13 +10,14 @@ from grind_env.control import Line, Source, execute, read
 from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.infeed.infeed import Infeed, Segment, segments, write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_stroking
-from grind_env.machine.batch import FEEDS, PART, TALLY, WHEEL, as_table
-from grind_env.machine.cycle import PartState
-from grind_env.machine.feeding import Motion
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
-from grind_env.machine.rows import LOG
+from grind_env.machine.loops.batch import FEEDS, PART, TALLY, WHEEL, as_table
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.feeding import Motion
+from grind_env.machine.loops.rows import LOG
+from grind_env.machine.part.rows import WHEEL_FIELDS
+from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel

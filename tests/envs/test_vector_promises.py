@@ -11,8 +11,8 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.errors import GrindError
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import Table
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import PartRun
 from grind_env.machine.run import GrindingError
 from grind_env.process.state import WheelState
 from tests.envs.harness import assert_same, native

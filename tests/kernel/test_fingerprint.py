@@ -23,7 +23,7 @@ import grind_env
 import grind_env.policies.scripted
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
-from grind_env.machine.loops import Loops
+from grind_env.machine.loops.loops import Loops
 
 Maker = Callable[[int], Any]  # from a variant to what a kernel names `thing`
 
@@ -251,7 +251,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     shutil.copytree(
         Path(grind_env.__file__).parent, tmp_path / "grind_env", ignore=shutil.ignore_patterns("__pycache__")
     )
-    names = ("grind_env.envs.blocks.step", "grind_env.machine.batch")
+    names = ("grind_env.envs.blocks.step", "grind_env.machine.loops.batch")
     script = (
         "import importlib; from grind_env.kernel.fingerprint import fingerprint\n"
         "thing = frozenset(map(str, range(50)))\ndef kernel(x): return x in thing, x in {'a', 'b', 'c', 'd'}\n"

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from grind_env.control import Control, read
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES, TALLY, as_table
-from grind_env.machine.compiled import dress_lead, dressed_wheel
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
+from grind_env.machine.loops.batch import NO_MOTIONS, PLUNGES, TALLY, as_table
+from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
+from grind_env.machine.loops.rows import LOG, Table
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.rows import LOG, Table
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
 

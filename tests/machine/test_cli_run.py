@@ -12,9 +12,9 @@ import grind_env
 from grind_env.cli import main
 from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
-from grind_env.machine.job_file import load_job
-from grind_env.machine.record import STROKE_ROW
-from grind_env.machine.unjudged import runs
+from grind_env.machine.job.file import load_job
+from grind_env.machine.part.rows import STROKE_ROW
+from grind_env.machine.part.unjudged import runs
 from grind_env.render.tables import COLUMNS, print_record
 from tests.machine import harness
 from tests.machine.harness import DRESS

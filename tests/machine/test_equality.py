@@ -26,13 +26,14 @@ from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.fingerprint import fingerprint
-from grind_env.machine import batch, loops
-from grind_env.machine.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
-from grind_env.machine.courses import COURSES
-from grind_env.machine.cycle import PartState, Stroking
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.record import WHEEL_FIELDS, GrindingRecord
-from grind_env.machine.rows import Table
+from grind_env.machine.loops import batch, loops
+from grind_env.machine.loops.batch import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
+from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.rows import WHEEL_FIELDS
+from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
@@ -344,7 +345,7 @@ def test_the_number_of_lanes_changes_no_bit(
 GRIND_ONE_STROKE = """
 import numba
 import numpy as np
-from grind_env.machine.strips import grind_strips
+from grind_env.machine.loops.strips import grind_strips
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
 p = job().parameters

@@ -11,9 +11,9 @@ import pytest
 from grind_env.cli import main
 from grind_env.control import Control, Infeed, Source
 from grind_env.machine.grind import GrindingError
-from grind_env.machine.grooving import infeed_depth
 from grind_env.machine.job import Job, JobError, Stage
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
+from grind_env.machine.part.grooving import infeed_depth
 from tests.machine.harness import CATALOGUE, job, run
 
 LENGTH, WIDTH = 100.0, 25.0

@@ -5,7 +5,7 @@ import pytest
 
 from grind_env.errors import GrindError
 from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from tests.machine.harness import job
 
 SHORTEST = """

@@ -16,13 +16,13 @@ from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.rows import Table
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script import script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.settings import Ranges
-from grind_env.machine.tally import Tally
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.script import script_of
+from grind_env.machine.script.settings import Ranges
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job
 

@@ -14,14 +14,14 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
-from grind_env.machine.choice import SettingsError
-from grind_env.machine.dress_program import run_dress
-from grind_env.machine.mounting import first_wheel, new_wheel
-from grind_env.machine.script import script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.script_tables import tables_of
-from grind_env.machine.settings import BlockSettings, Ranges
-from grind_env.machine.tally import Tally
+from grind_env.machine.dress.mounting import first_wheel, new_wheel
+from grind_env.machine.dress.program import run_dress
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.choice import SettingsError
+from grind_env.machine.script.script import script_of
+from grind_env.machine.script.settings import BlockSettings, Ranges
+from grind_env.machine.script.tables import tables_of
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job
 from tests.machine.test_dress_times import back_and_forth

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 import grind_env
 from grind_env.control import Spindle, Switch, read
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.machine.dress_program import DressProgramError
+from grind_env.machine.dress.program import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, Job
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
+from grind_env.machine.part.running import Running, Told
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.running import Running, Told
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"

@@ -13,10 +13,10 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script import script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.tally import Tally
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.script import script_of
 from tests.machine.harness import DRESS, HEAD
 from tests.machine.test_replay import assert_same, shop
 

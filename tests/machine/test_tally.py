@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.batch import (
+from grind_env.machine.loops.batch import (
     CYCLE,
     NO_MOTIONS,
     PARAMETERS,
@@ -22,9 +22,9 @@ from grind_env.machine.batch import (
     as_table,
     grind_cycles,
 )
-from grind_env.machine.cycle import PartState, Stroking
-from grind_env.machine.rows import LOG
-from grind_env.machine.tally import (
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.rows import LOG
+from grind_env.machine.loops.tally import (
     NOTHING,
     Tally,
     count_dress,

@@ -16,9 +16,9 @@ from grind_env.control import Interrupt, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
+from grind_env.machine.part.unjudged import UnjudgedError, lines_said
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script import script_of
-from grind_env.machine.unjudged import UnjudgedError, lines_said
+from grind_env.machine.script.script import script_of
 from tests.machine import harness
 from tests.machine.harness import CYCLE, HEAD
 from tests.machine.test_cli_run import grind as status

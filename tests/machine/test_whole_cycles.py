@@ -12,8 +12,9 @@ from grind_env.control import CycleStrokes, read
 from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import GrindingRecord, Table
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import PartRun
+from grind_env.machine.record import GrindingRecord
 from grind_env.machine.watch import Watch
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
 

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import motion_time
-from grind_env.machine.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
-from grind_env.machine.compiled import dress_lead, dressed_wheel
-from grind_env.machine.cycle import Stroking
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.rows import LOG, Table
-from grind_env.machine.strips import Zone, grind_strips
-from grind_env.machine.surfaces import MOST_ZONES
-from grind_env.machine.tally import RETRACTED
-from grind_env.machine.zones import strip_centres, strip_zones, traverse_edges, zones_of
+from grind_env.machine.loops.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
+from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.rows import LOG, Table
+from grind_env.machine.loops.strips import Zone, grind_strips
+from grind_env.machine.loops.surfaces import MOST_ZONES
+from grind_env.machine.loops.tally import RETRACTED
+from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState

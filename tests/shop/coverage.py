@@ -12,7 +12,7 @@ import numpy as np
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.fit import changes_of
 from grind_env.shop.calibrate.parameters import chosen_parameters, with_entries

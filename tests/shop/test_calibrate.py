@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from grind_env.cli import app
 from grind_env.control import read_file
 from grind_env.errors import GrindError
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError

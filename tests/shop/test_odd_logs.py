@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError

@@ -12,7 +12,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import exact_optimum

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
 from grind_env.files import read_bytes
-from grind_env.machine.job_file import load_job
-from grind_env.machine.script import script_of
-from grind_env.machine.settings import DRESS_SECONDS, own_settings
+from grind_env.machine.job.file import load_job
+from grind_env.machine.script.script import script_of
+from grind_env.machine.script.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.variation import Variation, variation_of

@@ -14,7 +14,7 @@ import pytest
 from grind_env.control import read, read_file
 from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of

@@ -12,7 +12,7 @@ import grind_env
 from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.report.assumptions import changes
 from grind_env.shop.report.run import run_report
 from tests.machine.harness import DRESS

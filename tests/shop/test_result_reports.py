@@ -13,7 +13,7 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import read_file
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.table import calibrate_table

@@ -14,8 +14,8 @@ from grind_env.envs.job.text import repeated
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind as ground
 from grind_env.machine.job import Job, JobError, PartConditions
-from grind_env.machine.job_file import load_job
-from grind_env.machine.settings import D, E
+from grind_env.machine.job.file import load_job
+from grind_env.machine.script.settings import D, E
 from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.shop.trials import trials_of
 from tests.command import Grind

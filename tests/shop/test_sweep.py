@@ -8,7 +8,7 @@ import pytest
 from grind_env.cli import main
 from grind_env.control import read
 from grind_env.envs.job.text import repeated
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind

@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
-from grind_env.machine.job_text import job_text
+from grind_env.machine.job.text import job_text
 from tests.soak.examine import SLOW, examine
 from tests.soak.writer import case
 

@@ -23,18 +23,18 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.errors import GrindError
-from grind_env.machine import script
+from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.grind import grind, refuse_unjudged
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.rows import Table
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script import script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.script_tables import BlockRow
-from grind_env.machine.tally import Tally
-from grind_env.machine.unjudged import UnjudgedError
+from grind_env.machine.script import script
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.script import script_of
+from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
 from grind_env.process.state import WheelState
 from grind_env.shop.trials import Trials

@@ -16,8 +16,8 @@ from grind_env.envs.contexts import Fixed, Given, from_ranges
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader
-from grind_env.machine import compiled
-from grind_env.machine.rows import read_parameters, write_wheel
+from grind_env.machine.loops import compiled
+from grind_env.machine.loops.rows import read_parameters, write_wheel
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
 

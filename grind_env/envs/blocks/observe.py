@@ -9,7 +9,7 @@ from grind_env.envs.blocks.tape import TapeRow, read_row
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.rows import read_wheel
+from grind_env.machine.loops.rows import read_wheel
 
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")

@@ -20,9 +20,9 @@ from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.errors import quoted
-from grind_env.machine.cycle import PartState
-from grind_env.machine.dress_program import run_dress
+from grind_env.machine.dress.program import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times, WheelStart
+from grind_env.machine.loops.cycle import PartState
 from grind_env.process.state import WheelState
 from grind_env.process.tables import wrong
 

@@ -12,8 +12,8 @@ from grind_env.envs.observations import (
     measured_size,
 )
 from grind_env.kernel import inlined
-from grind_env.machine.cycle import PartState
-from grind_env.machine.tally import Tally, has_stalled, mean_first_power, mean_last_power
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival, volume_left
 from grind_env.process.state import StrokeParameters, WheelState
 

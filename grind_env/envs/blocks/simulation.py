@@ -27,12 +27,12 @@ from grind_env.envs.observations import Reading, constant_readings, physical, re
 from grind_env.envs.simulation import Written
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
-from grind_env.machine.batch import CYCLE_FIELDS
-from grind_env.machine.cycle import PartState
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
+from grind_env.machine.loops.batch import CYCLE_FIELDS
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.tally import Tally
 from grind_env.process.state import WheelState
 from grind_env.render.view import View
 

@@ -31,9 +31,9 @@ from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow, read_row
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES, longest_plunges
-from grind_env.machine.cycle import PartState, Stroking, dress_lead
-from grind_env.machine.rows import (
+from grind_env.machine.loops.batch import NO_MOTIONS, PLUNGES, longest_plunges
+from grind_env.machine.loops.cycle import PartState, Stroking, dress_lead
+from grind_env.machine.loops.rows import (
     RULES_FROM,
     read_parameters,
     read_part,
@@ -44,8 +44,8 @@ from grind_env.machine.rows import (
     write_stroking,
     write_wheel,
 )
-from grind_env.machine.rules import motion_time
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.rules import motion_time
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.cost import STALL
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState

@@ -16,8 +16,8 @@ import numpy as np
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
-from grind_env.machine.rules import motion_time
+from grind_env.machine.loops.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
+from grind_env.machine.loops.rules import motion_time
 
 
 class Infeed(NamedTuple):

@@ -11,8 +11,8 @@ from grind_env.envs.infeed.program import block_text, part_program
 from grind_env.envs.infeed.step import step_feedings
 from grind_env.envs.observations import Reading, readings
 from grind_env.envs.tasks import Task
-from grind_env.machine.feeding import Motion
 from grind_env.machine.job import Job
+from grind_env.machine.loops.feeding import Motion
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""

@@ -9,11 +9,11 @@ from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer, replacer
-from grind_env.machine.batch import FEEDS
-from grind_env.machine.cycle import Stroking
-from grind_env.machine.feeding import FULL, Feeding
-from grind_env.machine.rows import RULES_FROM, read_stroking, write_stroking
-from grind_env.machine.rules import motion_time
+from grind_env.machine.loops.batch import FEEDS
+from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.feeding import FULL, Feeding
+from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_stroking
+from grind_env.machine.loops.rules import motion_time
 
 PICK = ShopMemory._fields.index("pick")
 grind_feedings = FEEDS.lanes

@@ -9,8 +9,8 @@ from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
 from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.outline import BlockOutline
+from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume
 

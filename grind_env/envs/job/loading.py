@@ -9,7 +9,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated
 from grind_env.files import beside
 from grind_env.machine.job import JobError
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 
 MOST_SPREAD = 2.0
 """Highest factor on all that is random."""

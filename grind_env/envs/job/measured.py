@@ -17,8 +17,8 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.step import Found, settle_jobs
 from grind_env.envs.job.tape import NEW_LOT
 from grind_env.envs.observations import gauged_diameter, measured_roughness
-from grind_env.machine.settings import D, E
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.script.settings import D, E
 
 GAUGED, PICK, SIZE = (ShopMemory._fields.index(name) for name in ("gauged", "pick", "size_error"))
 NONE_GAUGED, OUTCOME_FIELDS = -1.0, len(Outcome._fields)

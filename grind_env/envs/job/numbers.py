@@ -6,10 +6,10 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.program_episode import BlockRun
-from grind_env.machine.feeding import FULL
-from grind_env.machine.gauging import counted_rise
 from grind_env.machine.job import Job
-from grind_env.machine.tally import NOTHING, POWER_WINDOW, Tally
+from grind_env.machine.loops.feeding import FULL
+from grind_env.machine.loops.tally import NOTHING, POWER_WINDOW, Tally
+from grind_env.machine.part.gauging import counted_rise
 
 STROKES_AT_MOST = int(POWER_WINDOW)
 

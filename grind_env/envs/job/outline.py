@@ -10,10 +10,10 @@ from grind_env.control import ControlError, CyclePlan, CycleStart, Programs, exe
 from grind_env.control.words import Block
 from grind_env.envs.program_episode import BlockRun, Passage, ProgramEpisode, Words
 from grind_env.errors import GrindError
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.script import Script
-from grind_env.machine.script_tables import BlockRow, ScriptTables
+from grind_env.machine.script.script import Script
+from grind_env.machine.script.tables import BlockRow, ScriptTables
 
 INCH = 25.4
 """mm."""

@@ -42,17 +42,17 @@ from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import Written
-from grind_env.machine.choice import taken
-from grind_env.machine.compiled import handover_cost
-from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job, require_conditions
+from grind_env.machine.loops.compiled import handover_cost
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script import Script, script_of
-from grind_env.machine.script_block import ScriptError
-from grind_env.machine.script_tables import is_whole, tables_of
-from grind_env.machine.settings import D, E, Ranges, own_settings
-from grind_env.machine.strips import Zone
-from grind_env.machine.tally import Tally
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.choice import taken
+from grind_env.machine.script.script import Script, script_of
+from grind_env.machine.script.settings import D, E, Ranges, own_settings
+from grind_env.machine.script.tables import is_whole, tables_of
 from grind_env.render.view import View
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")

@@ -21,11 +21,9 @@ from grind_env.envs.blocks.tape import TapeRow, read_row
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.cycle import PartState, dress_lead, measured
-from grind_env.machine.gauging import gauge_zones
-from grind_env.machine.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.replay import grind_blocks, grind_zoned_blocks, read_block
-from grind_env.machine.rows import (
+from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
+from grind_env.machine.loops.cycle import PartState, dress_lead, measured
+from grind_env.machine.loops.rows import (
     read_parameters,
     read_part,
     read_tally,
@@ -35,10 +33,12 @@ from grind_env.machine.rows import (
     write_wheel,
     write_zone,
 )
-from grind_env.machine.script_block import Way
-from grind_env.machine.script_tables import BlockRow
-from grind_env.machine.settings import BlockSettings, read_settings
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.part.gauging import gauge_zones
+from grind_env.machine.script.block import Way
+from grind_env.machine.script.replay import grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.script.settings import BlockSettings, read_settings
+from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

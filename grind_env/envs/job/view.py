@@ -9,8 +9,8 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.outline import BlockOutline, parts_of
 from grind_env.envs.job.readings import ACTION
 from grind_env.envs.view import STOCK_ROOM
-from grind_env.machine.cycle import PartState
 from grind_env.machine.job import Job
+from grind_env.machine.loops.cycle import PartState
 from grind_env.process.cost import NO_LIMIT
 from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece

@@ -20,7 +20,7 @@ from grind_env.envs.strips.program import block_text, crossover, part_program
 from grind_env.envs.strips.step import step_traverses
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
-from grind_env.machine.zones import strip_centres, traverse_edges, zones_of
+from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
 
 TAPER = "taper"
 """Name of the entry that only a part ground in strips has."""

@@ -10,10 +10,10 @@ from grind_env.envs.blocks.tables import read_shop
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_writer, replacer
-from grind_env.machine.batch import NO_MOTIONS, TRAVERSES, longest_traverses
-from grind_env.machine.cycle import PartState, Stroking
-from grind_env.machine.gauging import gauge_zones
-from grind_env.machine.rows import RULES_FROM, read_stroking, write_part, write_stroking
+from grind_env.machine.loops.batch import NO_MOTIONS, TRAVERSES, longest_traverses
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_part, write_stroking
+from grind_env.machine.part.gauging import gauge_zones
 
 grind_traverses = TRAVERSES.lanes
 write_traverse = column_writer(TraverseCycle, RULES_FROM)

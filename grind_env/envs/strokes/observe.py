@@ -11,7 +11,7 @@ from grind_env.envs.strokes.readings import StrokeReadings
 from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, strokes_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.rows import read_wheel
+from grind_env.machine.loops.rows import read_wheel
 
 READINGS = len(StrokeReadings._fields)
 

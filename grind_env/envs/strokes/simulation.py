@@ -22,7 +22,7 @@ from grind_env.envs.strokes.step import StrokeMemory, step_strokes
 from grind_env.envs.strokes.view import in_strokes
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
-from grind_env.machine.tally import Plunges
+from grind_env.machine.loops.tally import Plunges
 from grind_env.render.view import View
 
 STOCK = TapeRow._fields.index("stock")

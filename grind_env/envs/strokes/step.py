@@ -30,10 +30,10 @@ from grind_env.envs.strokes import rules
 from grind_env.envs.strokes.rules import Pace, TableRun
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.batch import NO_MOTIONS, PLUNGES
-from grind_env.machine.cycle import dress_lead
-from grind_env.machine.rows import read_parameters, read_part, read_tally, read_wheel, write_part, write_stroking
-from grind_env.machine.tally import NO_PLUNGES, Plunges, Tally, count_plunge, mean_last_power
+from grind_env.machine.loops.batch import NO_MOTIONS, PLUNGES
+from grind_env.machine.loops.cycle import dress_lead
+from grind_env.machine.loops.rows import read_parameters, read_part, read_tally, read_wheel, write_part, write_stroking
+from grind_env.machine.loops.tally import NO_PLUNGES, Plunges, Tally, count_plunge, mean_last_power
 from grind_env.process.cost import STALL
 
 PART, WITHIN, LAST = range(3)

@@ -5,11 +5,11 @@ The texts are in `advice.py`.
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.grinding import plunges
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import Table
-from grind_env.machine.running import Running, Told
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.running import Running, Told
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.cuts import Cuts
 from grind_env.machine.watch.cycles import Cycles

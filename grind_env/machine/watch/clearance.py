@@ -18,9 +18,9 @@ from grind_env.control import Arc, Motion, Position
 from grind_env.control.geometry import Circular
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.coverage import CELL
-from grind_env.machine.part import PartRun
-from grind_env.machine.wheel_body import half_chord, position_at, rise
+from grind_env.machine.dress.wheel_body import half_chord, position_at, rise
+from grind_env.machine.part.coverage import CELL
+from grind_env.machine.part.part import PartRun
 
 CRASH = 0.005
 """mm; a move that goes no deeper rubs: wheel and machine yield by as much, and a finishing pick is no more. Chords that

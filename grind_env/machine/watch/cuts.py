@@ -6,11 +6,11 @@ import numpy as np
 
 from grind_env.control import CycleStrokes, Infeed
 from grind_env.machine.axes import AXES
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import Table
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import PartRun
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.state import StrokeResult, WheelState

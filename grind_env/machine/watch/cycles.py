@@ -7,9 +7,9 @@ from typing import NamedTuple
 from grind_env.control import CyclePlan, CycleStrokes
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
-from grind_env.machine.part import PartRun
-from grind_env.machine.record import Table
-from grind_env.machine.unjudged import Unjudged
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 

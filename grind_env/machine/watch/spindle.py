@@ -1,7 +1,7 @@
 """The worst stroke or infeed of a cycle for the spindle, if it has slowed or stalled."""
 
-from grind_env.machine.part import SLOWED
-from grind_env.machine.record import Table
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.part import SLOWED
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.cost import STALL

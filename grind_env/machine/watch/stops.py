@@ -1,7 +1,7 @@
 """Stops that take off a part which is not finished, and stages that no stop ends: told unless M01 was meant."""
 
 from grind_env.control import CyclePlan, ProgramStop
-from grind_env.machine.part import PartRun
+from grind_env.machine.part.part import PartRun
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.cycles import Cycle
 from grind_env.machine.watch.notices import Notices

@@ -8,16 +8,16 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from grind_env.control import Arc, Line, Motion, Source
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
-from grind_env.machine.dress_program import DEEPEST_INFEED
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.program import DEEPEST_INFEED
+from grind_env.machine.dress.wheel_body import over_diamond
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
-from grind_env.machine.part import PartRun
-from grind_env.machine.unjudged import Unjudged, lines_said
+from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.unjudged import Unjudged, lines_said
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
 from grind_env.machine.watch.limits import beyond_feeds
 from grind_env.machine.watch.notices import Notices
-from grind_env.machine.wheel_body import over_diamond
 
 WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
 """Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only

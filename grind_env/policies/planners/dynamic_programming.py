@@ -11,7 +11,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.tally import Tally
 from grind_env.policies.choices import Array, Decision, all_choices
 from grind_env.policies.columns import AREA, COST, VOLUME
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
-from grind_env.machine.job_file import job_beside
+from grind_env.machine.job.file import job_beside
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for

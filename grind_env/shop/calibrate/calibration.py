@@ -13,7 +13,7 @@ from grind_env.control import Programs, read_file
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.files import shown
 from grind_env.machine.job import Job
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.align import Alignment, align, shifted
 from grind_env.shop.calibrate.columns import read_map

@@ -18,7 +18,7 @@ import numpy as np
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.machine.job import Job
-from grind_env.machine.job_file import load_job
+from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError

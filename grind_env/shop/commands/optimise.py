@@ -61,7 +61,7 @@ def optimise(
     """
     from rich.console import Console
 
-    from grind_env.machine.job_file import job_beside, load_job
+    from grind_env.machine.job.file import job_beside, load_job
     from grind_env.shop.calls import optimise as search
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised

@@ -17,7 +17,7 @@ from grind_env.control.words import Word
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.axes import plunge_axis
-from grind_env.machine.dress_program import STEP, DressProgramError, DressRun, run_dress
+from grind_env.machine.dress.program import STEP, DressProgramError, DressRun, run_dress
 from grind_env.shop.optimise.editing import (
     Change,
     ProgramText,

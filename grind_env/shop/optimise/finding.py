@@ -10,8 +10,8 @@ from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job, Part
-from grind_env.machine.job_file import job_beside, load_job
-from grind_env.machine.settings import DRESS_SECONDS
+from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from grind_env.machine.settings import D
+from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.variables import Variable

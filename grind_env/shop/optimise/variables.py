@@ -17,8 +17,8 @@ from grind_env.control.source import SourceText
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import listed
-from grind_env.machine import settings
-from grind_env.machine.dress_program import DEEPEST_INFEED
+from grind_env.machine.dress.program import DEEPEST_INFEED
+from grind_env.machine.script import settings
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
 from grind_env.shop.optimise.wishes import WishError, Wishes

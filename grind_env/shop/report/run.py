@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grind_env.control import Programs
+from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.curves import picture

@@ -9,8 +9,8 @@ import numpy as np
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
-from grind_env.machine.job_file import job_beside, load_job
-from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
+from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
 from grind_env.shop.trials import Array, LotUse, Measures, Trials, lots_of, trials_of

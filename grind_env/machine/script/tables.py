@@ -12,14 +12,14 @@ from grind_env.control import CyclePlan, Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
-from grind_env.machine.courses import COURSES
-from grind_env.machine.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.job import Job
-from grind_env.machine.rows import Table
-from grind_env.machine.script import Script
-from grind_env.machine.script_block import ScriptBlock, edge_of
-from grind_env.machine.settings import BlockSettings, own_settings
-from grind_env.machine.zones import EDGES, strip_centres, strip_zones, zones_of
+from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.feeding import ENDS, GOES_ON, Motion
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
+from grind_env.machine.script.block import ScriptBlock, edge_of
+from grind_env.machine.script.script import Script
+from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
 
 NO_COURSE = 0.0

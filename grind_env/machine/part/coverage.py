@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from grind_env.machine.strips import Strips
+from grind_env.machine.loops.strips import Strips
 
 CELL = 1.0
 """mm; length of a cell at most. A stroke reaches the cells whose middle it passes, so that a table may turn at the very

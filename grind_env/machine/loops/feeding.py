@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.courses import Course
-from grind_env.machine.cycle import Stroking
-from grind_env.machine.rules import travelled
+from grind_env.machine.loops.courses import Course
+from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.rules import travelled
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
 """What comes after a motion: the next one of its leg, a dress and the next leg, or the end."""

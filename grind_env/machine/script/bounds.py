@@ -9,8 +9,8 @@ from grind_env.control.profile import ramp_time
 from grind_env.control.rules import motion_time, pick_window
 from grind_env.machine.axes import AXES
 from grind_env.machine.job import Job
-from grind_env.machine.script_block import ScriptBlock, edge_of, script_error
-from grind_env.machine.settings import Ranges
+from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
+from grind_env.machine.script.settings import Ranges
 
 ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
 """Of a part: what may differ from one to the next in a script."""

@@ -45,22 +45,22 @@ from grind_env.control.flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import missed_pass
-from grind_env.machine.dressing import DressRuns
+from grind_env.machine.dress.dressing import DressRuns
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.program import missed_pass
 from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
-from grind_env.machine.running import Running
-from grind_env.machine.script_block import ScriptBlock, ScriptError, Way, edge_of, script_error
-from grind_env.machine.script_bounds import (
+from grind_env.machine.loops.zones import strip_centres
+from grind_env.machine.part.running import Running
+from grind_env.machine.script.block import ScriptBlock, ScriptError, Way, edge_of, script_error
+from grind_env.machine.script.bounds import (
     refuse_judged_twice,
     refuse_led_elsewhere,
     refuse_slow_picks,
     refuse_turns_inside,
     refuse_unlike_parts,
 )
-from grind_env.machine.settings import OWN_WORDS, Ranges
-from grind_env.machine.zones import strip_centres
+from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 
 PROGRAMMED = (Source.PROGRAM, Source.COMPENSATION)

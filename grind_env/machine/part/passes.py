@@ -7,40 +7,14 @@ from numpy.typing import NDArray
 
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.cycle import dress_lead
-from grind_env.machine.dress_program import DressPlan
-from grind_env.machine.rows import Table
-from grind_env.machine.strips import IDLE, Strips, grind_strips
-from grind_env.machine.tally import Tally, count_dress, count_stroke, wheel_depth
+from grind_env.machine.dress.program import DressPlan
+from grind_env.machine.loops.cycle import dress_lead
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.strips import IDLE, Strips, grind_strips
+from grind_env.machine.loops.tally import Tally, count_dress, count_stroke, wheel_depth
+from grind_env.machine.part.rows import TableStroke, WheelSeen
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel
-
-
-class TableStroke(NamedTuple):
-    """How a stroke of the table lies, or an infeed; a row of a record has it before what the stroke has done."""
-
-    time: float
-    """At its start, s."""
-    seconds: float
-    E: float
-    """Table speed, mm/min; F of an infeed."""
-    Z: float
-    """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
-    b: float
-    """Engaged width, mm."""
-    Lw: float
-    """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
-
-
-class WheelSeen(NamedTuple):
-    """What a record shows of the wheel after a stroke or infeed; fields as in `WheelState`."""
-
-    A: float
-    lam: float
-    V: float
-    ds: float
-    alw: float
-    W: float
 
 
 class Dressed(NamedTuple):

@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.compiled import count_dress, count_stroke, judge
-from grind_env.machine.coverage import Coverage
-from grind_env.machine.dress_program import NO_DRESS, DressPlan
-from grind_env.machine.gauging import Surface, counted_rise, gauge
-from grind_env.machine.grooving import Grooves
+from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
-from grind_env.machine.passes import Dressed, Way, grind_passes
-from grind_env.machine.record import Table, numbers_of
-from grind_env.machine.strips import IDLE, Strips
-from grind_env.machine.tally import NOTHING
-from grind_env.machine.unjudged import Unjudged
-from grind_env.machine.zones import strip_centres
+from grind_env.machine.loops.compiled import count_dress, count_stroke, judge
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.strips import IDLE, Strips
+from grind_env.machine.loops.tally import NOTHING
+from grind_env.machine.loops.zones import strip_centres
+from grind_env.machine.part.coverage import Coverage
+from grind_env.machine.part.gauging import Surface, counted_rise, gauge
+from grind_env.machine.part.grooving import Grooves
+from grind_env.machine.part.passes import Dressed, Way, grind_passes
+from grind_env.machine.part.rows import numbers_of
+from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult, WheelState

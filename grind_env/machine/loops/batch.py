@@ -14,12 +14,12 @@ from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, dtype_of
-from grind_env.machine.courses import COURSES
-from grind_env.machine.cycle import PartState, Stroking
-from grind_env.machine.feeding import FEED
-from grind_env.machine.loops import LANES, loops_of, zoned_loops_of
-from grind_env.machine.rows import RULES_FROM, Table
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.feeding import FEED
+from grind_env.machine.loops.loops import LANES, loops_of, zoned_loops_of
+from grind_env.machine.loops.rows import RULES_FROM, Table
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
 FEEDS, ZONED_FEEDS = loops_of(FEED), zoned_loops_of(FEED)

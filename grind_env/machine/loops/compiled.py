@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from grind_env.kernel import entry
-from grind_env.machine import cycle, tally
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops import cycle, tally
+from grind_env.machine.loops.tally import Tally
 from grind_env.process import cost, stroke
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
-from grind_env.machine.cycle import PartState, Stroking, advance
-from grind_env.machine.rows import Table, read_part, read_zone, write_part, write_zone
-from grind_env.machine.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.cycle import PartState, Stroking, advance
+from grind_env.machine.loops.rows import Table, read_part, read_zone, write_part, write_zone
+from grind_env.machine.loops.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
 

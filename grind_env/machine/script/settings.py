@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from grind_env.control import CyclePlan
 from grind_env.kernel.columns import column_reader
-from grind_env.machine.dress_program import NO_DRESS, DressPlan
+from grind_env.machine.dress.program import NO_DRESS, DressPlan
 
 
 class BlockSettings(NamedTuple):

@@ -53,7 +53,7 @@ from pathlib import Path
 
 from grind_env.errors import GrindError
 from grind_env.files import ReadError, beside, is_file, shown
-from grind_env.machine.job import (
+from grind_env.machine.job.job import (
     Diamond,
     Job,
     JobError,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from grind_env.control.cycles import traverse
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.machine.rows import Table
-from grind_env.machine.strips import Strips, Zone
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.strips import Strips, Zone
 from grind_env.process.equations import INITIAL_ROUGHNESS
 
 STRIP = 1.0

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.cycle import PartState, Stroking
-from grind_env.machine.strips import Zone
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 Table = NDArray[Any]

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from grind_env.errors import GrindError
-from grind_env.machine.dress_program import DEEPEST_INFEED
-from grind_env.machine.dress_times import dress_seconds
-from grind_env.machine.rows import Table
-from grind_env.machine.script import Script
-from grind_env.machine.script_tables import NO_COURSE, BlockRow, ScriptTables
-from grind_env.machine.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
+from grind_env.machine.dress.program import DEEPEST_INFEED
+from grind_env.machine.dress.times import dress_seconds
+from grind_env.machine.loops.rows import Table
+from grind_env.machine.script.script import Script
+from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
+from grind_env.machine.script.tables import NO_COURSE, BlockRow, ScriptTables
 
 CYCLE = BlockRow._fields.index("cycle")
 ABOVE_ZERO = math.nextafter(0.0, 1.0)

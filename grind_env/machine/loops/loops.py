@@ -11,9 +11,9 @@ import numpy as np
 
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, lane_reader, lane_writer
-from grind_env.machine.courses import Course
-from grind_env.machine.cycle import PartState, Stroking, advance, dress, measured, stroke_seconds
-from grind_env.machine.rows import (
+from grind_env.machine.loops.courses import Course
+from grind_env.machine.loops.cycle import PartState, Stroking, advance, dress, measured, stroke_seconds
+from grind_env.machine.loops.rows import (
     RULES_FROM,
     Made,
     Table,
@@ -27,8 +27,8 @@ from grind_env.machine.rows import (
     write_tally,
     write_wheel,
 )
-from grind_env.machine.surfaces import Buffer, Place, Surface, whole, zoned
-from grind_env.machine.tally import Tally, wheel_depth
+from grind_env.machine.loops.surfaces import Buffer, Place, Surface, whole, zoned
+from grind_env.machine.loops.tally import Tally, wheel_depth
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import stroke_constants
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.strips import Strips, grind_strips
+from grind_env.machine.loops.strips import Strips, grind_strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 

@@ -7,7 +7,7 @@ from grind_env.control import CyclePlan, Motion, Position, Programs
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import DressPlan, DressRun
+from grind_env.machine.dress.program import DressPlan, DressRun
 from grind_env.machine.job import Job
 
 

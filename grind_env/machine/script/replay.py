@@ -9,16 +9,16 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.batch import CYCLE_FIELDS, FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
-from grind_env.machine.courses import COURSES, Course
-from grind_env.machine.cycle import PartState, Stroking
-from grind_env.machine.feeding import FULL, Feeding, deepest_pick
-from grind_env.machine.loops import Loops
-from grind_env.machine.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
-from grind_env.machine.rules import motion_time
-from grind_env.machine.script_tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
-from grind_env.machine.settings import BlockSettings, read_settings
-from grind_env.machine.tally import Tally
+from grind_env.machine.loops.batch import CYCLE_FIELDS, FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
+from grind_env.machine.loops.courses import COURSES, Course
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.feeding import FULL, Feeding, deepest_pick
+from grind_env.machine.loops.loops import Loops
+from grind_env.machine.loops.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
+from grind_env.machine.loops.rules import motion_time
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.script.settings import BlockSettings, read_settings
+from grind_env.machine.script.tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
 
 read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
 write_feeding = column_writer(Feeding, RULES_FROM)

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.control.control import ORIGIN, WHEEL_RADIUS
 from grind_env.control.modal_state import Modes
-from grind_env.machine.dress_program import (
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.program import (
     DressPlan,
     DressProgramError,
     DressRun,
@@ -22,7 +23,6 @@ from grind_env.machine.dress_program import (
     run_dress,
 )
 from grind_env.machine.job import Job
-from grind_env.machine.mounting import first_diameter
 
 
 class Executed(NamedTuple):

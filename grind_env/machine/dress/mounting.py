@@ -1,8 +1,8 @@
 """The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
 
-from grind_env.machine.compiled import dress_lead, dress_wheel, dressed_wheel
-from grind_env.machine.dress_program import DressPlan
+from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
+from grind_env.machine.loops.compiled import dress_lead, dress_wheel, dressed_wheel
 from grind_env.process.state import StrokeParameters, WheelState
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020

@@ -7,7 +7,7 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
 from grind_env.control.cycles.traverse import TraverseCycle, TraverseProgress
 from grind_env.kernel import inlined, inlined_rule
-from grind_env.machine.cycle import Stroking
+from grind_env.machine.loops.cycle import Stroking
 
 
 class Course(NamedTuple):

@@ -28,8 +28,8 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.words import read_block
 from grind_env.errors import GrindError, listed
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
+from grind_env.machine.dress.wheel_body import over_diamond
 from grind_env.machine.job import Job
-from grind_env.machine.wheel_body import over_diamond
 
 DEEPEST_INFEED = 0.1
 """mm; more than this in one pass is an approach and not an infeed (0.005 to 0.04 mm is usual)."""

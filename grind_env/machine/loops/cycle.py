@@ -6,7 +6,7 @@ from typing import NamedTuple
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import replacer
-from grind_env.machine.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
+from grind_env.machine.loops.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke

@@ -7,9 +7,9 @@ import numpy as np
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.rows import Table, read_zone
-from grind_env.machine.strips import Strips
-from grind_env.machine.tally import FINISHING_DEPTH
+from grind_env.machine.loops.rows import Table, read_zone
+from grind_env.machine.loops.strips import Strips
+from grind_env.machine.loops.tally import FINISHING_DEPTH
 
 
 class Surface(NamedTuple):

@@ -22,8 +22,8 @@ from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
 from grind_env.control.dressing import REMEMBERED
 from grind_env.kernel import entry
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress_program import STEP, DressRun
-from grind_env.machine.rules import motion_time
+from grind_env.machine.dress.program import STEP, DressRun
+from grind_env.machine.loops.rules import motion_time
 
 Numbers = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""One part on the machine: its surface, what has been ground of it, and what it has become."""

@@ -1,0 +1,61 @@
+"""How a stroke stands in a record: where it lies, what it has done, and the wheel after it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.kernel.columns import dtype_of
+from grind_env.machine.loops.rows import Table
+from grind_env.process.state import StrokeResult
+
+
+class TableStroke(NamedTuple):
+    """How a stroke of the table lies, or an infeed; a row of a record has it before what the stroke has done."""
+
+    time: float
+    """At its start, s."""
+    seconds: float
+    E: float
+    """Table speed, mm/min; F of an infeed."""
+    Z: float
+    """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
+    b: float
+    """Engaged width, mm."""
+    Lw: float
+    """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
+
+
+class WheelSeen(NamedTuple):
+    """What a record shows of the wheel after a stroke or infeed; fields as in `WheelState`."""
+
+    A: float
+    lam: float
+    V: float
+    ds: float
+    alw: float
+    W: float
+
+
+WHEEL_FIELDS = WheelSeen._fields
+"""Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
+
+STROKE_ROW = np.dtype(
+    [
+        ("part", np.int64),  # 1, 2, ...
+        ("line", np.int64),  # of the cycle block
+        ("number", np.int64),  # within the cycle; 0 outside a G82 or G83
+        ("groove", np.int64),  # of the G76 or G77 block, from 1; 0 for a stroke
+        *dtype_of(TableStroke).descr,
+        *dtype_of(StrokeResult).descr,
+        *dtype_of(WheelSeen).descr,
+    ]
+)
+
+
+def numbers_of(rows: Table) -> Table:
+    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view.
+
+    Its shape is (strokes, fields).
+    """
+    fields = len(TableStroke._fields) + len(StrokeResult._fields) + len(WHEEL_FIELDS)
+    return rows.view(np.float64).reshape(rows.size, -1)[:, -fields:]

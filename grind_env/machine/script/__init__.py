@@ -1,0 +1,1 @@
+"""A program as cycle blocks whose strokes it alone settles, and its runs with other words."""
