@@ -48,13 +48,13 @@ LAZY = {
     "calibrate": ("shop.calls", "calibrate"),
     "evaluate": ("policies.judging", "evaluate"),
     "grind": ("machine.grind_file", "grind_file"),
-    "load_job": ("machine.job_file", "load_job"),
+    "load_job": ("machine.job.file", "load_job"),
     "load_task": ("envs.tasks", "load_task"),
     "optimise": ("shop.calls", "optimise"),
     "parse_program": ("control", "read"),
     "read_program": ("control", "read_file"),
     "report": ("shop.calls", "report"),
-    "script_of": ("machine.script", "script_of"),
+    "script_of": ("machine.script.script", "script_of"),
     "sweep": ("shop.calls", "sweep"),
 }
 """Module and name of what is imported when it is asked for, because it takes long."""

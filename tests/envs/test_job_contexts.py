@@ -1,5 +1,6 @@
 """Contexts and splits of the user's own job: the grammar of the other tasks, for what a job leaves to chance."""
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,15 @@ from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
-ENV = ids.job()
+
+
+@functools.cache
+def example() -> GrindEnv:
+    return ids.job()
 
 
 def given_of(options: dict[str, Any]) -> Given:
-    return read_options(job_task("job", ENV.simulation.job, 1.0, ""), options, Given(), barred_factors(1.0))
+    return read_options(job_task("job", example().simulation.job, 1.0, ""), options, Given(), barred_factors(1.0))
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
@@ -151,4 +156,4 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> No
 
 
 def test_the_job_of_the_example_has_two_blocks() -> None:
-    assert len(ENV.simulation.blocks) == 2 and Path(ENV.simulation.programs.name).name == "plate_g82.nc"
+    assert len(example().simulation.blocks) == 2 and Path(example().simulation.programs.name).name == "plate_g82.nc"
