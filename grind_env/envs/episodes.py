@@ -1,5 +1,6 @@
 """The state of N episodes side by side, and the copies of them that a planner tries something on."""
 
+import functools
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
@@ -32,7 +33,7 @@ class Episodes:
 
     def arrays(self) -> dict[str, Any]:
         """All of them by name, in the order in which the compiled step takes them."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: getattr(self, name) for name in _names(type(self))}
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
@@ -59,3 +60,8 @@ class Episodes:
             blocks: length of the tape.
         """
         return replace(self, tape=tape[owner, first : first + blocks], block=np.zeros_like(self.block))
+
+
+@functools.cache
+def _names(kind: type[Episodes]) -> tuple[str, ...]:
+    return tuple(each.name for each in fields(kind))

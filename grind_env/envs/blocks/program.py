@@ -28,7 +28,8 @@ from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
-WHEEL_CHANGES = ShopMemory._fields.index("wheel_changes")
+WHEEL_CHANGES, SURFACE = ShopMemory._fields.index("wheel_changes"), PartState._fields.index("Z")
+KIND, STOCK = TapeRow._fields.index("kind"), TapeRow._fields.index("stock")
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
@@ -70,11 +71,11 @@ def coming_block(
     task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
 ) -> CycleBlock:
     """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
-    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
-    kind = task.kinds[int(row.kind)]
-    surface = 0.0 if kind.starts_part else PartState(*episodes.parts[i].tolist()).Z
+    row = episodes.tape[i, episodes.block[i]]
+    kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
+    surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
     wheel, changes = WheelState(*episodes.wheels[i].tolist()), int(episodes.memory[i, WHEEL_CHANGES])
-    return CycleBlock(kind, surface, row.stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes)
+    return CycleBlock(kind, surface, stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:

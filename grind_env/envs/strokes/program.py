@@ -12,6 +12,8 @@ from grind_env.envs.strokes.step import StrokeMemory
 from grind_env.envs.tasks import Kind, Task
 from grind_env.process.state import WheelState
 
+MADE, STOCK = StrokeMemory._fields.index("made"), TapeRow._fields.index("stock")
+
 
 class StrokeBlock(NamedTuple):
     """One stroke, and what the program does before it."""
@@ -35,10 +37,10 @@ class StrokeBlock(NamedTuple):
 
 def coming_stroke(task: Task, episodes: StrokeEpisodes, i: int, speed: float, executions: float) -> StrokeBlock:
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
-    row = TapeRow(*episodes.tape[i, episodes.block[i]].tolist())
-    made, pace = int(StrokeMemory(*episodes.strokes[i]).made), Pace(*episodes.paces[i].tolist())
-    wheel, part = WheelState(*episodes.wheels[i].tolist()), int(episodes.block[i])
-    return StrokeBlock(task.kinds[0], part, row.stock, made, float(speed), int(executions), pace, wheel)
+    made, part, pace = int(episodes.strokes[i, MADE]), int(episodes.block[i]), Pace(*episodes.paces[i].tolist())
+    wheel = WheelState(*episodes.wheels[i].tolist())
+    stock = float(episodes.tape[i, part, STOCK])
+    return StrokeBlock(task.kinds[0], part, stock, made, float(speed), int(executions), pace, wheel)
 
 
 def block_text(task: Task, block: StrokeBlock) -> str:
