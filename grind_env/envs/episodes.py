@@ -1,7 +1,6 @@
 """The state of N episodes side by side, and the copies of them that a planner tries something on."""
 
-import functools
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -33,7 +32,7 @@ class Episodes:
 
     def arrays(self) -> dict[str, Any]:
         """All of them by name, in the order in which the compiled step takes them."""
-        return {name: getattr(self, name) for name in _names(type(self))}
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
@@ -60,8 +59,3 @@ class Episodes:
             blocks: length of the tape.
         """
         return replace(self, tape=tape[owner, first : first + blocks], block=np.zeros_like(self.block))
-
-
-@functools.cache
-def _names(kind: type[Episodes]) -> tuple[str, ...]:
-    return tuple(each.name for each in fields(kind))
