@@ -73,32 +73,38 @@ def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any]
     return _stores(write, record, ROWS, _in_row(fields))
 
 
-def replacer(record: type[Record], *names: str) -> Callable[[Record, tuple[Any, ...]], Record]:
+def replacer(record: type[Record] | None, *names: str) -> Callable[[Record, tuple[Any, ...]], Record]:
     """Compiled `replace(old, numbers) -> record` with other numbers in the fields of these names, in this order.
 
-    numba knows no `_replace`.
+    Of any record that has them, if None is given. numba knows no `_replace`.
     """
-    named: Any = record
-    fields = tuple(named._fields.index(name) for name in names)
+    if record is not None:
+        _places(record, names)
 
     def replace(old: Any, numbers: tuple[Any, ...]) -> Any:
         return old._replace(**dict(zip(names, numbers, strict=True)))
 
     def typed(old: Any, numbers: Any) -> Any:
-        same = isinstance(old, types.NamedUniTuple) and old.instance_class is record
+        named = isinstance(old, types.NamedUniTuple)
+        same = named and ({*names} <= {*old.fields} if record is None else old.instance_class is record)
         return old if same and isinstance(numbers, types.BaseTuple) and len(numbers) == len(names) else None
 
     def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        kind, kinds = sig.args[0].dtype, sig.args[1]
+        old, kinds = sig.args
         found = cgutils.unpack_tuple(builder, arguments[0])
         numbers = cgutils.unpack_tuple(builder, arguments[1])
-        for field, number, given in zip(fields, numbers, kinds, strict=True):
-            found[field] = context.cast(builder, number, given, kind)
+        for place, number, given in zip(_places(old.instance_class, names), numbers, kinds, strict=True):
+            found[place] = context.cast(builder, number, given, old.dtype)
         return context.make_tuple(builder, sig.return_type, found)
 
     type_callable(replace)(lambda _: typed)
     lower_builtin(replace, types.BaseTuple, types.BaseTuple)(lower)
     return replace
+
+
+def _places(record: Any, names: tuple[str, ...]) -> list[int]:
+    """Where fields of a record stand in it."""
+    return [record._fields.index(name) for name in names]
 
 
 def _lane_fields(record: type[Any], first_row: int, lanes: int) -> tuple[int, ...]:
@@ -119,7 +125,7 @@ def _loads(read: Callable[..., Any], record: type[Any], dimensions: int, indices
 
     def typed(array: Any, place: Any) -> Any:
         if _is_place(array, place, dimensions):
-            return types.NamedUniTuple(array.dtype, len(record._fields), record)
+            return types.BaseTuple.from_types((array.dtype,) * len(record._fields), record)
         return None
 
     def load(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:

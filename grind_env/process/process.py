@@ -1,0 +1,142 @@
+"""What grinds, as the loops of the machine see it: a `Process`, handed to them as a cycle's `Course` is.
+
+Its functions are compiled (`kernel.inlined`), and hold conditional expressions only, so that they vectorise. Wheel,
+parameters and stroke are those of `process.state`, whatever the process; all else that it remembers, of the machine, of
+the part or of the wheel, is its `own`.
+"""
+
+import functools
+from collections import namedtuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.kernel import inlined
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
+
+
+class Nothing(NamedTuple):
+    """Of a process that remembers the wheel and the surface of the part alone."""
+
+
+class Moment(NamedTuple):
+    """A cycle block that is about to begin."""
+
+    number: float
+    """Number of them before it in the shift."""
+    seconds: float
+    """Of the shift, s."""
+    place: float
+    """Coordinate of the middle of the part along the table, mm."""
+    E: float
+    """Commanded, mm/min."""
+
+
+class Drive(NamedTuple):
+    """What the table makes of its commands in a cycle block."""
+
+    share: float
+    """Of every commanded E that it reaches."""
+    dwell: float
+    """At a reversal point, s."""
+
+
+class Process(NamedTuple):
+    """Functions of wheel, own, and the numbers of a stroke, a dress, a block or a while.
+
+    Times that they are given are whole ms: those of a program and of an episode, the same but for how they round, are
+    then the same to the bit.
+    """
+
+    own: type[Any]
+    """A named tuple of floats with defaults: what it remembers besides, as a shift begins. Wheel changes leave it."""
+    held: type[Any]
+    """What strokes of a cycle have in common, a named tuple of floats: what `constants` gives."""
+    constants: Callable[..., Any]
+    """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
+    stroke: Callable[..., Any]
+    """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`; as `process.stroke.grind_stroke`, with
+    the time up to the next one, reversal dwell included."""
+    dress: Callable[..., Any]
+    """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke.dress_wheel`."""
+    idle: Callable[..., Any] | None = None
+    """`idle(own, p, seconds, loads) -> own`: what a while without a stroke does: a dress, a wait, the way to the next
+    block, or a change of the part, which `loads`. None for nothing."""
+    before: Callable[..., Any] | None = None
+    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: before a cycle block, once the wheel has been
+    touched off or gauged; `drive` as the control has it. Wheel and own stay changed, p and drive hold in the block.
+    None for nothing."""
+
+
+class Hook(NamedTuple):
+    """Something that happens before every cycle block, whatever grinds in it."""
+
+    before: Callable[..., Any]
+    """As of `Process`."""
+    own: type[Any] = Nothing
+    """What it remembers, as of `Process`."""
+
+
+@inlined
+def _stroke(
+    wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
+) -> tuple[WheelState, Any, StrokeResult]:
+    wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
+    return wheel, own, stroke
+
+
+@inlined
+def _dress(
+    wheel: WheelState, own: Any, passes: float, lead: float, depth: float, p: StrokeParameters
+) -> tuple[WheelState, Any, float]:
+    wheel, removed = dress_wheel(wheel, passes, lead, depth, p)
+    return wheel, own, removed
+
+
+PROCESS = Process(own=Nothing, held=StrokeConstants, constants=stroke_constants, stroke=_stroke, dress=_dress)
+"""That of the package."""
+
+
+@functools.cache
+def composed(process: Process, *hooks: Hook) -> Process:
+    """A process with hooks before every block, one after the other, each with what those before have changed.
+
+    Raises:
+        ValueError: two of them remember something under one name.
+    """
+    for hook in hooks:
+        before = hook.before if process.before is None else _chained(process.before, hook.before)
+        process = process._replace(before=before, own=joined(process.own, hook.own))
+    return process
+
+
+def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..., Any]:
+    @inlined
+    def before(wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment) -> Any:
+        wheel, own, p, drive = first(wheel, own, p, drive, moment)
+        return then(wheel, own, p, drive, moment)
+
+    return before
+
+
+@functools.cache
+def joined(*owns: type[Any]) -> type[Any]:
+    """The record of all that some of them remember; functions of one find its fields in it by their names.
+
+    Raises:
+        ValueError: two of them have a field of one name.
+    """
+    fields = [(name, float(value)) for own in owns for name, value in own()._asdict().items()]
+    names = [name for name, _ in fields]
+    if len({*names}) < len(names):
+        raise ValueError(f"what a process and its hooks remember has names of their own, but here they are {names}")
+    return namedtuple("Own", names, defaults=[value for _, value in fields])  # noqa: PYI024 - its fields are found here
+
+
+@inlined
+def whole_ms(seconds: float) -> float:
+    """A time in whole ms, s; see `Process`."""
+    milliseconds: float = np.floor(1000.0 * seconds + 0.5)
+    return milliseconds / 1000.0
