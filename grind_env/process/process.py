@@ -53,12 +53,13 @@ class Process(NamedTuple):
     own: type[Any]
     """A named tuple of floats with defaults: what it remembers besides, as a shift begins. Wheel changes leave it."""
     held: type[Any]
-    """What strokes of a cycle have in common, a named tuple of floats: what `constants` gives."""
+    """What strokes of a cycle have in common, a named tuple of floats with `stall_time`: what `constants` gives."""
     constants: Callable[..., Any]
     """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
     stroke: Callable[..., Any]
     """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`; as `process.stroke.grind_stroke`, with
-    the time up to the next one, reversal dwell included."""
+    the time up to the next one, reversal dwell included. Where the wheel meets nothing, it stays as it is, and a stroke
+    does to own what `idle` does."""
     dress: Callable[..., Any]
     """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke.dress_wheel`."""
     idle: Callable[..., Any] | None = None

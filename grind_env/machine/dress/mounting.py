@@ -1,8 +1,13 @@
 """The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
 
+import numpy as np
+
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.loops.compiled import dress_lead, dress_wheel, dressed_wheel
+from grind_env.machine.loops.compiled import dress_lead, dress_of, dressed_wheel
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.shift import entries_of
+from grind_env.process.process import Drive, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
@@ -10,11 +15,14 @@ USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 
 
 class Mount:
-    """The wheel of a run.
+    """The wheel of a run, and what its process remembers besides.
 
     Attributes:
         wheel: as it is now; None before the first cycle, which mounts it.
         changes: how often a new one has been put in its place.
+        own: what the process remembers, shape (1, fields of its `own`).
+        lived: time of the job up to which that is as it is, s.
+        blocks: cycle blocks that have begun.
     """
 
     def __init__(self, job: Job) -> None:
@@ -22,6 +30,8 @@ class Mount:
         self.wheel: WheelState | None = None
         self.changes = 0
         self._plan: DressPlan | None = None  # of the cycle in force or before
+        self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
+        self.own, self.lived, self.blocks = self._row[:, OWN_FROM:], 0.0, 0
 
     @property
     def diameter(self) -> float:
@@ -37,6 +47,23 @@ class Mount:
         self._plan = self._plan if plan is None else plan
         self.wheel = self.present(p)
 
+    def pass_time(self, time: float, p: StrokeParameters, *, loads: bool = False) -> None:
+        """Let the time up to that of the job, s, pass without a stroke; perhaps the part is changed in it."""
+        if self.job.process.idle is not None:
+            entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
+        self.lived = time
+
+    def begin(self, seconds: float, E: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
+        """A cycle block begins at a time of the job, s, with some mm/min: what then holds in it."""
+        part, dwell = self.job.part, self.job.control.reversal_dwell
+        if self.job.process.before is None:
+            return p, Drive(1.0, dwell)
+        self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
+        moment = Moment(float(self.blocks), seconds, part.start + 0.5 * part.length, E)
+        drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
+        self.wheel = WheelState(*self._row[0, :OWN_FROM].tolist())
+        return StrokeParameters(*parameters[0].tolist()), drive
+
     def gauge(self) -> None:
         """The operator measures the part: the wheel wear becomes known and is compensated."""
         if self.wheel is not None:
@@ -44,7 +71,8 @@ class Mount:
 
     def dress(self, plan: DressPlan, p: StrokeParameters) -> float:
         """Execute a dress program; the volume that it takes off the wheel, mm3."""
-        self.wheel, removed = dress_wheel(self.present(p), float(plan.passes), plan.feed, plan.depth, p)
+        dress = dress_of(self.job.process)
+        self.wheel, removed = dress(self.present(p), self.own, float(plan.passes), plan.feed, plan.depth, p)
         return removed
 
     def change_if_worn(self, p: StrokeParameters) -> bool:

@@ -18,6 +18,7 @@ from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
+from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
 
@@ -278,7 +279,8 @@ class Job:
     """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ.
 
     Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
-    `part`, one after the other; empty if none does.
+    `part`, one after the other; empty if none does. `process` is what grinds, and `own` what it remembers besides the
+    wheel as the shift begins, by its fields; empty for what it begins with by itself.
     """
 
     part: Part
@@ -288,6 +290,8 @@ class Job:
     lots: Lots = field(default_factory=Lots)
     diamond: Diamond | None = None
     parts: tuple[PartConditions, ...] = ()
+    process: Process = PROCESS
+    own: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what depends on more than one table."""
@@ -303,6 +307,11 @@ class Job:
         """The job of a part by its number, from 1: another one where `parts` says that it is of another kind."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
         return self if own is None or own == self.part else replace(self, part=own)
+
+    @property
+    def own_at_start(self) -> tuple[float, ...]:
+        """What the process remembers besides the wheel as the shift begins."""
+        return self.own or tuple(self.process.own())
 
     @cached_property
     def parameters(self) -> StrokeParameters:

@@ -1,12 +1,16 @@
 """Compiled, disk-cached entry points to the process model for `machine.grind`."""
 
-from typing import NamedTuple
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from grind_env.kernel import entry
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops import cycle, tally
 from grind_env.machine.loops.tally import Tally
 from grind_env.process import cost, stroke
 from grind_env.process.cost import Limits, Rates
+from grind_env.process.process import Process
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
@@ -35,12 +39,24 @@ def count_dress(before: Tally, seconds: float, removed: float) -> Tally:
     return tally.count_dress(before, seconds, removed)
 
 
-@entry
-def dress_wheel(
-    wheel: WheelState, passes: float, feed: float, depth: float, p: StrokeParameters
-) -> tuple[WheelState, float]:
-    """One dress execution with a traverse of `feed` mm/s: the wheel after it, and the volume removed, mm3."""
-    return stroke.dress_wheel(wheel, passes, cycle.dress_lead(wheel, feed, p), depth, p)
+@functools.cache
+def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
+    """Compiled `dress(wheel, own, passes, feed, depth, p)`: one dress execution with a traverse of `feed` mm/s.
+
+    It gives the wheel after it and the volume removed, mm3, and updates `own`, shape (1, fields of the process's).
+    """
+    dress_wheel, read_own, write_own = process.dress, column_reader(process.own), column_writer(process.own)
+
+    @entry
+    def dress(
+        wheel: WheelState, own: Any, passes: float, feed: float, depth: float, p: StrokeParameters
+    ) -> tuple[WheelState, float]:
+        lead = cycle.dress_lead(wheel, feed, p)
+        wheel, left, removed = dress_wheel(wheel, read_own(own, 0), passes, lead, depth, p)
+        write_own(own, 0, left)
+        return wheel, removed
+
+    return dress
 
 
 @entry

@@ -1,15 +1,17 @@
-"""A cycle block as the compiled loops see it, and its strokes and dresses: control and process model joined."""
+"""A cycle block as the compiled loops see it, and its strokes and dresses: control and process joined."""
 
+import functools
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import replacer
 from grind_env.machine.loops.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.equations import wheel_speed
-from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dress_wheel, grind_stroke
+from grind_env.process.process import Process, whole_ms
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 class Stroking(NamedTuple):
@@ -25,6 +27,8 @@ class Stroking(NamedTuple):
     """Time of the first stroke, from the start point to the primary point, s."""
     stroke_seconds: float
     """Time of every other stroke, s."""
+    set_out: float
+    """Time of the first stroke without what it is counted to have waited before, s."""
     start: float
     """Depth at which the wheel stands when the cycle begins, mm."""
     surface: float
@@ -67,37 +71,76 @@ class PartState(NamedTuple):
 with_wear = replacer(WheelState, "W")
 
 
-@inlined
-def advance(
-    stroking: Stroking,
-    Z: float,
-    seconds: float,
-    b: float,
-    reached: float,
-    wheel: WheelState,
-    part: PartState,
-    tally: Tally,
-    k: StrokeConstants,
-) -> tuple[WheelState, PartState, Tally, StrokeResult]:
-    """One stroke.
+class Acts(NamedTuple):
+    """What a process does in a cycle: compiled functions."""
 
-    Args:
-        stroking: of the cycle.
-        Z: its depth, mm.
-        seconds: its time.
-        b: engaged width, mm.
-        reached: depth to which the surface under the wheel has been ground at least, mm.
-        wheel: before it.
-        part: the surface in the cut before it.
-        tally: before it.
-        k: constants of the cycle.
-    """
-    wheel, stroke = grind_stroke(wheel, part.S, part.Rs, wheel_depth(Z, tally), b, k)
-    deeper = Z - part.Z
-    finishing = stroking.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
-    plunge, full = reached + DEPTH_TOLERANCE < Z, stroking.full_plunge <= deeper
-    tally = count_stroke(tally, stroke, seconds, deeper, plunge, full, finishing, k.stall_time)
-    return wheel, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
+    advance: Callable[..., Any]
+    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, k)`: one stroke at depth `Z`, mm; gives wheel,
+    own, part and tally after it, and the stroke. `seconds` is its time, and that which is its own; `b` the engaged
+    width, mm; `reached` the depth to which the surface under the wheel has been ground at least, mm; `part` the surface
+    in the cut; `k` what the strokes of the cycle have in common."""
+    dress: Callable[..., Any]
+    """`dress(stroking, wheel, own, tally, p, waited)`: one dress execution, for which the table has waited so many s;
+    gives wheel, own and tally after it."""
+    idle: Callable[..., Any]
+    """As of `Process`, with times as they are."""
+
+
+@functools.cache
+def acts_of(process: Process) -> Acts:
+    """What a process does in a cycle."""
+    grind, dress_wheel, idle = process.stroke, process.dress, idle_of(process)
+
+    @inlined
+    def advance(
+        stroking: Stroking,
+        Z: float,
+        seconds: tuple[float, float],
+        b: float,
+        reached: float,
+        wheel: WheelState,
+        own: Any,
+        part: PartState,
+        tally: Tally,
+        k: Any,
+    ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult]:
+        wheel, own, stroke = grind(wheel, own, part.S, part.Rs, wheel_depth(Z, tally), b, k, whole_ms(seconds[1]))
+        deeper = Z - part.Z
+        finishing = stroking.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
+        plunge, full = reached + DEPTH_TOLERANCE < Z, stroking.full_plunge <= deeper
+        tally = count_stroke(tally, stroke, seconds[0], deeper, plunge, full, finishing, k.stall_time)
+        return wheel, own, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
+
+    @inlined
+    def dress(
+        stroking: Stroking, wheel: WheelState, own: Any, tally: Tally, p: StrokeParameters, waited: float
+    ) -> tuple[WheelState, Any, Tally]:
+        own = idle(own, p, waited, False)
+        lead = dress_lead(wheel, stroking.dress_feed, p)
+        wheel, own, removed = dress_wheel(wheel, own, stroking.dress_passes, lead, stroking.dress_depth, p)
+        own = idle(own, p, stroking.dress_seconds, False)
+        return wheel, own, count_dress(tally, stroking.dress_seconds + waited, removed)
+
+    return Acts(advance, dress, idle)
+
+
+@functools.cache
+def idle_of(process: Process) -> Callable[..., Any]:
+    """Compiled `idle` of a process, with times as they are; it changes nothing where there is none."""
+    if process.idle is None:
+        return _unchanged
+    pass_time = process.idle
+
+    @inlined
+    def idle(own: Any, p: StrokeParameters, seconds: float, loads: bool) -> Any:
+        return pass_time(own, p, whole_ms(seconds), loads)
+
+    return idle
+
+
+@inlined
+def _unchanged(own: Any, p: StrokeParameters, seconds: float, loads: bool) -> Any:
+    return own
 
 
 @inlined
@@ -113,16 +156,7 @@ def measured(wheel: WheelState) -> WheelState:
 
 
 @inlined
-def stroke_seconds(stroking: Stroking, reversal: float) -> float:
-    """Time of the stroke after so many reversals of the cycle, s."""
-    return stroking.stroke_seconds if reversal > 0.0 else stroking.first_seconds
-
-
-@inlined
-def dress(
-    stroking: Stroking, wheel: WheelState, tally: Tally, p: StrokeParameters, waited: float
-) -> tuple[WheelState, Tally]:
-    """One dress execution within a cycle, for which the table has waited so many s."""
-    lead = dress_lead(wheel, stroking.dress_feed, p)
-    wheel, removed = dress_wheel(wheel, stroking.dress_passes, lead, stroking.dress_depth, p)
-    return wheel, count_dress(tally, stroking.dress_seconds + waited, removed)
+def stroke_seconds(stroking: Stroking, reversal: float) -> tuple[float, float]:
+    """Time of the stroke after so many reversals of the cycle, and what of it is its own, s."""
+    later = stroking.stroke_seconds
+    return (later, later) if reversal > 0.0 else (stroking.first_seconds, stroking.set_out)

@@ -1,19 +1,21 @@
-"""The compiled loops over the strokes of a cycle, made from its `Course`: machine by machine, or eight at once.
+"""The compiled loops over strokes, made from the `Course` of a cycle and a `Process`: one by one, or eight at once.
 
 In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
 numbers for one machine are bit by bit those of the scalar loop, whatever runs beside it (tests/machine).
 """
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, lane_reader, lane_writer
+from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
 from grind_env.machine.loops.courses import Course
-from grind_env.machine.loops.cycle import PartState, Stroking, advance, dress, measured, stroke_seconds
+from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, measured, stroke_seconds
 from grind_env.machine.loops.rows import (
+    OWN_FROM,
     RULES_FROM,
     Made,
     Table,
@@ -29,8 +31,8 @@ from grind_env.machine.loops.rows import (
 )
 from grind_env.machine.loops.surfaces import Buffer, Place, Surface, whole, zoned
 from grind_env.machine.loops.tally import Tally, wheel_depth
-from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import stroke_constants
+from grind_env.process.process import PROCESS, Process
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 LANES = 8
 """Machines at once: one AVX-512 or two AVX2 registers wide."""
@@ -52,42 +54,47 @@ class Loops(NamedTuple):
     """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
 
 
-def loops_of(course: Course) -> Loops:
+def loops_of(course: Course, process: Process = PROCESS) -> Loops:
     """The loops over a cycle on parts that the wheel covers.
 
-    Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`,
-    `parameters` of `StrokeParameters`, `wheels` of `WheelState`, `surfaces` of `PartState`, `tallies` of `Tally`.
+    Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`, `parameters`
+    of `StrokeParameters`, `wheels` of `WheelState` and then of `process.own`, `surfaces` of `PartState`, `tallies` of
+    `Tally`.
     Wheels, surfaces and tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks
     strokes up in. A table may have more columns.
     """
-    return _loops(course, whole)
+    return _loops(course, process, whole)
 
 
-def zoned_loops_of(course: Course) -> Loops:
+def zoned_loops_of(course: Course, process: Process = PROCESS) -> Loops:
     """The same on parts whose surface is in zones: `surfaces` has shape (N, zones, fields of `Zone`)."""
-    return _loops(course, zoned)
+    return _loops(course, process, zoned)
 
 
-def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
+@functools.cache
+def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surface]) -> Loops:
     records: tuple[type[Any], ...] = (
         Stroking,
         course.cycle,
         StrokeParameters,
-        StrokeConstants,
+        process.held,
         WheelState,
+        process.own,
         PartState,
         course.progress,
         Tally,
     )
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * LANES
-    get_stroking, get_cycle, get_parameters, get_constants, get_wheel, get_part, get_progress, get_tally = (
+    get_stroking, get_cycle, get_parameters, get_held, get_wheel, get_own, get_part, get_progress, get_tally = (
         lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
-    put_stroking, put_cycle, put_parameters, put_constants, put_wheel, put_part, put_progress, put_tally = (
+    put_stroking, put_cycle, put_parameters, put_held, put_wheel, put_own, put_part, put_progress, put_tally = (
         lane_writer(record, start, LANES) for record, start in zip(records, starts, strict=False)
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
+    read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
+    constants, (advance, dress, _) = process.constants, acts_of(process)
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
@@ -103,20 +110,22 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> StrokeResult:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
         stroking, cycle, progress = get_stroking(rows, lane), get_cycle(rows, lane), get_progress(rows, lane)
-        wheel, part, tally, stroke = advance(
+        wheel, own, part, tally, stroke = advance(
             stroking,
             depth(stroking, cycle, progress),
             stroke_seconds(stroking, progress.reversal),
             b,
             reached,
             get_wheel(rows, lane),
+            get_own(rows, lane),
             part,
             get_tally(rows, lane),
-            get_constants(rows, lane),
+            get_held(rows, lane),
         )
         progress = after_reversal(cycle, progress)
         put_progress(rows, lane, progress)
         put_wheel(rows, lane, wheel)
+        put_own(rows, lane, own)
         put_part(rows, lane, part)
         put_tally(rows, lane, tally)
         event = finished(cycle, progress) | (progress.dresses > 0.0) | lost(progress)
@@ -131,6 +140,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         part=get_part,
         place=place_in,
         stroke=stroke_in,
+        advance=advance,
     )
     surface = surface_of(buffer)
     buffer_size, part_of, load_surface, store_surface = surface.size, surface.begin, surface.load, surface.store
@@ -152,8 +162,9 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
         put_stroking(rows, lane, stroking)
         put_cycle(rows, lane, cycle)
         put_parameters(rows, lane, p)
-        put_constants(rows, lane, stroke_constants(p, stroking.speed, stroking.length))
+        put_held(rows, lane, constants(p, stroking.speed, stroking.length))
         put_wheel(rows, lane, read_wheel(wheels, i))
+        put_own(rows, lane, read_own(wheels, i))
         put_part(rows, lane, part_of(surfaces, i))
         put_progress(rows, lane, begin(cycle))
         put_tally(rows, lane, read_tally(tallies, i))
@@ -163,6 +174,7 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     def store(rows: Table, lane: int, wheels: Table, surfaces: Table, tallies: Table, i: int) -> None:
         """Write what a lane holds to machine i."""
         write_wheel(wheels, i, get_wheel(rows, lane))
+        write_own(wheels, i, get_own(rows, lane))
         write_tally(tallies, i, get_tally(rows, lane))
         store_surface(rows, lane, surfaces, i)
 
@@ -170,13 +182,14 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     def serve(rows: Table, lane: int, motions: Table) -> None:
         """Find the coming stroke of a lane, and run the dress executions that are due before it."""
         stroking, p = get_stroking(rows, lane), get_parameters(rows, lane)
-        wheel, tally = get_wheel(rows, lane), get_tally(rows, lane)
+        wheel, own, tally = get_wheel(rows, lane), get_own(rows, lane), get_tally(rows, lane)
         progress, waited = find(get_cycle(rows, lane), get_progress(rows, lane), motions)
         if gauged(progress):
             wheel = measured(wheel)
         for number in range(int(progress.dresses)):
-            wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
+            wheel, own, tally = dress(stroking, wheel, own, tally, p, waited if number == 0 else 0.0)
         put_wheel(rows, lane, wheel)
+        put_own(rows, lane, own)
         put_progress(rows, lane, progress)
         put_tally(rows, lane, tally)
 
@@ -230,31 +243,32 @@ def _loops(course: Course, surface_of: Callable[[Buffer], Surface]) -> Loops:
     ) -> None:
         for i in range(len(cycles)):
             stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)
-            wheel, part, tally = read_wheel(wheels, i), part_of(surfaces, i), read_tally(tallies, i)
-            k = stroke_constants(p, stroking.speed, stroking.length)
+            wheel, own, part = read_wheel(wheels, i), read_own(wheels, i), part_of(surfaces, i)
+            tally, k = read_tally(tallies, i), constants(p, stroking.speed, stroking.length)
             progress, waited = find(cycle, begin(cycle), motions)
             if gauged(progress):
                 wheel = measured(wheel)
             for number in range(int(progress.dresses)):
-                wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
+                wheel, own, tally = dress(stroking, wheel, own, tally, p, waited if number == 0 else 0.0)
             while not finished(cycle, progress):
                 seconds = stroke_seconds(stroking, progress.reversal)
                 near, Z = edge(stroking, progress), depth(stroking, cycle, progress)
                 place = Place(Z=Z, depth=wheel_depth(Z, tally), edge=near, end=near + p.bs)
-                wheel, part, tally, stroke, b = advance_one(
-                    surfaces, i, place, stroking, seconds, wheel, part, tally, k
+                wheel, own, part, tally, stroke, b = advance_one(
+                    surfaces, i, place, stroking, seconds, wheel, own, part, tally, k
                 )
                 if tally.strokes <= log.shape[1]:
                     row = int(tally.strokes) - 1
-                    log_made(log[i], row, Made(seconds=seconds, edge=place.edge, Z=place.Z, b=b))
+                    log_made(log[i], row, Made(seconds=seconds[0], edge=place.edge, Z=place.Z, b=b))
                     log_stroke(log[i], row, stroke)
                     log_wheel(log[i], row, wheel)
                 progress, waited = find(cycle, after_reversal(cycle, progress), motions)
                 if gauged(progress):
                     wheel = measured(wheel)
                 for number in range(int(progress.dresses)):
-                    wheel, tally = dress(stroking, wheel, tally, p, waited if number == 0 else 0.0)
+                    wheel, own, tally = dress(stroking, wheel, own, tally, p, waited if number == 0 else 0.0)
             write_wheel(wheels, i, wheel)
+            write_own(wheels, i, own)
             write_tally(tallies, i, tally)
 
     return Loops(lanes, scalar, advance_lanes)

@@ -15,7 +15,7 @@ Table = NDArray[Any]
 """One row a machine."""
 
 read_stroking, write_stroking = column_reader(Stroking), column_writer(Stroking)
-read_parameters = column_reader(StrokeParameters)
+read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)
 read_wheel, write_wheel = column_reader(WheelState), column_writer(WheelState)
 read_part, write_part = column_reader(PartState), column_writer(PartState)
 read_tally, write_tally = column_reader(Tally), column_writer(Tally)
@@ -24,6 +24,9 @@ read_zone, write_zone = column_reader(Zone), column_writer(Zone)
 
 RULES_FROM = len(Stroking._fields)
 """Column of the row of a cycle from which on the numbers of its rules stand."""
+
+OWN_FROM = len(WheelState._fields)
+"""Column of the row of a wheel from which on stands what the process remembers besides."""
 
 
 class Made(NamedTuple):

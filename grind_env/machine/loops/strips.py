@@ -4,18 +4,20 @@ The strips with more than half of the deepest interference under the wheel are c
 before, only spark. The cut is that of the mean interference over the joint width, and takes the same depth off each.
 """
 
+import functools
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
+from grind_env.process.process import Process, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import grind_stroke, stroke_constants
 
 Strips = NDArray[np.float64]
 """One value per strip of the part."""
@@ -63,7 +65,7 @@ class Contact(NamedTuple):
 
 seen = replacer(Contact, "strips", "S", "Rs", "reached")
 cutting = replacer(Contact, "engaged", "S_offset", "Rs_offset")
-left = replacer(Zone, "S", "Rs", "reached")
+left_on = replacer(Zone, "S", "Rs", "reached")
 
 
 @inlined
@@ -131,7 +133,7 @@ def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, 
     S = zone.S + ae if cut else zone.S
     Rs = surface_roughness(zone.Rs, Rg, ae, cut & (tip > zone.S))
     reached = max(zone.reached, Z) if under else zone.reached
-    return left(zone, (S, Rs, reached))
+    return left_on(zone, (S, Rs, reached))
 
 
 @inlined
@@ -139,51 +141,65 @@ def _strip(S: Strips, Rs: Strips, reached: Strips, i: int) -> Zone:
     return Zone(S=S[i], Rs=Rs[i], reached=reached[i], centre=0.0, strips=1.0)
 
 
-@entry
-def grind_strips(
-    wheel: WheelState,
-    S: Strips,
-    Rs: Strips,
-    reached: Strips,
-    first: int,
-    last: int,
-    Z: float,
-    vw: float,
-    width: float,
-    Lw: float,
-    p: StrokeParameters,
-    depth: float,
-) -> tuple[WheelState, StrokeResult, float, bool]:
-    """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
+@functools.cache
+def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool]]:
+    """The compiled stroke of a process over strips, `grind_strips`."""
+    grind, constants = process.stroke, process.constants
+    read_own, write_own = column_reader(process.own), column_writer(process.own)
 
-    Args:
-        wheel: state before the stroke.
-        S: stock removed, mm; updated.
-        Rs: roughness, um; updated.
-        reached: deepest Z of a stroke so far, mm; updated.
-        first: first strip under the wheel.
-        last: the strip after the last one, greater than `first`.
-        Z: programmed downfeed position, mm.
-        vw: table speed, mm/s.
-        width: of the part, all strips together, mm.
-        Lw: ground length, mm.
-        p: parameters.
-        depth: downfeed position of the wheel, mm; `Z` unless it is retracted.
+    @entry
+    def grind_strips(
+        wheel: WheelState,
+        S: Strips,
+        Rs: Strips,
+        reached: Strips,
+        first: int,
+        last: int,
+        Z: float,
+        vw: float,
+        width: float,
+        Lw: float,
+        p: StrokeParameters,
+        depth: float,
+        own: NDArray[Any],
+        seconds: float,
+    ) -> tuple[WheelState, StrokeResult, float, bool]:
+        """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
-    Returns:
-        The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
-        into a strip than before.
-    """
-    contact = contact_at(depth - wheel.W)
-    for i in range(S.size):
-        contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
-    for i in range(first, last):
-        zone = _strip(S, Rs, reached, i)
-        contact = joined(contact, zone, in_cut(contact, zone, True))
-    b, S_mean, Rs_mean = cut_surface(contact, width)
-    after, stroke = grind_stroke(wheel, S_mean, Rs_mean, depth, b, stroke_constants(p, vw, Lw))
-    for i in range(first, last):
-        zone = _strip(S, Rs, reached, i)
-        zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
-        S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
-    return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z
+        Args:
+            wheel: state before the stroke.
+            S: stock removed, mm; updated.
+            Rs: roughness, um; updated.
+            reached: deepest Z of a stroke so far, mm; updated.
+            first: first strip under the wheel.
+            last: the strip after the last one, greater than `first`.
+            Z: programmed downfeed position, mm.
+            vw: table speed, mm/s.
+            width: of the part, all strips together, mm.
+            Lw: ground length, mm.
+            p: parameters.
+            depth: downfeed position of the wheel, mm; `Z` unless it is retracted.
+            own: what the process remembers besides, shape (1, fields of its `own`); updated.
+            seconds: up to the next stroke, s.
+
+        Returns:
+            The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
+            into a strip than before.
+        """
+        contact = contact_at(depth - wheel.W)
+        for i in range(S.size):
+            contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
+        for i in range(first, last):
+            zone = _strip(S, Rs, reached, i)
+            contact = joined(contact, zone, in_cut(contact, zone, True))
+        b, S_mean, Rs_mean = cut_surface(contact, width)
+        held = constants(p, vw, Lw)
+        after, left, stroke = grind(wheel, read_own(own, 0), S_mean, Rs_mean, depth, b, held, whole_ms(seconds))
+        write_own(own, 0, left)
+        for i in range(first, last):
+            zone = _strip(S, Rs, reached, i)
+            zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
+            S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
+        return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z
+
+    return grind_strips

@@ -1,5 +1,7 @@
 """The strokes of a table over the strips of a part, one after the other, and the dresses between them."""
 
+import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -8,13 +10,13 @@ from numpy.typing import NDArray
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.dress.program import DressPlan
-from grind_env.machine.loops.cycle import dress_lead
+from grind_env.machine.loops.cycle import dress_lead, idle_of
 from grind_env.machine.loops.rows import Table
-from grind_env.machine.loops.strips import IDLE, Strips, grind_strips
+from grind_env.machine.loops.strips import IDLE, Strips, strips_of
 from grind_env.machine.loops.tally import Tally, count_dress, count_stroke, wheel_depth
 from grind_env.machine.part.rows import TableStroke, WheelSeen
+from grind_env.process.process import Process
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dress_wheel
 
 
 class Dressed(NamedTuple):
@@ -43,86 +45,106 @@ write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(Strok
 write_dressed = column_writer(Dressed)
 
 
-@entry
-def grind_passes(
-    wheel: WheelState,
-    S: Strips,
-    Rs: Strips,
-    reached: Strips,
-    covered: Strips,
-    rows: Table,
-    first_way: Way,
-    later_way: Way,
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-    plunged: NDArray[np.bool_],
-    due: NDArray[np.int64],
-    dress: DressPlan,
-    dressed: Table,
-    width: float,
-    p: StrokeParameters,
-    tally: Tally,
-) -> tuple[WheelState, Tally]:
-    """Make strokes over a part, and the dresses that fall due between them.
+@functools.cache
+def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]]:
+    """The compiled strokes of a process over a part, `grind_passes`."""
+    dress_wheel, idle, grind_strips = process.dress, idle_of(process), strips_of(process)
+    read_own, write_own = column_reader(process.own), column_writer(process.own)
 
-    Args:
-        wheel: before them.
-        S: as for `grind_strips`, like the next two; updated.
-        Rs: updated.
-        reached: updated.
-        covered: deepest Z so far of a stroke over the whole length, mm; updated.
-        rows: shape (strokes, fields of `TableStroke`, `StrokeResult`, `WheelSeen`); where they lie is read, the
-            rest written.
-        first_way: of the first one.
-        later_way: of the others.
-        first: first strip under the wheel in each.
-        last: the strip after the last one.
-        plunged: whether the wheel went deeper into a strip than before in each; written.
-        due: after how many strokes each dress falls due.
-        dress: what each of them does.
-        dressed: what each has come to, shape (dresses, fields of `Dressed`); written.
-        width: of the part, mm.
-        p: parameters.
-        tally: before them.
+    @entry
+    def grind_passes(
+        wheel: WheelState,
+        S: Strips,
+        Rs: Strips,
+        reached: Strips,
+        covered: Strips,
+        rows: Table,
+        first_way: Way,
+        later_way: Way,
+        first: NDArray[np.int64],
+        last: NDArray[np.int64],
+        plunged: NDArray[np.bool_],
+        due: NDArray[np.int64],
+        dress: DressPlan,
+        dressed: Table,
+        width: float,
+        p: StrokeParameters,
+        tally: Tally,
+        own: Table,
+        lived: float,
+    ) -> tuple[WheelState, Tally, float]:
+        """Make strokes over a part, and the dresses that fall due between them.
 
-    Returns:
-        Wheel and tally after them.
-    """
-    executed = 0
-    for k in range(len(rows) + 1):
-        while executed < due.size and due[executed] == k:
-            lead = dress_lead(wheel, dress.feed, p)
-            wheel, removed = dress_wheel(wheel, float(dress.passes), lead, dress.depth, p)
-            tally = count_dress(tally, dress.seconds, removed)
-            write_dressed(dressed, executed, Dressed(A=wheel.A, ds=wheel.ds, removed=removed))
-            executed += 1
-        if k == len(rows):
-            break
-        made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
-        way = first_way if k == 0 else later_way
-        Lw = way.Lw if first[k] < last[k] else 0.0
-        if Lw > 0.0:
-            wheel, stroke, b, plunged[k] = grind_strips(
-                wheel,
-                S,
-                Rs,
-                reached,
-                first[k],
-                last[k],
-                made.Z,
-                made.E / 60.0,
-                width,
-                Lw,
-                p,
-                wheel_depth(made.Z, tally),
-            )
-            if way.whole:
-                for i in range(first[k], last[k]):
-                    covered[i] = max(covered[i], made.Z)
-        tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False, p.stall_time)
-        made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
-        write_table_stroke(rows, k, made)
-        write_stroke(rows, k, stroke)
-        seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
-        write_wheel_seen(rows, k, seen)
-    return wheel, tally
+        Args:
+            wheel: before them.
+            S: as for `grind_strips`, like the next two; updated.
+            Rs: updated.
+            reached: updated.
+            covered: deepest Z so far of a stroke over the whole length, mm; updated.
+            rows: shape (strokes, fields of `TableStroke`, `StrokeResult`, `WheelSeen`); where they lie is read, the
+                rest written.
+            first_way: of the first one.
+            later_way: of the others.
+            first: first strip under the wheel in each.
+            last: the strip after the last one.
+            plunged: whether the wheel went deeper into a strip than before in each; written.
+            due: after how many strokes each dress falls due.
+            dress: what each of them does.
+            dressed: what each has come to, shape (dresses, fields of `Dressed`); written.
+            width: of the part, mm.
+            p: parameters.
+            tally: before them.
+            own: as for `grind_strips`; updated.
+            lived: time of the job up to which that is as it is, s.
+
+        Returns:
+            Wheel and tally after them, and the time up to which `own` then is as it is, s.
+        """
+        executed = 0
+        for k in range(len(rows) + 1):
+            while executed < due.size and due[executed] == k:
+                lead = dress_lead(wheel, dress.feed, p)
+                wheel, left, removed = dress_wheel(wheel, read_own(own, 0), float(dress.passes), lead, dress.depth, p)
+                write_own(own, 0, idle(left, p, dress.seconds, False))
+                lived += dress.seconds
+                tally = count_dress(tally, dress.seconds, removed)
+                write_dressed(dressed, executed, Dressed(A=wheel.A, ds=wheel.ds, removed=removed))
+                executed += 1
+            if k == len(rows):
+                break
+            made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
+            write_own(own, 0, idle(read_own(own, 0), p, made.time - lived, False))
+            lived = made.time + made.seconds
+            way = first_way if k == 0 else later_way
+            Lw = way.Lw if first[k] < last[k] else 0.0
+            if Lw > 0.0:
+                wheel, stroke, b, plunged[k] = grind_strips(
+                    wheel,
+                    S,
+                    Rs,
+                    reached,
+                    first[k],
+                    last[k],
+                    made.Z,
+                    made.E / 60.0,
+                    width,
+                    Lw,
+                    p,
+                    wheel_depth(made.Z, tally),
+                    own,
+                    made.seconds,
+                )
+                if way.whole:
+                    for i in range(first[k], last[k]):
+                        covered[i] = max(covered[i], made.Z)
+            else:
+                write_own(own, 0, idle(read_own(own, 0), p, made.seconds, False))
+            tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False, p.stall_time)
+            made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
+            write_table_stroke(rows, k, made)
+            write_stroke(rows, k, stroke)
+            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
+            write_wheel_seen(rows, k, seen)
+        return wheel, tally, lived
+
+    return grind_passes

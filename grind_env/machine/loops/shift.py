@@ -1,0 +1,78 @@
+"""What happens to the rows of machines between their cycles: time passes, and a block is about to begin."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.machine.loops.cycle import idle_of
+from grind_env.machine.loops.rows import OWN_FROM, Table, read_parameters, read_wheel, write_parameters, write_wheel
+from grind_env.process.process import Drive, Moment, Process, whole_ms
+
+
+class Shift(NamedTuple):
+    """Compiled functions of machine i: row i of `wheels`, with what the process remembers, and of `parameters`."""
+
+    pass_time: Callable[..., None]
+    """`pass_time(wheels, parameters, i, seconds, loads)`: a while without a stroke, s; as `Process.idle`."""
+    before: Callable[..., Drive]
+    """`before(wheels, parameters, i, dwell, moment) -> Drive`: before a cycle block; as `Process.before`, with the
+    reversal dwell of the control, s."""
+
+
+@functools.cache
+def shift_of(process: Process) -> Shift:
+    """What a process does between cycles; where it does nothing, nothing is read or written."""
+    read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
+    idle, process_before = idle_of(process), process.before
+
+    @inlined
+    def pass_time(wheels: Table, parameters: Table, i: int, seconds: float, loads: bool) -> None:
+        write_own(wheels, i, idle(read_own(wheels, i), read_parameters(parameters, i), seconds, loads))
+
+    if process_before is None:
+        return Shift(_nothing if process.idle is None else pass_time, _as_commanded)
+
+    @inlined
+    def before(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Drive:
+        moment = Moment(number=moment.number, seconds=whole_ms(moment.seconds), place=moment.place, E=moment.E)
+        wheel, own, p, drive = process_before(
+            read_wheel(wheels, i),
+            read_own(wheels, i),
+            read_parameters(parameters, i),
+            Drive(share=1.0, dwell=dwell),
+            moment,
+        )
+        write_wheel(wheels, i, wheel)
+        write_own(wheels, i, own)
+        write_parameters(parameters, i, p)
+        return drive
+
+    return Shift(_nothing if process.idle is None else pass_time, before)
+
+
+@functools.cache
+def entries_of(process: Process) -> Shift:
+    """The same for Python."""
+    pass_time, before = shift_of(process)
+
+    @entry
+    def pass_time_of(wheels: Table, parameters: Table, i: int, seconds: float, loads: bool) -> None:
+        pass_time(wheels, parameters, i, seconds, loads)
+
+    @entry
+    def before_of(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Drive:
+        return before(wheels, parameters, i, dwell, moment)
+
+    return Shift(pass_time_of, before_of)
+
+
+@inlined
+def _nothing(wheels: Any, parameters: Any, i: int, seconds: float, loads: bool) -> None:
+    pass
+
+
+@inlined
+def _as_commanded(wheels: Any, parameters: Any, i: int, dwell: float, moment: Moment) -> Drive:
+    return Drive(share=1.0, dwell=dwell)
