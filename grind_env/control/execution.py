@@ -76,6 +76,10 @@ class Execution(Iterator[Event]):
             raise ControlError("setting", f"a wheel radius of {radius} is impossible; it must be above 0 mm")
         self._interpreter.mover.tooling.radii[WHEEL_RADIUS] = radius
 
+    def set_table(self, share: float, dwell: float) -> None:
+        """Let the table reach a share of every E, and rest some s at its reversal points, from the next stroke on."""
+        self._interpreter.timeline.share, self._interpreter.timeline.dwell = share, dwell
+
 
 def execute(programs: Programs, control: Control | None = None) -> Execution:
     r"""Execute the main program of a file.

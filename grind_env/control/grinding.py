@@ -120,7 +120,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     """
     table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only
-    acceleration, dwell, feed = control.acceleration, control.reversal_dwell, timeline.rate(table.feed)
+    acceleration, dwell, feed = control.acceleration, timeline.dwell, timeline.table_rate(table)
     pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # one too many is refused
     cycle = all_turns(plan, start, control.coverage_pass, pick_speed, acceleration, most)
 

@@ -76,6 +76,8 @@ class Timeline:
         owed: an operator's request waits for the end of a program motion.
         inch: units in force, for output.
         infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
+        share: of every E that the table reaches.
+        dwell: of the table at a reversal point, s.
         led_by_cycles: axes that reciprocate or cross, or did; where they end depends on the words of their cycles.
     """
 
@@ -88,6 +90,7 @@ class Timeline:
         self.owed = False
         self.inch = False
         self.infeed_shift = 0.0
+        self.share, self.dwell = 1.0, control.reversal_dwell
         self.led_by_cycles: set[int] = set()
         self._motion: Moving | None = None
         self._picks: deque[Moving] = deque()
@@ -97,6 +100,10 @@ class Timeline:
         """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
         control = self.control
         return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
+
+    def table_rate(self, table: Reciprocation) -> float:
+        """Speed that the table reaches, mm/min."""
+        return self.rate(table.feed) * self.share
 
     @property
     def requested(self) -> bool:
@@ -287,13 +294,13 @@ class Timeline:
 
     def _stroke_time(self, table: Reciprocation) -> float:
         """Time from one reversal point to the other, s."""
-        speed, control = self.rate(table.feed) / 60.0, self.control
-        return motion_time(abs(table.primary - table.secondary), speed, control.acceleration) + control.reversal_dwell
+        speed = self.table_rate(table) / 60.0
+        return motion_time(abs(table.primary - table.secondary), speed, self.control.acceleration) + self.dwell
 
     def _set_out(self, table: Reciprocation) -> Underway:
         self.budget.spend(table.place)
-        rate = self.rate(table.feed)
-        return table.begin(self._shown(table.free_at), rate, self.control.acceleration, self.control.reversal_dwell)
+        rate = self.table_rate(table)
+        return table.begin(self._shown(table.free_at), rate, self.control.acceleration, self.dwell)
 
     def _arrive(self, table: Reciprocation, stroke: Underway) -> Stroke:
         end = self._shown(stroke.finish)
@@ -305,7 +312,7 @@ class Timeline:
             middle=stroke.middle,
             end=end,
             begin=stroke.begin,
-            seconds=stroke.travel + self.control.reversal_dwell,
+            seconds=stroke.travel + self.dwell,
             block=table.plan.block,
             line=table.plan.line,
             source=Source.CYCLE,

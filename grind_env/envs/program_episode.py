@@ -105,7 +105,7 @@ class ProgramEpisode:
         self.block: Block | None = None
         self.time = 0.0
         self._execution = execute(programs, control)
-        self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
+        self.run.tell(self._execution)
         for _ in self._to_next_cycle():
             pass
         self.time = 0.0
@@ -195,7 +195,7 @@ class ProgramEpisode:
             if isinstance(event, ProgramEnd):  # the way from a trailing M00 is no time of a part
                 assert self.run.unloaded_at is not None
                 self.time = self.run.unloaded_at
-            self._execution.set_wheel_radius(0.5 * self.run.mount.diameter)
+            self.run.tell(self._execution)
             yield event
 
 

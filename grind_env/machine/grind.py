@@ -59,10 +59,10 @@ def grind(
         control = replace(control, whole_cycles=True)
     run = GrindingRun(programs, job, control, conditions)
     execution = execute(programs, run.control)
-    execution.set_wheel_radius(0.5 * run.mount.diameter)
+    run.tell(execution)
     for event in execution:
         run.take(event)
-        execution.set_wheel_radius(0.5 * run.mount.diameter)
+        run.tell(execution)
     return run.record()
 
 

@@ -20,6 +20,7 @@ from grind_env.control import (
     DressEnd,
     DressStart,
     Event,
+    Execution,
     Infeed,
     Line,
     Message,
@@ -51,6 +52,7 @@ from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, Log
 from grind_env.machine.watch import Watch
 from grind_env.machine.watch.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
 from grind_env.process.cost import STALL
+from grind_env.process.process import Drive, Moment
 from grind_env.process.state import WheelState
 
 
@@ -63,6 +65,7 @@ class GrindingRun:
 
     Attributes:
         mount: the wheel on the spindle.
+        drive: what the table makes of its commands.
         dressing: the dress programs met so far.
         running: how fast the wheel turns, and whether the coolant flows.
         part: on the machine.
@@ -81,7 +84,7 @@ class GrindingRun:
         self.programs, self.job, self.control, self.conditions = programs, job, control, conditions
         self.position, self.axis = control.start, 0
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
-        self.mount = Mount(job)
+        self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
         self.dressing = DressPrograms(programs, job, control)
         self.running = Running(job)
         self.watch = Watch(programs.name, job, control)
@@ -96,6 +99,7 @@ class GrindingRun:
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
+        self._begun = 0  # cycle blocks before the coming one
         self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
@@ -117,6 +121,11 @@ class GrindingRun:
             self.programs,
             replace(self.job, parts=tuple(self.conditions)),
         )
+
+    def tell(self, execution: Execution) -> None:
+        """Tell the control what the machine has become by what has happened: it measures wheel and table."""
+        execution.set_wheel_radius(0.5 * self.mount.diameter)
+        execution.set_table(*self.drive)
 
     def take(self, event: Event) -> None:
         """Let an event of the control happen."""
@@ -150,21 +159,25 @@ class GrindingRun:
             self.part.cutting = True
             self.part.find_wheel(self.mount.diameter)
             self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
+            self.mount.pass_time(self.clock(time), self.part.p, loads=True)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
         """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
-            self._change_worn_wheel()
+            self._change_worn_wheel(time)
             self.unloaded_at = self.clock(time)
             self.watch.unload(self.part, stop)
             self.parts.add(self.part.row(self.unloaded_at - self.part.began))
             self.stages.append(tuple(self.part.passed))
             self.unjudged.append(self.part.unjudged)
 
-    def _change_worn_wheel(self) -> None:
-        if self.mount.change_if_worn(self.part.p):
+    def _change_worn_wheel(self, time: float) -> None:
+        p = self.part.p
+        if self.mount.change_if_worn(p):
+            self.mount.pass_time(self.clock(time), p)
             self.part.change_wheel()
             self.delay += self.job.times.wheel_change or 0.0
+            self.mount.pass_time(self.clock(time), p)
 
     def let_part_go(self) -> None:
         """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
@@ -187,7 +200,7 @@ class GrindingRun:
         if self._leaving is None:
             if event.code == "M01":
                 self.part.end_stage()
-                self._change_worn_wheel()
+                self._change_worn_wheel(event.time)
                 self.mount.gauge()
             elif self.part.cutting and event.reciprocating:
                 self._leaving = event
@@ -221,12 +234,24 @@ class GrindingRun:
         self.part.take_up(self.running.setup)
         self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(self.part, plan)
+        if self.job.process.before is not None:
+            self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
+        self.mount.pass_time(self.clock(event.time), self.part.p)
+        self._begin_block(event.time, plan)
+        self._begun += 1
         self._line = plan.line
         self.blocks[plan.line], self.cycles[plan.line] = plan.block, plan
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
         self.axis = plan.axis
+
+    def _begin_block(self, time: float, plan: CyclePlan) -> None:
+        """A cycle block begins: what its process makes of wheel and table, the latter told by `tell`."""
+        if self.job.process.before is not None:
+            part = self.part.job.part
+            moment = Moment(float(self._begun), self.clock(time), part.start + 0.5 * part.length, plan.feed)
+            self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
     def _start_dress(self, event: DressStart) -> None:
         self.dressing.begin(event)
@@ -248,9 +273,11 @@ class GrindingRun:
         removed = 0.0
         if not self._misses(number):
             self.watch.cuts.dress(self._line, plan)
+            self.mount.pass_time(self.clock(began), self.part.p)
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
+        self.mount.pass_time(self.clock(event.time), self.part.p)
         self.part.dress(plan.seconds, removed)
         ds = self.mount.diameter
         row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
@@ -270,7 +297,8 @@ class GrindingRun:
     def _strokes(self, event: CycleStrokes, number: int) -> None:
         """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
-        self._take_up_running(event.plan.line)
+        if self._take_up_running(event.plan.line):
+            self._begin_block(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
         dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
         misses = bool(event.dresses) and plan.program is not None and self._misses(plan.program)
@@ -288,7 +316,7 @@ class GrindingRun:
         self.watch.way.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
-        wheel, dressed, plunged = part.grind(before, rows, event.ends(0), event.turns, edges, effective, dress)
+        dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, self.mount, effective, dress)
         if misses:
             dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
             for _ in due:
@@ -301,30 +329,35 @@ class GrindingRun:
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
             self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
-        self._add(rows, wheel, plunged.tobytes(), stalls)
-        self.mount.wheel = wheel
+        self._add(rows, plunged.tobytes(), stalls)
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
         self.position = event.end
 
-    def _take_up_running(self, line: int) -> None:
-        """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now."""
+    def _take_up_running(self, line: int) -> bool:
+        """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now.
+
+        Returns:
+            Whether that is otherwise than before.
+        """
         fault = self.running.fault
         if fault is not None:
             raise GrindingError(f"{self.programs.name}:{line}: {fault}")
-        self.part.take_up(self.running.setup)
         self.watch.runs(line, self.running, self.mount.diameter)
+        return self.part.take_up(self.running.setup)
 
-    def _add(self, rows: Table, wheel: WheelState, plunged: bytes, stalls: bool) -> None:
+    def _add(self, rows: Table, plunged: bytes, stalls: bool) -> None:
         """Strokes or an infeed have been made; if the spindle stalls in them, what comes after is later.
 
         `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
         a job is 1e300.
         """
-        if not (math.isfinite(sum(wheel)) and np.isfinite(numbers_of(rows)).all()):
+        if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(numbers_of(rows)).all()):
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.overloaded:
             self.watch.overload.add(rows, self.part.p)
-        self.delay += self.part.p.stall_time if stalls else 0.0
+        if stalls:
+            self.delay += self.part.p.stall_time
+            self.mount.lived += self.part.p.stall_time
         self.strokes.extend(rows)
         self.plunged += plunged
 
@@ -335,15 +368,19 @@ class GrindingRun:
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
         before, had_stalled = self.mount.present(self.part.p), self.part.stalled
-        wheel, done = self.part.infeed(before, event)
+        self.mount.pass_time(self.clock(event.begin), self.part.p)
+        if self.job.setup.grooving_wheel:
+            self.mount.wheel = before
+        done = self.part.infeed(self.mount, event)
+        self.mount.lived = self.clock(event.finish)
+        wheel = self.mount.present(self.part.p)
         Z = infeed_depth(event, self.part.job.part.surface)
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
         stalls = self.part.stalled and not had_stalled
-        self._add(np.array([row], STROKE_ROW), wheel, bytes([done.plunged]), stalls)
+        self._add(np.array([row], STROKE_ROW), bytes([done.plunged]), stalls)
         if self.job.setup.grooving_wheel:
-            self.mount.wheel = wheel
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
 
 

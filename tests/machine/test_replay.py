@@ -107,10 +107,10 @@ def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "
     control = simulation.job.control
     assert not control.whole_cycles
     run, execution = GrindingRun(programs, simulation.job, control, ()), execute(programs, control)
-    execution.set_wheel_radius(0.5 * run.mount.diameter)
+    run.tell(execution)
     for event in execution:
         run.take(event)
-        execution.set_wheel_radius(0.5 * run.mount.diameter)
+        run.tell(execution)
     return run
 
 

@@ -131,10 +131,10 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Programs, Job]
 def ground(programs: Programs, job: Job) -> GrindingRun:
     """The machine after the program, told every stroke."""
     run, execution = GrindingRun(programs, job, job.control, ()), execute(programs, job.control)
-    execution.set_wheel_radius(0.5 * run.mount.diameter)
+    run.tell(execution)
     for event in execution:
         run.take(event)
-        execution.set_wheel_radius(0.5 * run.mount.diameter)
+        run.tell(execution)
     return run
 
 

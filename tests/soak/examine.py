@@ -187,10 +187,10 @@ def _stepped(programs: Programs, job: Job) -> GrindingRecord | GrindError:
     """The record of a run in which the control announces every stroke."""
     try:
         run, execution = GrindingRun(programs, job, job.control, job.parts), execute(programs, job.control)
-        execution.set_wheel_radius(0.5 * run.mount.diameter)
+        run.tell(execution)
         for event in execution:
             run.take(event)
-            execution.set_wheel_radius(0.5 * run.mount.diameter)
+            run.tell(execution)
         return run.record()
     except GrindError as error:
         return error

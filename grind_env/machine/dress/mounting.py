@@ -22,7 +22,6 @@ class Mount:
         changes: how often a new one has been put in its place.
         own: what the process remembers, shape (1, fields of its `own`).
         lived: time of the job up to which that is as it is, s.
-        blocks: cycle blocks that have begun.
     """
 
     def __init__(self, job: Job) -> None:
@@ -31,7 +30,7 @@ class Mount:
         self.changes = 0
         self._plan: DressPlan | None = None  # of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
-        self.own, self.lived, self.blocks = self._row[:, OWN_FROM:], 0.0, 0
+        self.own, self.lived = self._row[:, OWN_FROM:], 0.0
 
     @property
     def diameter(self) -> float:
@@ -53,13 +52,9 @@ class Mount:
             entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
         self.lived = time
 
-    def begin(self, seconds: float, E: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
-        """A cycle block begins at a time of the job, s, with some mm/min: what then holds in it."""
-        part, dwell = self.job.part, self.job.control.reversal_dwell
-        if self.job.process.before is None:
-            return p, Drive(1.0, dwell)
+    def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
+        """A cycle block begins, with parameters and the reversal dwell of the control, s: what then holds in it."""
         self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
-        moment = Moment(float(self.blocks), seconds, part.start + 0.5 * part.length, E)
         drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
         self.wheel = WheelState(*self._row[0, :OWN_FROM].tolist())
         return StrokeParameters(*parameters[0].tolist()), drive

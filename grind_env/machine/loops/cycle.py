@@ -126,14 +126,15 @@ def acts_of(process: Process) -> Acts:
 
 @functools.cache
 def idle_of(process: Process) -> Callable[..., Any]:
-    """Compiled `idle` of a process, with times as they are; it changes nothing where there is none."""
+    """Compiled `idle` of a process, with times as they are; it changes nothing where there is none, and in no time."""
     if process.idle is None:
         return _unchanged
     pass_time = process.idle
 
     @inlined
     def idle(own: Any, p: StrokeParameters, seconds: float, loads: bool) -> Any:
-        return pass_time(own, p, whole_ms(seconds), loads)
+        passed = whole_ms(seconds)
+        return pass_time(own, p, passed, loads) if passed > 0.0 or loads else own
 
     return idle
 

@@ -20,9 +20,10 @@ import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.loops.strips import Strips, grind_strips
+from grind_env.machine.dress.mounting import Mount
+from grind_env.machine.loops.strips import Strips, strips_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult
 
 PLACE_DECIMALS = 6
 """Decimals, mm, to which the coordinates of two infeeds of one groove agree."""
@@ -68,18 +69,16 @@ class Grooves:
         """In the order in which they were begun."""
         return iter(self._grooves.values())
 
-    def grind(
-        self, wheel: WheelState, event: Infeed, p: StrokeParameters
-    ) -> tuple[WheelState, StrokeResult, float] | None:
+    def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> tuple[StrokeResult, float] | None:
         """One infeed of the wheel.
 
         Args:
-            wheel: state before the infeed.
+            mount: the wheel, and what its process remembers; updated.
             event: the infeed.
             p: parameters.
 
         Returns:
-            The wheel after it, the cut, and the engaged width in mm; None if it goes no deeper than before.
+            The cut, and the engaged width in mm; None if it goes no deeper than before.
         """
         Z, direction = infeed_depth(event, self.surface), _direction(event)
         place = tuple(round(x, PLACE_DECIMALS) for axis, x in enumerate(event.end) if axis != event.axis)
@@ -90,11 +89,11 @@ class Grooves:
         self._grooves[direction, place] = groove
         vw = self.length * event.feed / 60.0 / deeper
         width = self._engaged(direction, place, Z)
-        after, stroke, b, _ = grind_strips(
-            wheel, groove.S, groove.Rs, groove.reached, 0, 1, Z, vw, width, self.length, p, Z
-        )
+        surface = groove.S, groove.Rs, groove.reached, 0, 1
+        lies, before = (Z, vw, width, self.length, p, Z, mount.own, event.seconds), mount.present(p)
+        mount.wheel, stroke, b, _ = strips_of(mount.job.process)(before, *surface, *lies)
         groove.plunges.append((Z, stroke.T))
-        return after, stroke, b
+        return stroke, b
 
     def _engaged(self, direction: Direction, place: Place, Z: float) -> float:
         """Width that the wheel cuts at depth `Z`, mm: all but what the nearest groove so deep has cut before."""

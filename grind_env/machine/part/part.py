@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.compiled import count_dress, count_stroke, judge
@@ -20,12 +21,12 @@ from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import Grooves
-from grind_env.machine.part.passes import Dressed, Way, grind_passes
+from grind_env.machine.part.passes import Dressed, Way, passes_of
 from grind_env.machine.part.rows import numbers_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeResult, WheelState
+from grind_env.process.state import StrokeParameters, StrokeResult
 
 SLOWED = 1.001
 """Torque over that at the power limit from which on a spindle has slowed by what can be told."""
@@ -71,7 +72,7 @@ class PartRun:
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
         self._new_wheel = new_wheel
-        self.p = conditions.parameters(job.parameters, new_wheel=new_wheel)
+        self.p = self.nominal
         self.cutting = False
         self.deepest = 0.0
         self.passed: list[tuple[str, ...]] = []
@@ -90,42 +91,47 @@ class PartRun:
         self._left, self._excess = math.inf, 0.0  # of the tally when nothing is left of the wheel, and beyond it, mm3
 
     @property
+    def nominal(self) -> StrokeParameters:
+        """The parameters of the part, but for what the process makes of them before each cycle block."""
+        return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
+
+    @property
     def strokes(self) -> int:
         """Of the table so far, those beside the part among them."""
         return int(self.tally.strokes) - self.infeeds
 
     def grind(
         self,
-        wheel: WheelState,
         rows: Table,
         first_ends: Ends,
         ends: Ends,
         edges: Strips,
+        mount: Mount,
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
-    ) -> tuple[WheelState, Table, NDArray[np.bool_]]:
+    ) -> tuple[Table, NDArray[np.bool_]]:
         """Pass over the part once or many times, with dresses between.
 
         Args:
-            wheel: state before the strokes.
             rows: of the strokes, dtype `record.STROKE_ROW`, with time, seconds, E and Z; what they do is written.
             first_ends: reversal points between which the table moves in the first one, mm.
             ends: those of the others.
             edges: cross coordinate of the wheel's edge on the minus side in each, mm.
+            mount: the wheel, and what its process remembers; updated.
             due: after how many strokes each dress falls due.
             dress: what each of them does.
 
         Returns:
-            The wheel after them, the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone
-            deeper than any before it at some place of its own.
+            The dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any before
+            it at some place of its own.
         """
         first, last = self._under(edges)
         first_way = self._way(first_ends)
         later_way = self._way(ends) if rows.size > 1 else first_way
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
-        wheel, self.tally = grind_passes(
-            wheel,
+        mount.wheel, self.tally, mount.lived = passes_of(self.job.process)(
+            mount.present(self.p),
             self._S,
             self._Rs,
             self._reached,
@@ -142,6 +148,8 @@ class PartRun:
             self.job.part.width,
             self.p,
             self.tally,
+            mount.own,
+            mount.lived,
         )
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
@@ -153,7 +161,7 @@ class PartRun:
             for k in np.flatnonzero(over).tolist():
                 if not (later_way if k else first_way).whole:
                     self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(Z[k]))
-        return wheel, dressed, plunged
+        return dressed, plunged
 
     def _way(self, ends: Ends) -> Way:
         """What the table passes over between two reversal points."""
@@ -188,24 +196,24 @@ class PartRun:
         """The first strip under a wheel, or under each of many, whose edge lies there, and the one after the last."""
         return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
-    def infeed(self, wheel: WheelState, event: Infeed) -> tuple[WheelState, Pass]:
+    def infeed(self, mount: Mount, event: Infeed) -> Pass:
         """Infeed into a groove, with the wheel if the job says that it does the grooving.
 
         Args:
-            wheel: state before the infeed.
+            mount: the wheel, and what its process remembers; updated if it cuts.
             event: the infeed.
 
         Returns:
-            The wheel after it, and the cut: an idle one of a turning tool, above the surface or in the air.
+            The cut: an idle one of a turning tool, above the surface or in the air.
         """
         self.infeeds += 1
         grinds = self.job.setup.grooving_wheel and not self.stalled
-        cut = self._grooves.grind(wheel, event, self.p) if grinds else None
+        before = mount.present(self.p)
+        cut = self._grooves.grind(mount, event, self.p) if grinds else None
         if cut is None:
-            return wheel, self._counted(Pass(IDLE, 0.0, 0.0, plunged=False), event.seconds)
-        self._wear = wheel.W
-        wheel, stroke, b = cut
-        return wheel, self._counted(Pass(stroke, b, self._grooves.length, plunged=True), event.seconds)
+            return self._counted(Pass(IDLE, 0.0, 0.0, plunged=False), event.seconds)
+        self._wear = before.W
+        return self._counted(Pass(*cut, self._grooves.length, plunged=True), event.seconds)
 
     def _counted(self, done: Pass, seconds: float) -> Pass:
         self.tally = count_stroke(self.tally, done.stroke, seconds, done.plunged, self.p.stall_time)
@@ -241,7 +249,7 @@ class PartRun:
     def change_wheel(self) -> None:
         """Go on with a new wheel."""
         self._new_wheel = True
-        self.p = self.conditions.parameters(self.job.parameters, new_wheel=True)
+        self.p = self.nominal
 
     def find_wheel(self, diameter: float) -> None:
         """A part or a cycle begins with a wheel of that diameter, mm: no more can come off than is left of it."""
@@ -256,11 +264,13 @@ class PartRun:
         """How much of that there never was, mm3."""
         return self._excess + max(self._off() - self._left, 0.0)
 
-    def take_up(self, setup: Setup) -> None:
-        """Go on with another set-up."""
-        if setup is not self.job.setup:
-            self.job = replace(self.job, setup=setup)
-            self.p = self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
+    def take_up(self, setup: Setup) -> bool:
+        """Go on with a set-up; whether it is another one."""
+        if setup is self.job.setup:
+            return False
+        self.job = replace(self.job, setup=setup)
+        self.p = self.nominal
+        return True
 
     def dress(self, seconds: float, removed: float) -> None:
         """Count a dress execution of some s that took `removed` mm3 off the wheel."""
