@@ -40,9 +40,8 @@ def measured_size(size_error: float, z: float) -> float:
 
 
 @inlined
-def measured_roughness(roughness: float, limit: float, z: float) -> float:
-    """A reading of the roughness gauge over the limit (both um); 0 if there is none."""
-    ratio = roughness / limit if limit > 0.0 else 0.0
+def measured_roughness(ratio: float, z: float) -> float:
+    """A reading of the roughness gauge over the limit."""
     return ratio * (1.0 + ROUGHNESS_NOISE * z)
 
 

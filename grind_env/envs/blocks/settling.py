@@ -1,29 +1,17 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
-from typing import NamedTuple
-
 from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.observations import (
-    GAUGE_EVERY,
-    gauged_diameter,
-    measured_power,
-    measured_roughness,
-    measured_size,
-)
+from grind_env.envs.gauge import Shown
+from grind_env.envs.observations import GAUGE_EVERY
 from grind_env.kernel import inlined
+from grind_env.kernel.columns import replacer
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival, volume_left
 from grind_env.process.state import StrokeParameters, WheelState
 
-
-class PowerReadings(NamedTuple):
-    """The power readings that the shop floor remembers of a block, W."""
-
-    mean: float
-    first: float
-    peak: float
+with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")
 
 
 @inlined
@@ -58,21 +46,18 @@ def handover_of(wheel: WheelState, lead: float, shop: Shop, p: StrokeParameters)
 
 
 @inlined
-def booked_diameter(
-    wheel: WheelState, row: TapeRow, shop: Shop, old: ShopMemory, off: float, gauged: bool, change: float
-) -> float:
+def booked_diameter(shown: Shown, shop: Shop, old: ShopMemory, off: float, gauged: bool, change: float) -> float:
     """The diameter in the shop's book after a block, mm.
 
     Args:
-        wheel: after it.
-        row: of the tape.
+        shown: after it.
         shop: numbers of the task.
         old: what was remembered before it.
         off: what its dresses have taken off the diameter, mm.
         gauged: whether the wear is known before the next block.
         change: 1 if the wheel is changed after the block.
     """
-    known = gauged_diameter(wheel.ds, row.wheel_noise) if gauged else old.diameter - off
+    known = shown.diameter if gauged else old.diameter - off
     return shop.new_diameter if change > 0.0 else known
 
 
@@ -143,25 +128,48 @@ def outcome_of(
 
 
 @inlined
-def power_readings(row: TapeRow, result: Tally, change: float) -> PowerReadings:
-    """The power readings of a block, after which the wheel is perhaps changed (1)."""
+def truth_of(result: Tally, outcome: Outcome, diameter: float) -> Shown:
+    """What meter and gauges ought to show after a block, of the wheel its diameter, mm."""
+    return Shown(
+        mean_power=mean_last_power(result),
+        first_power=mean_first_power(result),
+        peak_power=result.peak_load,
+        size_error=outcome.size_error,
+        roughness=outcome.roughness_ratio,
+        diameter=diameter,
+    )
+
+
+@inlined
+def noise_of(row: TapeRow) -> Shown:
+    """The noise of what they show after a block."""
+    return Shown(
+        mean_power=row.mean_noise,
+        first_power=row.first_noise,
+        peak_power=row.peak_noise,
+        size_error=row.size_noise,
+        roughness=row.roughness_noise,
+        diameter=row.wheel_noise,
+    )
+
+
+@inlined
+def legible(shown: Shown, result: Tally, change: float) -> Shown:
+    """What of it is read: no power where there is none to be read, or the wheel is changed (1) after the block."""
     # of a new wheel nothing is known yet
-    mean = 0.0
-    if result.last_count > 0.0 and change == 0.0:
-        mean = measured_power(mean_last_power(result), row.mean_noise)
-    first = measured_power(mean_first_power(result), row.first_noise) if result.first_count > 0.0 else 0.0
+    mean = shown.mean_power if result.last_count > 0.0 and change == 0.0 else 0.0
+    first = shown.first_power if result.first_count > 0.0 else 0.0
     # nor is there a peak where the wheel has only passed above a part on which the spindle had stalled
-    peak = measured_power(result.peak_load, row.peak_noise) if result.peak_load > 0.0 else 0.0
-    return PowerReadings(mean=mean, first=first, peak=peak)
+    peak = shown.peak_power if result.peak_load > 0.0 else 0.0
+    return with_powers(shown, (mean, first, peak))
 
 
 @inlined
 def remembered(
     kind: KindRow,
-    row: TapeRow,
     result: Tally,
     old: ShopMemory,
-    powers: PowerReadings,
+    shown: Shown,
     outcome: Outcome,
     good: float,
     change: float,
@@ -173,18 +181,18 @@ def remembered(
 ) -> ShopMemory:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
-    `powers` are its readings, `volume` is what has been ground since the last dress of the block, mm3/mm, and
+    `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
     `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and
     what came of it.
     """
     ends = kind.ends_part > 0.0
-    size_error = measured_size(outcome.size_error, row.size_noise) if ends else old.size_error
+    size_error = shown.size_error if ends else old.size_error
     known = ends and old.gauged >= 0.0
     roughness = old.gauged if known else old.roughness
     since_gauged = 1.0 if known else old.since_gauged + outcome.finished
     gauged = -1.0 if ends else old.gauged
     if ends and int(old.parts) % GAUGE_EVERY == 0:
-        gauged = measured_roughness(outcome.roughness, kind.roughness, row.roughness_noise)
+        gauged = shown.roughness
     sharpened = result.dresses + change > 0.0
     stalled = 1.0 if has_stalled(result) else 0.0
     volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
@@ -194,9 +202,9 @@ def remembered(
         executions=D,
         pick=kind.pick,
         width=kind.width,
-        mean_power=powers.mean,
-        first_power=powers.first,
-        peak_power=powers.peak,
+        mean_power=shown.mean_power,
+        first_power=shown.first_power,
+        peak_power=shown.peak_power,
         size_error=size_error,
         roughness=roughness,
         gauged=gauged,

@@ -1,5 +1,7 @@
 """The step of G82 blocks: cycle parameters from E and D, the block kernel, and what `settling` says of it."""
 
+import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,9 +14,11 @@ from grind_env.envs.blocks.settling import (
     counted_rise,
     good_so_far,
     handover_of,
+    legible,
+    noise_of,
     outcome_of,
-    power_readings,
     remembered,
+    truth_of,
 )
 from grind_env.envs.blocks.tables import (
     FOUND,
@@ -28,12 +32,16 @@ from grind_env.envs.blocks.tables import (
     write_outcome,
 )
 from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow, read_row
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_writer
-from grind_env.machine.loops.batch import NO_MOTIONS, PLUNGES, longest_plunges
+from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import PartState, Stroking, dress_lead
+from grind_env.machine.loops.loops import loops_of
 from grind_env.machine.loops.rows import (
+    OWN_FROM,
     RULES_FROM,
     read_parameters,
     read_part,
@@ -45,9 +53,11 @@ from grind_env.machine.loops.rows import (
     write_wheel,
 )
 from grind_env.machine.loops.rules import motion_time
+from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.cost import STALL
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import Drive, Moment, Process, joined
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -58,7 +68,6 @@ PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTO
 CHANGES = ShopMemory._fields.index("wheel_changes")
 TORQUE = Tally._fields.index("peak_torque")
 NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
-grind_plunges = PLUNGES.lanes
 write_plunge = column_writer(PlungeCycle, RULES_FROM)
 
 
@@ -85,7 +94,7 @@ class EpisodeArrays(NamedTuple):
     block: Any
     """Number of the coming block, shape (N,), int64."""
     wheels: Any
-    """Shape (N, fields of `WheelState`)."""
+    """Shape (N, fields of `WheelState`, of the `own` of the process, and of that of the gauge)."""
     parts: Any
     """Shape (N, fields of `PartState`)."""
     memory: Any
@@ -105,16 +114,17 @@ class Choices(NamedTuple):
 
 @inlined
 def stroking_of(
-    kind: KindRow, shop: Shop, E: float, seconds: float, start: float, target: float, finish: float
+    kind: KindRow, shop: Shop, E: float, seconds: float, waited: float, start: float, target: float, finish: float
 ) -> Stroking:
     """Strokes of some seconds at E (mm/min), from depth `start` to `target` on a part that is to come to `finish`.
 
-    All three are mm.
+    All three are mm. So many s are `waited` before the first one.
     """
     return Stroking(
         speed=E / 60.0,
-        first_seconds=seconds,
+        first_seconds=seconds + waited,
         stroke_seconds=seconds,
+        set_out=seconds,
         start=start,
         surface=0.0,
         bottom=start + (target - start),
@@ -132,10 +142,11 @@ def stroking_of(
 
 
 @inlined
-def block_stroking(kind: KindRow, shop: Shop, E: float, start: float, target: float) -> Stroking:
+def block_stroking(kind: KindRow, shop: Shop, drive: Drive, E: float, start: float, target: float) -> Stroking:
     """The strokes of a block at E (mm/min), from one depth to that of the block, mm."""
-    seconds = motion_time(kind.stroke, E / 60.0, shop.acceleration) + shop.dwell
-    return stroking_of(kind, shop, E, seconds, start, target, target)
+    reached = drive.share * E
+    seconds = motion_time(kind.stroke, reached / 60.0, shop.acceleration) + drive.dwell
+    return stroking_of(kind, shop, reached, seconds, 0.0, start, target, target)
 
 
 @inlined
@@ -152,21 +163,77 @@ def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, b
         parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block, column]
 
 
-@inlined
-def begin_block(i: int, tables: Any, episodes: Any, shop: Shop, results: Any) -> tuple[KindRow, TapeRow]:
-    """Load or gauge the part of episode i and write its parameters: kind and tape of its block."""
-    row, old = read_row(episodes.tape[i], episodes.block[i]), read_memory(episodes.memory, i)
-    number = row_of(row, shop)
-    kind = read_kind(tables.kinds, number)
-    changed = old.wheel_changes > 0.0
-    write_factored(tables.parameters, i, tables.base, number, episodes.tape, episodes.block[i], changed)
-    episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
-    # the part is touched off or gauged before every block: wear of the wheel up to now is known
-    episodes.wheels[i, WEAR] = 0.0
-    results[i, TORQUE] = 0.0 if kind.starts_part > 0.0 else old.stalled * STALL
-    if kind.starts_part > 0.0:
-        write_part(episodes.parts, i, NEW_PART)
-    return kind, row
+class Floor(NamedTuple):
+    """How a block begins and ends: compiled functions."""
+
+    begin: Callable[..., tuple[KindRow, TapeRow, Drive]]
+    """`begin(i, tables, episodes, shop, E, results)`: loads or gauges the part of episode i and writes its parameters;
+    gives kind and tape of its block, and what the table makes of E, mm/min."""
+    settle: Callable[..., None]
+    """`settle(i, tables, episodes, choices, shop, results, outcomes)`: writes what the block of episode i has cost and
+    shown, and goes on to the next one."""
+
+
+@functools.cache
+def floor_of(process: Process, gauge: Gauge) -> Floor:
+    """How blocks begin and end with what grinds them and what is measured of them."""
+    (pass_time, before), read, own = shift_of(process), gauge.read, joined(process.own, gauge.own)
+    read_own, write_own = column_reader(own, OWN_FROM), column_writer(own, OWN_FROM)
+
+    @inlined
+    def begin(i: int, tables: Any, episodes: Any, shop: Shop, E: float, results: Any) -> tuple[KindRow, TapeRow, Drive]:
+        row, old = read_row(episodes.tape[i], episodes.block[i]), read_memory(episodes.memory, i)
+        variant = row_of(row, shop)
+        kind = read_kind(tables.kinds, variant)
+        changed = old.wheel_changes > 0.0
+        write_factored(tables.parameters, i, tables.base, variant, episodes.tape, episodes.block[i], changed)
+        episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
+        # the part is touched off or gauged before every block: wear of the wheel up to now is known
+        episodes.wheels[i, WEAR] = 0.0
+        results[i, TORQUE] = 0.0 if kind.starts_part > 0.0 else old.stalled * STALL
+        if kind.starts_part > 0.0:
+            write_part(episodes.parts, i, NEW_PART)
+        starts = kind.starts_part > 0.0
+        pass_time(episodes.wheels, tables.parameters, i, kind.load, starts)
+        number, seconds = float(episodes.block[i]), old.clock + kind.load
+        moment = Moment(number=number, seconds=seconds, place=0.5 * kind.length, E=E)
+        return kind, row, before(episodes.wheels, tables.parameters, i, shop.dwell, moment)
+
+    @inlined
+    def settle(i: int, tables: Any, episodes: Any, choices: Choices, shop: Shop, results: Any, outcomes: Any) -> None:
+        block, tape = episodes.block, episodes.tape
+        row, old = read_row(tape[i], block[i]), read_memory(episodes.memory, i)
+        kind = read_kind(tables.kinds, row_of(row, shop))
+        wheel, part, result = read_wheel(episodes.wheels, i), read_part(episodes.parts, i), read_tally(results, i)
+        p = read_parameters(tables.parameters, i)
+        lead = dress_lead(wheel, shop.dress_feed, p)
+        change = 1.0 if wheel.ds < shop.least_diameter else 0.0
+        if change > 0.0:
+            wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
+            write_wheel(episodes.wheels, i, wheel)
+            pass_time(episodes.wheels, tables.parameters, i, shop.change_seconds, False)
+        handover = 0.0
+        if block[i] + 1 == tape.shape[1]:
+            handover = handover_of(wheel, lead, shop, p)
+        size_error = 1000.0 * (read_stroking(tables.cycles, i).finish - part.S)
+        good = good_so_far(kind, part, result, size_error, old)
+        rise = counted_rise(kind, result)
+        outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, change, handover)
+        write_outcome(outcomes, i, outcome)
+        truth, clock = truth_of(result, outcome, wheel.ds), old.clock + outcome.seconds
+        shown, own = read(truth, read_own(episodes.wheels, i), clock, noise_of(row))
+        write_own(episodes.wheels, i, own)
+        shown = legible(shown, result, change)
+        E, D, pre_dress = choices.speeds[i], choices.executions[i], choices.pre_dresses[i]
+        # the executions stand evenly in the depth: an equal share of it is ground after the last one
+        volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
+        # the next block begins with touching off or gauging
+        diameter = booked_diameter(shown, shop, old, 0.0, True, change)
+        new = remembered(kind, result, old, shown, outcome, good, change, E, D, pre_dress, volume, diameter)
+        write_memory(episodes.memory, i, new)
+        block[i] += 1
+
+    return Floor(begin, settle)
 
 
 @inlined
@@ -175,77 +242,51 @@ def row_of(row: TapeRow, shop: Shop) -> int:
     return int(row.kind) * int(shop.materials) + int(row.material)
 
 
-@entry
-def prepare(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
-    """Write the cycles of the coming blocks; as `Work.prepare`.
+@functools.cache
+def blocks_step(process: Process, gauge: Gauge) -> Callable[..., None]:
+    """The compiled step of G82 blocks."""
+    (begin, settle_one), grind_plunges = floor_of(process, gauge), loops_of(COURSES["G82"], process).lanes
 
-    The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
-    pick less than there are depths, and one spark-out stroke more follows its last cut.
-    """
-    shop = read_shop(tables.shops, 0)
-    for i in active:
-        kind, row = begin_block(i, tables, episodes, shop, results)
-        surface = read_part(episodes.parts, i).Z
-        target = surface + row.stock
-        start = min(surface + kind.pick, target)
-        cycle = PlungeCycle(
-            depth=target - start,
-            primary_pick=kind.pick,
-            secondary_pick=kind.pick,
-            at_depth=kind.sparkout + 2.0,
-            executions=choices.executions[i],
-            pre_dress=choices.pre_dresses[i],
+    @entry
+    def prepare(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Write the cycles of the coming blocks; as `Work.prepare`.
+
+        The wheel is set to the first depth before the first stroke, off the part, so the cycle itself makes one
+        pick less than there are depths, and one spark-out stroke more follows its last cut.
+        """
+        shop = read_shop(tables.shops, 0)
+        for i in active:
+            kind, row, drive = begin(i, tables, episodes, shop, choices.speeds[i], results)
+            surface = read_part(episodes.parts, i).Z
+            target = surface + row.stock
+            start = min(surface + kind.pick, target)
+            cycle = PlungeCycle(
+                depth=target - start,
+                primary_pick=kind.pick,
+                secondary_pick=kind.pick,
+                at_depth=kind.sparkout + 2.0,
+                executions=choices.executions[i],
+                pre_dress=choices.pre_dresses[i],
+            )
+            write_stroking(tables.cycles, i, block_stroking(kind, shop, drive, choices.speeds[i], start, target))
+            write_plunge(tables.cycles, i, cycle)
+
+    @entry
+    def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Run the cycles; as `Work.grind`."""
+        order = np.empty(active.size, np.int64)
+        longest_plunges(tables.cycles, active, order)
+        grind_plunges(
+            tables.cycles, tables.parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1
         )
-        write_stroking(tables.cycles, i, block_stroking(kind, shop, choices.speeds[i], start, target))
-        write_plunge(tables.cycles, i, cycle)
 
+    @entry
+    def settle(
+        tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+    ) -> None:
+        """Write what the blocks that were run have cost and shown; as `Work.settle`."""
+        shop = read_shop(tables.shops, 0)
+        for i in active:
+            settle_one(i, tables, episodes, choices, shop, results, outcomes)
 
-@entry
-def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
-    """Run the cycles; as `Work.grind`."""
-    order = np.empty(active.size, np.int64)
-    longest_plunges(tables.cycles, active, order)
-    grind_plunges(tables.cycles, tables.parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1)
-
-
-@inlined
-def settle_block(i: int, tables: Any, episodes: Any, choices: Choices, shop: Shop, results: Any, outcomes: Any) -> None:
-    """Write what the block of episode i has cost and shown, and go on to the next one."""
-    block, tape = episodes.block, episodes.tape
-    row, old = read_row(tape[i], block[i]), read_memory(episodes.memory, i)
-    kind = read_kind(tables.kinds, row_of(row, shop))
-    wheel, part, result = read_wheel(episodes.wheels, i), read_part(episodes.parts, i), read_tally(results, i)
-    p = read_parameters(tables.parameters, i)
-    lead = dress_lead(wheel, shop.dress_feed, p)
-    change = 1.0 if wheel.ds < shop.least_diameter else 0.0
-    if change > 0.0:
-        wheel = dressed_wheel(shop.new_diameter, wheel.wd, lead, shop.dress_depth, p)
-        write_wheel(episodes.wheels, i, wheel)
-    handover = 0.0
-    if block[i] + 1 == tape.shape[1]:
-        handover = handover_of(wheel, lead, shop, p)
-    size_error = 1000.0 * (read_stroking(tables.cycles, i).finish - part.S)
-    good = good_so_far(kind, part, result, size_error, old)
-    rise = counted_rise(kind, result)
-    outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, change, handover)
-    write_outcome(outcomes, i, outcome)
-    powers = power_readings(row, result, change)
-    E, D, pre_dress = choices.speeds[i], choices.executions[i], choices.pre_dresses[i]
-    # the executions stand evenly in the depth: an equal share of it is ground after the last one
-    volume = row.gauged * kind.length / (result.dresses - pre_dress + 1.0)
-    # the next block begins with touching off or gauging
-    diameter = booked_diameter(wheel, row, shop, old, 0.0, True, change)
-    new = remembered(kind, row, result, old, powers, outcome, good, change, E, D, pre_dress, volume, diameter)
-    write_memory(episodes.memory, i, new)
-    block[i] += 1
-
-
-@entry
-def settle(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any) -> None:
-    """Write what the blocks that were run have cost and shown; as `Work.settle`."""
-    shop = read_shop(tables.shops, 0)
-    for i in active:
-        settle_block(i, tables, episodes, choices, shop, results, outcomes)
-
-
-step_blocks = step_of(Work(Tables, EpisodeArrays, Choices, prepare, grind, settle))
+    return step_of(Work(Tables, EpisodeArrays, Choices, prepare, grind, settle))

@@ -16,7 +16,7 @@ from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.step import Found, settle_jobs
 from grind_env.envs.job.tape import NEW_LOT
-from grind_env.envs.observations import gauged_diameter, measured_roughness
+from grind_env.envs.observations import gauged_diameter
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import D, E
 
@@ -133,4 +133,5 @@ class MeasuredEpisode:
             episodes.tape[0, self.block, NEW_LOT] = 1.0
 
     def _roughness(self, Ra: float) -> float:
-        return float(measured_roughness(Ra, self.simulation.job.limits.roughness, 0.0))
+        limit = self.simulation.job.limits.roughness
+        return Ra / limit if limit > 0.0 else 0.0
