@@ -4,20 +4,18 @@ from collections.abc import Sequence
 
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
 from grind_env.envs.blocks.requests import REQUEST
-from grind_env.envs.blocks.tables import KindRow, Shop, kind_row
+from grind_env.envs.blocks.tables import KindRow, kind_row
 from grind_env.envs.infeed.infeed import Infeed, segments
 from grind_env.envs.infeed.step import infeed_of
 from grind_env.envs.tasks import Task
-
-NO_DRESS = Shop(*[0.0] * len(Shop._fields))
-"""A shop without numbers. To look up those of a dress (`rows.shop_row`) would take longer than the step itself."""
 
 
 def infeed_of_block(task: Task, block: CycleBlock) -> Infeed:
     """The infeed of a block as the compiled step has it."""
     machine, kind = task.machine, KindRow(*map(float, kind_row(task, block.kind)))
-    shop = NO_DRESS._replace(acceleration=machine.acceleration, dwell=machine.reversal_dwell)
-    return infeed_of(kind, block.stock, block.speed, float(block.executions), shop, task.infeed / 60.0)
+    dwell, requests = machine.reversal_dwell, float(block.executions)
+    infeed = infeed_of(kind, block.stock, block.speed, dwell, requests, machine.acceleration, task.infeed / 60.0)
+    return infeed if block.stroke is None else infeed._replace(travel=block.stroke[0], dwell=block.stroke[1])
 
 
 def block_text(task: Task, block: CycleBlock) -> str:

@@ -1,12 +1,21 @@
 """The step of `grind/Job-v0`: a block of a script, and what has come of it."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.blocks.settling import booked_diameter, counted_rise, outcome_of, power_readings, remembered
-from grind_env.envs.blocks.step import CHANGES, NEW_PART, write_factored
+from grind_env.envs.blocks.settling import (
+    booked_diameter,
+    counted_rise,
+    legible,
+    noise_of,
+    outcome_of,
+    remembered,
+    truth_of,
+)
+from grind_env.envs.blocks.step import CHANGES, DIAMETER, NEW_PART, write_factored
 from grind_env.envs.blocks.tables import (
     FOUND,
     Shop,
@@ -18,12 +27,14 @@ from grind_env.envs.blocks.tables import (
     write_outcome,
 )
 from grind_env.envs.blocks.tape import TapeRow, read_row
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.loops.cycle import PartState, dress_lead, measured
 from grind_env.machine.loops.rows import (
+    OWN_FROM,
     read_parameters,
     read_part,
     read_tally,
@@ -33,13 +44,15 @@ from grind_env.machine.loops.rows import (
     write_wheel,
     write_zone,
 )
+from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import Way
-from grind_env.machine.script.replay import grind_blocks, grind_zoned_blocks, read_block
+from grind_env.machine.script.replay import read_block, whole_blocks_of, zoned_blocks_of
 from grind_env.machine.script.settings import BlockSettings, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
+from grind_env.process.process import Drive, Moment, Process, joined
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -55,6 +68,8 @@ class Stage(NamedTuple):
     """Time of the program since the last part was taken off, s."""
     gauged: float
     """1 if the wear of the wheel is known, else 0."""
+    rested: float
+    """Time since the last stroke, or since the wheel was changed after it, s."""
 
 
 class Found(NamedTuple):
@@ -73,12 +88,14 @@ class Found(NamedTuple):
 
 
 read_stage, write_stage = column_reader(Stage), column_writer(Stage)
-with_stage, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone")
+with_stage, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone", "rested")
+write_drive = column_writer(Drive)
 read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS = len(Stage._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
 PICK = ShopMemory._fields.index("pick")
+CLOCK = ShopMemory._fields.index("clock")
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 
 
@@ -175,6 +192,8 @@ class JobTables(NamedTuple):
     """Room for the deepest picks, mm, shape (N,)."""
     across: Any
     """Room for whether the wheel stands where a crossover ends, shape (N,)."""
+    drives: Any
+    """Room for what the tables make of their commands, shape (N, fields of `Drive`)."""
 
 
 class JobArrays(NamedTuple):
@@ -204,65 +223,88 @@ class JobChoices(NamedTuple):
     """Shape (N, fields of `BlockSettings`)."""
 
 
-@entry
-def settle_jobs(
-    kinds: Any,
-    shops: Any,
-    episodes: JobArrays,
-    settings: Any,
-    active: Any,
-    tallies: Any,
-    found: Any,
-    outcomes: Any,
-) -> None:
-    """Write what the blocks that were run have cost and shown, and go on to the next ones.
+@functools.cache
+def settle_of(process: Process, gauge: Gauge) -> Callable[..., None]:
+    """What is compiled of blocks that have been run, `settle_jobs`, with what grinds and what is measured."""
+    read, own = gauge.read, joined(process.own, gauge.own)
+    read_own, write_own = column_reader(own, OWN_FROM), column_writer(own, OWN_FROM)
 
-    Args:
-        kinds: of `JobTables`, like the next one.
-        shops: numbers of the job.
-        episodes: their memory and block numbers are updated.
-        settings: of the blocks, shape (N, fields of `BlockSettings`).
-        active: indices of the episodes.
-        tallies: of the blocks, with all their time.
-        found: shape (N, fields of `Found`).
-        outcomes: written.
-    """
-    shop, block = read_shop(shops, 0), episodes.block
-    for i in active:
-        kind, row = read_kind(kinds, block[i]), read_row(episodes.tape[i], place_of(episodes, i))
-        part, tally, old = read_part(episodes.parts, i), read_tally(tallies, i), read_memory(episodes.memory, i)
-        chosen, seen = read_settings(settings, i), read_found(found, i)
-        rise = counted_rise(kind, tally)
-        outcome = outcome_of(
-            kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
-        )
-        write_outcome(outcomes, i, outcome)
-        powers = power_readings(row, tally, seen.change)
-        volume = tally.deepened * kind.length
-        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
-        # the wheel is touched off on the next part
-        wheel = read_wheel(episodes.wheels, i)
-        diameter = booked_diameter(wheel, row, shop, old, off, kind.ends_part > 0.0, seen.change)
-        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
-        new = remembered(kind, row, tally, old, powers, outcome, good, change, E, D, 0.0, volume, diameter)
-        write_memory(episodes.memory, i, new)
-        episodes.memory[i, PICK] = seen.pick
-        block[i] += 1
+    @entry
+    def settle_jobs(
+        kinds: Any,
+        shops: Any,
+        episodes: JobArrays,
+        settings: Any,
+        active: Any,
+        tallies: Any,
+        found: Any,
+        outcomes: Any,
+    ) -> None:
+        """Write what the blocks that were run have cost and shown, and go on to the next ones.
+
+        Args:
+            kinds: of `JobTables`, like the next one.
+            shops: numbers of the job.
+            episodes: their memory and block numbers are updated.
+            settings: of the blocks, shape (N, fields of `BlockSettings`).
+            active: indices of the episodes.
+            tallies: of the blocks, with all their time.
+            found: shape (N, fields of `Found`).
+            outcomes: written.
+        """
+        shop, block = read_shop(shops, 0), episodes.block
+        for i in active:
+            kind, row = read_kind(kinds, block[i]), read_row(episodes.tape[i], place_of(episodes, i))
+            part, tally, old = read_part(episodes.parts, i), read_tally(tallies, i), read_memory(episodes.memory, i)
+            chosen, seen = read_settings(settings, i), read_found(found, i)
+            rise = counted_rise(kind, tally)
+            outcome = outcome_of(
+                kind, row, shop, part, tally, old, seen.size_error, rise, seen.good, seen.change, seen.handover
+            )
+            write_outcome(outcomes, i, outcome)
+            # the wheel is touched off on the next part
+            truth = truth_of(tally, outcome, episodes.wheels[i, DIAMETER])
+            shown, own = read(truth, read_own(episodes.wheels, i), old.clock + outcome.seconds, noise_of(row))
+            write_own(episodes.wheels, i, own)
+            shown = legible(shown, tally, seen.change)
+            volume = tally.deepened * kind.length
+            off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
+            diameter = booked_diameter(shown, shop, old, off, kind.ends_part > 0.0, seen.change)
+            good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
+            new = remembered(kind, tally, old, shown, outcome, good, change, E, D, 0.0, volume, diameter)
+            write_memory(episodes.memory, i, new)
+            episodes.memory[i, PICK] = seen.pick
+            block[i] += 1
+
+    return settle_jobs
 
 
-def work_of(
-    surfaces: str, grind_blocks: Callable[..., None], lay: Callable[..., None], gauge: Callable[..., PartState]
-) -> Work:
-    """The step on parts whose surface is kept in one way.
+class Kept(NamedTuple):
+    """A way to keep the surfaces of parts."""
 
-    Args:
-        surfaces: what of `JobArrays` holds it.
-        grind_blocks: of `machine.replay`.
-        lay: `lay(surfaces, i, zones)`: puts a new part on machine i.
-        gauge: `gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a
-            stock, mm.
-    """
-    kept = JobArrays._fields.index(surfaces)
+    surfaces: str
+    """What of `JobArrays` holds them."""
+    blocks_of: Callable[[Process], Callable[..., None]]
+    """Of `machine.script.replay`."""
+    lay: Callable[..., None]
+    """`lay(surfaces, i, zones)`: puts a new part on machine i."""
+    gauge: Callable[..., PartState]
+    """`gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a stock, mm."""
+
+
+@functools.cache
+def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None]:
+    """The compiled step of a script on parts that the wheel covers in the `whole`, or in zones."""
+    surfaces, blocks_of, lay, gauge_part = KEPT_WHOLE if whole else KEPT_IN_ZONES
+    kept, grind_blocks = JobArrays._fields.index(surfaces), blocks_of(process)
+    (pass_time, before), settle_jobs = shift_of(process), settle_of(process, gauge)
+
+    @inlined
+    def came_and_waited(tables: JobTables, number: int, row: BlockRow, stage: Stage) -> tuple[float, float]:
+        """Time on the way to the first block, and that for which the machine waits for the part to be loaded, s."""
+        came = tables.approach if number == 0 else 0.0
+        gone = tables.approach if number == 0 else stage.gone
+        return came, max(tables.load - gone, 0.0) if row.starts_part > 0.0 else 0.0
 
     @entry
     def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
@@ -278,6 +320,12 @@ def work_of(
             results[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
             changed = episodes.memory[i, CHANGES] > 0.0
             write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place_of(episodes, i), changed)
+            came, waited = came_and_waited(tables, number, row, stage)
+            starts, rested = row.starts_part > 0.0, stage.rested + came + waited
+            pass_time(episodes.wheels, tables.parameters, i, rested, starts)
+            seconds, E = episodes.memory[i, CLOCK] + came + waited, read_settings(choices.settings, i).E
+            moment = Moment(number=float(number), seconds=seconds, place=row.place, E=E)
+            write_drive(tables.drives, i, before(episodes.wheels, tables.parameters, i, row.dwell, moment))
 
     @entry
     def grind(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
@@ -285,6 +333,7 @@ def work_of(
             tables,
             episodes.block,
             choices.settings,
+            tables.drives,
             tables.parameters,
             episodes.wheels,
             episodes[kept],
@@ -304,7 +353,7 @@ def work_of(
             row, tally = read_block(tables.blocks, number), read_tally(results, i)
             wheel, stage = read_wheel(episodes.wheels, i), read_stage(episodes.stages, i)
             stock = row.stock if row.stock > 0.0 else episodes.tape[i, place_of(episodes, i), STOCK]
-            part = gauge(episodes[kept], i, stock)
+            part = gauge_part(episodes[kept], i, stock)
             write_part(episodes.parts, i, part)
             before = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
@@ -312,22 +361,24 @@ def work_of(
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
             corner = (0 if even else 1) + (2 if tables.across[i] > 0.0 else 0)
             on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]
-            came = tables.approach if number == 0 else 0.0
-            gone = tables.approach if number == 0 else stage.gone
-            waited = max(tables.load - gone, 0.0) if row.starts_part > 0.0 else 0.0
+            came, waited = came_and_waited(tables, number, row, stage)
             results[i, SECONDS] = came + waited + tally.seconds + on_the_way + afterwards
             change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
+            rested = on_the_way
             if change > 0.0:
+                pass_time(episodes.wheels, tables.parameters, i, rested, False)
+                pass_time(episodes.wheels, tables.parameters, i, shop.change_seconds, False)
+                rested = 0.0
                 wheel = new_wheel(read_settings(choices.settings, i), shop, wheel, p)
                 write_wheel(episodes.wheels, i, wheel)
             last = number + 1 == len(tables.blocks)
             handover = price_of_handover(read_settings(tables.own, number), shop, wheel, p) if last else 0.0
-            write_stage(episodes.stages, i, gone_on(stage, (afterwards,)))
+            write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             seen = Found(good=good, size_error=size_error, change=change, handover=handover, pick=tables.picks[i])
             write_found(found, i, seen)
         settle_jobs(tables.kinds, tables.shops, episodes, choices.settings, active, results, found, outcomes)
 
-    return Work(JobTables, JobArrays, JobChoices, prepare, grind, settle)
+    return step_of(Work(JobTables, JobArrays, JobChoices, prepare, grind, settle))
 
 
 @inlined
@@ -357,5 +408,5 @@ def _gauge_zones(surfaces: Any, i: int, stock: float) -> PartState:
     return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra)
 
 
-step_jobs = step_of(work_of("parts", grind_blocks, _lay_whole, _gauge_whole))
-step_zoned_jobs = step_of(work_of("surfaces", grind_zoned_blocks, _lay_zones, _gauge_zones))
+KEPT_WHOLE = Kept("parts", whole_blocks_of, _lay_whole, _gauge_whole)
+KEPT_IN_ZONES = Kept("surfaces", zoned_blocks_of, _lay_zones, _gauge_zones)

@@ -1,21 +1,26 @@
 """The step of `grind/WidePlates-v0`; cost and memory of a block are those of `envs.blocks.step`."""
 
+import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.envs.blocks.step import Choices, begin_block, block_stroking, settle_block
+from grind_env.envs.blocks.step import Choices, block_stroking, floor_of
 from grind_env.envs.blocks.tables import read_shop
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_writer, replacer
-from grind_env.machine.loops.batch import NO_MOTIONS, TRAVERSES, longest_traverses
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_traverses
+from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.loops import zoned_loops_of
 from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_part, write_stroking
 from grind_env.machine.part.gauging import gauge_zones
+from grind_env.process.process import Process
 
-grind_traverses = TRAVERSES.lanes
 write_traverse = column_writer(TraverseCycle, RULES_FROM)
 crossing = replacer(Stroking, "start", "cross_end")
 
@@ -55,56 +60,59 @@ class CrossArrays(NamedTuple):
     """Of the gauge, um, shape (N, blocks)."""
 
 
-@entry
-def prepare(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
-    """Write the cycles of the coming blocks, and lay new parts; every block is a part.
+@functools.cache
+def traverses_step(process: Process, gauge: Gauge) -> Callable[..., None]:
+    """The compiled step of G83 blocks."""
+    (begin, settle_one), grind_traverses = floor_of(process, gauge), zoned_loops_of(COURSES["G83"], process).lanes
 
-    The wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse.
-    """
-    shop, zones = read_shop(tables.shops, 0), tables.zones
-    for i in active:
-        kind, row = begin_block(i, tables, episodes, shop, results)
-        stroking = block_stroking(kind, shop, choices.speeds[i], min(kind.pick, row.stock), row.stock)
-        cycle = TraverseCycle(
-            depth=row.stock,
-            primary_pick=kind.pick,
-            secondary_pick=kind.pick,
-            width=abs(tables.crossover),
-            primary_cross_pick=tables.cross_pick,
-            secondary_cross_pick=tables.cross_pick,
-            at_depth=kind.sparkout + 1.0,
-            executions=choices.executions[i],
-            pre_dress=choices.pre_dresses[i],
+    @entry
+    def prepare(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Write the cycles of the coming blocks, and lay new parts; every block is a part.
+
+        The wheel sets out from the surface: the stroke to the primary point makes no cut, and each pick a traverse.
+        """
+        shop, zones = read_shop(tables.shops, 0), tables.zones
+        for i in active:
+            kind, row, drive = begin(i, tables, episodes, shop, choices.speeds[i], results)
+            first = min(kind.pick, row.stock)
+            stroking = block_stroking(kind, shop, drive, choices.speeds[i], first, row.stock)
+            cycle = TraverseCycle(
+                depth=row.stock,
+                primary_pick=kind.pick,
+                secondary_pick=kind.pick,
+                width=abs(tables.crossover),
+                primary_cross_pick=tables.cross_pick,
+                secondary_cross_pick=tables.cross_pick,
+                at_depth=kind.sparkout + 1.0,
+                executions=choices.executions[i],
+                pre_dress=choices.pre_dresses[i],
+            )
+            write_stroking(tables.cycles, i, crossing(stroking, (0.0, tables.crossover)))
+            write_traverse(tables.cycles, i, cycle)
+            for k in range(zones.shape[0]):
+                for field in range(zones.shape[1]):
+                    tables.surfaces[i, k, field] = zones[k, field]
+
+    @entry
+    def grind(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Run the cycles."""
+        order = np.empty(active.size, np.int64)
+        longest_traverses(tables.cycles, active, order)
+        grind_traverses(
+            tables.cycles, tables.parameters, episodes.wheels, tables.surfaces, results, NO_MOTIONS, order, 0, 1
         )
-        write_stroking(tables.cycles, i, crossing(stroking, (0.0, tables.crossover)))
-        write_traverse(tables.cycles, i, cycle)
-        for k in range(zones.shape[0]):
-            for field in range(zones.shape[1]):
-                tables.surfaces[i, k, field] = zones[k, field]
 
+    @entry
+    def settle(
+        tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+    ) -> None:
+        """As for G82 blocks, on parts that are judged where they are worst."""
+        shop = read_shop(tables.shops, 0)
+        for i in active:
+            stock = read_stroking(tables.cycles, i).finish
+            found = gauge_zones(tables.surfaces[i], stock)
+            write_part(episodes.parts, i, PartState(Z=stock, S=stock - 0.001 * found.worst_error, Rs=found.Ra))
+            episodes.taper[i] = found.taper + episodes.taper_noise[i, episodes.block[i]]
+            settle_one(i, tables, episodes, choices, shop, results, outcomes)
 
-@entry
-def grind(tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any) -> None:
-    """Run the cycles."""
-    order = np.empty(active.size, np.int64)
-    longest_traverses(tables.cycles, active, order)
-    grind_traverses(
-        tables.cycles, tables.parameters, episodes.wheels, tables.surfaces, results, NO_MOTIONS, order, 0, 1
-    )
-
-
-@entry
-def settle(
-    tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any, outcomes: Any
-) -> None:
-    """As for G82 blocks, on parts that are judged where they are worst."""
-    shop = read_shop(tables.shops, 0)
-    for i in active:
-        stock = read_stroking(tables.cycles, i).finish
-        found = gauge_zones(tables.surfaces[i], stock)
-        write_part(episodes.parts, i, PartState(Z=stock, S=stock - 0.001 * found.worst_error, Rs=found.Ra))
-        episodes.taper[i] = found.taper + episodes.taper_noise[i, episodes.block[i]]
-        settle_block(i, tables, episodes, choices, shop, results, outcomes)
-
-
-step_traverses = step_of(Work(CrossTables, CrossArrays, Choices, prepare, grind, settle))
+    return step_of(Work(CrossTables, CrossArrays, Choices, prepare, grind, settle))

@@ -1,5 +1,6 @@
 """A script run for many machines at once, in compiled code: every block with settings of its own."""
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -9,18 +10,19 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.batch import CYCLE_FIELDS, FEEDS, NO_MOTIONS, WHOLE, ZONED, ZONED_FEEDS
+from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
 from grind_env.machine.loops.courses import COURSES, Course
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.feeding import FULL, Feeding, deepest_pick
-from grind_env.machine.loops.loops import Loops
+from grind_env.machine.loops.feeding import FEED, FULL, Feeding, deepest_pick
+from grind_env.machine.loops.loops import Loops, loops_of, zoned_loops_of
 from grind_env.machine.loops.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
 from grind_env.machine.loops.rules import motion_time
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import BlockSettings, read_settings
 from grind_env.machine.script.tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
+from grind_env.process.process import Drive, Process
 
-read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
+read_block, read_plan, read_drive = column_reader(BlockRow), column_reader(PlanRow), column_reader(Drive)
 write_feeding = column_writer(Feeding, RULES_FROM)
 with_settings = replacer(PlanRow, "primary_pick", "secondary_pick", "spark_out", "dresses")
 down_to = replacer(Stroking, "full_plunge", "finish")
@@ -50,13 +52,15 @@ def deepest_plunge(plan: Any) -> float:
 
 
 @inlined
-def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings) -> Stroking:
+def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, drive: Drive) -> Stroking:
     """The strokes of a block with settings of its own."""
-    speed = settings.E / 60.0
+    speed = drive.share * settings.E / 60.0
+    first = motion_time(row.first_length, speed, row.acceleration) + drive.dwell
     return Stroking(
         speed=speed,
-        first_seconds=motion_time(row.first_length, speed, row.acceleration) + row.dwell,
-        stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + row.dwell,
+        first_seconds=first,
+        stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + drive.dwell,
+        set_out=first,
         start=row.start,
         surface=row.surface,
         bottom=row.bottom,
@@ -74,14 +78,14 @@ def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings) -> Stroking:
 
 
 @inlined
-def feeding_of(row: BlockRow, plan: Any, speed: float, made: float) -> Feeding:
-    """The strokes beside the motions of a block at some mm/s, after those that its cycle has `made`."""
+def feeding_of(row: BlockRow, plan: Any, speed: float, dwell: float, made: float) -> Feeding:
+    """The strokes beside the motions of a block at some mm/s, with rests of some s, after those `made` by its cycle."""
     pre_dress = plan.pre_dress if row.cycle == NO_COURSE else 0.0
     return Feeding(
         pre_dress=pre_dress,
         first_travel=motion_time(row.first_length, speed, row.acceleration),
         travel=motion_time(row.stroke_length, speed, row.acceleration),
-        dwell=row.dwell,
+        dwell=dwell,
         acceleration=row.acceleration,
         made=made,
         away=row.away,
@@ -177,6 +181,7 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         script: Any,
         block: Any,
         settings: Any,
+        drives: Any,
         parameters: Any,
         wheels: Any,
         surfaces: Any,
@@ -191,8 +196,9 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             script: the program, with the fields of `ScriptTables`.
             block: number of the block of each machine, shape (N,), int64.
             settings: of that block, shape (N, fields of `BlockSettings`).
+            drives: what the table makes of its commands in it, shape (N, fields of `Drive`).
             parameters: shape (N, fields of `StrokeParameters`).
-            wheels: shape (N, fields of `WheelState`); updated.
+            wheels: shape (N, fields of `WheelState` and of the `own` of the process); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
             tallies: shape (N, fields of `Tally`); updated.
             picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
@@ -206,14 +212,15 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             row, plan, chosen = chosen_block(script, block[i], settings, i)
             picks[i] = max(min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i))
             numbers[i] = row.cycle
-            write_stroking(cycles, i, stroking_of(row, plan, chosen))
+            write_stroking(cycles, i, stroking_of(row, plan, chosen, read_drive(drives, i)))
             across[i] = write_rules(row.cycle, plan, row.coverage, cycles, i)
         grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
             row, plan, chosen = chosen_block(script, block[i], settings, i)
             if row.motion >= 0.0:
                 stroking, before = read_stroking(cycles, i), deepest(surfaces, i)
-                cycle = feeding_of(row, plan, stroking.speed, tallies[i, STROKES])
+                dwell = read_drive(drives, i).dwell
+                cycle = feeding_of(row, plan, stroking.speed, dwell, tallies[i, STROKES])
                 most, reached = deepest_pick(stroking, cycle, before, script.motions)
                 full = stroking.full_plunge
                 if row.cycle == NO_COURSE:
@@ -245,7 +252,16 @@ def _deepest_zoned(surfaces: Any, i: int) -> float:
     return reached
 
 
-grind_blocks = blocks_of(WHOLE, FEEDS, _deepest_whole)
-"""On parts that the wheel covers, in cycles that do not cross."""
-grind_zoned_blocks = blocks_of(ZONED, ZONED_FEEDS, _deepest_zoned)
-"""On parts in zones."""
+@functools.cache
+def whole_blocks_of(process: Process) -> Callable[..., None]:
+    """The run of blocks on parts that the wheel covers, in cycles that do not cross."""
+    courses = {code: course for code, course in COURSES.items() if RULES[code].cross is None}
+    loops = {code: loops_of(course, process) for code, course in courses.items()}
+    return blocks_of(loops, loops_of(FEED, process), _deepest_whole)
+
+
+@functools.cache
+def zoned_blocks_of(process: Process) -> Callable[..., None]:
+    """The same on parts in zones, in all cycles."""
+    loops = {code: zoned_loops_of(course, process) for code, course in COURSES.items()}
+    return blocks_of(loops, zoned_loops_of(FEED, process), _deepest_zoned)

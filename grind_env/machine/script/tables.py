@@ -69,6 +69,8 @@ class BlockRow(NamedTuple):
     """Of the part, mm."""
     length: float
     """Of the part, mm."""
+    place: float
+    """Coordinate of its middle along the table, mm."""
     cross_start: float
     """As of `cycle.Stroking`, like the next one."""
     cross_end: float
@@ -203,6 +205,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         reached=reached,
         width=part.width,
         length=part.length,
+        place=part.start + 0.5 * part.length,
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
         motion=motion,
