@@ -151,7 +151,7 @@ class WheelBelief:
         new = np.flatnonzero(chosen & self.fresh)
         self.updates[new] = 0
         self.ground[new] = 0.0
-        self.wheels[new] = self.first
+        self.wheels[new, :, : self.first.shape[1]] = self.first
         model.begin(self.members, self._of(new))
         self.hidden[new] = self.draws[0]
         signals = Signals(

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.envs.blocks.tape import TapeRow
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.process.state import WheelState
 
 Table = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -20,8 +22,8 @@ class Episodes:
     """The state of N episodes: arrays with one row an episode.
 
     `tape` has shape (N, blocks, fields of `TapeRow`), and `wheels`, `parts` and `memory` (N, fields of `WheelState`,
-    `PartState` or `ShopMemory`), all in the units of these fields. `block` is the index of the coming block,
-    shape (N,).
+    `PartState` or `ShopMemory`), all in the units of these fields. Behind a wheel stands what process and gauge
+    remember besides. `block` is the index of the coming block, shape (N,).
     """
 
     tape: Table
@@ -33,6 +35,14 @@ class Episodes:
     def arrays(self) -> dict[str, Any]:
         """All of them by name, in the order in which the compiled step takes them."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+    def wheel(self, i: int) -> WheelState:
+        """The wheel of episode i."""
+        return WheelState(*self.wheels[i, :OWN_FROM].tolist())
+
+    def own(self, i: int) -> tuple[float, ...]:
+        """What process and gauge of episode i remember besides."""
+        return tuple(self.wheels[i, OWN_FROM:].tolist())
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""

@@ -10,7 +10,6 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tasks import Task
-from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 
 STOCK_ROOM = 1.75
@@ -71,7 +70,7 @@ def view_of(
             )
             for block, outcome in zip(blocks, outcomes, strict=True)
         ),
-        wheel=WheelState(*episodes.wheels[i].tolist()),
+        wheel=episodes.wheel(i),
         part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
         text=text,
     )

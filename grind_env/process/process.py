@@ -133,7 +133,7 @@ def joined(*owns: type[Any]) -> type[Any]:
     names = [name for name, _ in fields]
     if len({*names}) < len(names):
         raise ValueError(f"what a process and its hooks remember has names of their own, but here they are {names}")
-    return namedtuple("Own", names, defaults=[value for _, value in fields])  # noqa: PYI024 - its fields are found here
+    return namedtuple("Own", names, defaults=[value for _, value in fields])
 
 
 @inlined

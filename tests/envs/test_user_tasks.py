@@ -255,7 +255,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
         volume_since_dress=task.start.volume,
     )
     programs = read(env.part_program())
-    control = replace(shop.control, operator_dress_at=request_times(programs, shop.control)) if cycle == "G81" else None
+    control = replace(shop.control, operator_dress_at=request_times(programs, shop)) if cycle == "G81" else None
     parts = conditions(task, env.episodes.tape[0])[:count]
     record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)

@@ -59,6 +59,10 @@ class CycleBlock(NamedTuple):
     """With which it began."""
     wheel_changes: int
     """Wheel changes of the episode before the block."""
+    own: tuple[float, ...]
+    """What process and gauge remembered besides the wheel as it began."""
+    stroke: tuple[float, float] | None = None
+    """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
 
 
 def number(value: float) -> str:
@@ -74,8 +78,8 @@ def coming_block(
     row = episodes.tape[i, episodes.block[i]]
     kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
     surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
-    wheel, changes = WheelState(*episodes.wheels[i].tolist()), int(episodes.memory[i, WHEEL_CHANGES])
-    return CycleBlock(kind, surface, stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes)
+    wheel, own, changes = episodes.wheel(i), episodes.own(i), int(episodes.memory[i, WHEEL_CHANGES])
+    return CycleBlock(kind, surface, stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes, own)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:

@@ -5,7 +5,7 @@ the next observation.
 """
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
@@ -18,11 +18,12 @@ from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
 from grind_env.envs.blocks.requests import request_times
-from grind_env.envs.blocks.step import NEW_PART, step_blocks
+from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given, without_effect
 from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tasks import Task
@@ -31,8 +32,10 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.batch import CYCLE_FIELDS
 from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
 from grind_env.render.view import View
 
@@ -51,9 +54,12 @@ class BlockSimulation:
         task: the task.
         full: whether observations show the hidden state.
         pre_dress: whether a choice has a dress before the first plunge, and observations show the last one.
+        process: what grinds.
+        gauge: what is measured of it.
 
     Attributes:
         task: the task.
+        process: as given.
         entries: of the observation, the measured ones first.
         kinds: numbers of the kinds of blocks, shape (rows, fields of `KindRow`).
         branches: of its blocks.
@@ -65,8 +71,18 @@ class BlockSimulation:
     by_block: ClassVar[bool] = True
     compiled: ClassVar[bool] = True
 
-    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
+    def __init__(
+        self,
+        task: Task,
+        *,
+        full: bool = False,
+        pre_dress: bool = False,
+        process: Process = PROCESS,
+        gauge: Gauge = GAUGE,
+    ) -> None:
         self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
+        self.process, self._own = process, tuple(joined(process.own, gauge.own)())
+        self._grind = self._step_of(process, gauge)
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
         self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
@@ -98,11 +114,11 @@ class BlockSimulation:
 
     def room(self, n: int) -> Episodes:
         """As `Simulation.room`."""
-        return Episodes(**room_for(n, self.task.blocks))
+        return Episodes(**room_for(n, self.task.blocks, self._own))
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """As `Simulation.clear`."""
-        forget(episodes, index, self.task.start.volume)
+        forget(episodes, index, self.task.start.volume, self._own)
 
     def without_wheel_changes(self: SimulationT) -> SimulationT:
         """As `Simulation.without_wheel_changes`."""
@@ -131,7 +147,7 @@ class BlockSimulation:
         if len(self._cycles) < n:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
         self._grind(
-            (self.kinds, self.branches.base, self._shops, self._cycles[:n], self._parameters[:n]),
+            self._tables(n),
             tuple(episodes.arrays().values()),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
             active,
@@ -179,7 +195,9 @@ class BlockSimulation:
         """As `Simulation.written`."""
         program = self.program(blocks)
         job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, episodes.tape[i])
-        return Written(program, job, request_times(read(program), job.control))
+        own = blocks[0].own[: len(self.process.own._fields)]
+        job = replace(job, process=self.process, own=own)
+        return Written(program, job, request_times(read(program), job))
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
         """As `Simulation.record`."""
@@ -195,28 +213,35 @@ class BlockSimulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    def _grind(self, tables: tuple[Any, ...], *arguments: Any) -> None:
-        """Grind the next blocks; arguments as for `envs.step.step_of`."""
-        step_blocks(tables, *arguments)
+    _step_of: ClassVar[Callable[[Process, Gauge], Callable[..., None]]] = staticmethod(blocks_step)
+    """The compiled step of its blocks; arguments as for `envs.step.step_of`."""
+
+    def _tables(self, n: int) -> tuple[Any, ...]:
+        """What that takes as the tables of N episodes."""
+        return self.kinds, self.branches.base, self._shops, self._cycles[:n], self._parameters[:n]
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         """The job of their program, for nominal parts and a new wheel."""
         return job_of_kinds(self.task, blocks)
 
 
-def room_for(n: int, blocks: int) -> dict[str, Any]:
-    """Arrays for N episodes of that many blocks, by name."""
+def room_for(n: int, blocks: int, own: tuple[float, ...]) -> dict[str, Any]:
+    """Arrays for N episodes of that many blocks, by name; `own` is what process and gauge remember at the start."""
     return {
         "tape": np.empty((n, blocks, len(TapeRow._fields))),
         "block": np.zeros(n, np.int64),
-        "wheels": np.empty((n, len(WheelState._fields))),
+        "wheels": np.empty((n, OWN_FROM + len(own))),
         "parts": np.empty((n, len(PartState._fields))),
         "memory": np.empty((n, len(ShopMemory._fields))),
     }
 
 
-def forget(episodes: Episodes, index: Numbers, volume: float) -> None:
-    """Let the episodes at `index`, shape (M,), begin with their wheels, which have ground `volume`, mm3/mm."""
+def forget(episodes: Episodes, index: Numbers, volume: float, own: tuple[float, ...]) -> None:
+    """Let the episodes at `index`, shape (M,), begin with their wheels, which have ground `volume`, mm3/mm.
+
+    `own` is what process and gauge then remember besides.
+    """
+    episodes.wheels[index, OWN_FROM:] = own
     episodes.block[index] = 0
     episodes.parts[index] = NOTHING_GROUND
     episodes.memory[index] = NOTHING_KNOWN

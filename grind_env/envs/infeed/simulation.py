@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.blocks.program import job_from_surface
+from grind_env.envs.blocks.program import CycleBlock, job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.infeed.program import block_text, part_program
-from grind_env.envs.infeed.step import step_feedings
+from grind_env.envs.infeed.step import feedings_step
 from grind_env.envs.observations import Reading, readings
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
-from grind_env.machine.loops.feeding import Motion
+from grind_env.machine.loops.feeding import Feeding, Motion
+from grind_env.machine.loops.rows import RULES_FROM
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
@@ -21,9 +23,20 @@ DEEPEST = 5.0
 class InfeedSimulation(BlockSimulation):
     """Steps episodes of a task with its continuous infeed; arguments as for `BlockSimulation`."""
 
-    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
-        super().__init__(task, full=full, pre_dress=pre_dress)
+    _step_of = staticmethod(feedings_step)
+
+    def __init__(self, task: Task, **given: Any) -> None:
+        super().__init__(task, **given)
         self._motions = np.empty((0, 0, 0))
+
+    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> CycleBlock:
+        """As `Simulation.block`; how long a stroke takes on a table with a speed of its own, a copy shows."""
+        block: CycleBlock = super().block(episodes, i, speed, executions, pre_dress)
+        if self.process.before is None:
+            return block
+        self.step(episodes.pick([i]), *(np.array([number]) for number in (speed, executions, pre_dress)))
+        found = Feeding(*self._cycles[0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
+        return block._replace(stroke=(found.travel, found.dwell))
 
     def text(self, block: Any) -> str:
         """As `Simulation.text`."""
@@ -45,8 +58,7 @@ class InfeedSimulation(BlockSimulation):
             if entry.name != "pick"
         )
 
-    def _grind(self, tables: tuple[Any, ...], episodes: tuple[Any, ...], *arguments: Any) -> None:
-        n, most = len(episodes[0]), self.task.action.executions
+    def _tables(self, n: int) -> tuple[Any, ...]:
         if len(self._motions) < n:
-            self._motions = np.empty((n, 2 * (most + 1), len(Motion._fields)))
-        step_feedings((*tables, self._motions[:n], self.task.infeed / 60.0), episodes, *arguments)
+            self._motions = np.empty((n, 2 * (self.task.action.executions + 1), len(Motion._fields)))
+        return *super()._tables(n), self._motions[:n], self.task.infeed / 60.0

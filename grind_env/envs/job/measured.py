@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from grind_env.envs.blocks.simulation import BOOKED, DIAMETER
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.step import Found, settle_jobs
+from grind_env.envs.gauge import GAUGE
+from grind_env.envs.job.step import Found, settle_of
 from grind_env.envs.job.tape import NEW_LOT
 from grind_env.envs.observations import gauged_diameter
 from grind_env.machine.loops.tally import Tally
@@ -98,7 +99,7 @@ class MeasuredEpisode:
         # a wheel as it was mounted: the nominal one may stall where the true one has not
         fresh = simulation.branches.first_wheels(1)
         fresh[:, DIAMETER] = episodes.wheels[:, DIAMETER]
-        episodes.wheels[:] = fresh
+        episodes.wheels[:, : fresh.shape[1]] = fresh
         _, tallies = simulation.step(episodes, speeds, dresses)
         tallies[0] = Tally(*tallies[0].tolist())._replace(
             first_power=measured.first_power,
@@ -122,7 +123,8 @@ class MeasuredEpisode:
             episodes.wheels[0, DIAMETER] = measured.diameter
         outcome, found_row = np.zeros((1, OUTCOME_FIELDS)), np.array([found])
         state, shops = episodes.compiled_arrays(), simulation.shops
-        settle_jobs(simulation.kinds, shops, state, settings, np.array([0]), tallies, found_row, outcome)
+        settle = settle_of(simulation.job.process, GAUGE)
+        settle(simulation.kinds, shops, state, settings, np.array([0]), tallies, found_row, outcome)
         if ends:
             episodes.memory[0, GAUGED] = NONE_GAUGED if measured.Ra is None else self._roughness(measured.Ra)
         if measured.diameter is not None:

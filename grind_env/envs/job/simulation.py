@@ -21,6 +21,7 @@ from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room
 from grind_env.envs.blocks.tables import FOUND, Outcome, Shop
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
@@ -35,7 +36,7 @@ from grind_env.envs.job.outline import (
     refuse_many,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, settle_jobs, step_jobs, step_zoned_jobs
+from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, jobs_step, settle_of
 from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, barred_factors, job_tape
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view
@@ -45,6 +46,7 @@ from grind_env.envs.simulation import Written
 from grind_env.machine.job import Job, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
@@ -53,6 +55,7 @@ from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
+from grind_env.process.process import Drive
 from grind_env.render.view import View
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
@@ -71,6 +74,7 @@ class JobSimulation:
         spark_outs: the same of L.
         name: in tables and folders; that of the program without its suffix if None.
         file: of the program; empty for one of the package.
+        gauge: what is measured; what grinds is the process of the job.
         between: called between two blocks where the control executes the program to know it; what it raises ends that.
 
     Attributes:
@@ -98,8 +102,10 @@ class JobSimulation:
         name: str | None = None,
         file: str = "",
         between: Callable[[], object] = lambda: None,
+        gauge: Gauge = GAUGE,
     ) -> None:
         refuse_many(programs, job)
+        self._start = *job.own_at_start, *gauge.own()
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
@@ -122,6 +128,7 @@ class JobSimulation:
             )
         self._zones = 1 if self.script is None else len(self.tables.zones)
         self._whole = self.script is not None and is_whole(self.script, self.tables)
+        self._step, self._settle = jobs_step(job.process, gauge, self._whole), settle_of(job.process, gauge)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -206,7 +213,7 @@ class JobSimulation:
     def room(self, n: int) -> JobEpisodes:
         """As `Simulation.room`."""
         return JobEpisodes(
-            **room_for(n, len(self.blocks)),
+            **room_for(n, len(self.blocks), self._start),
             stages=np.zeros((n, STAGE_FIELDS)),
             surfaces=np.empty((n, self._zones, len(Zone._fields))),
             first=np.zeros(n, np.int64),
@@ -233,7 +240,7 @@ class JobSimulation:
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """As `Simulation.clear`."""
-        forget(episodes, index, self.task.start.volume)
+        forget(episodes, index, self.task.start.volume, self._start)
         mine = _job_episodes(episodes)
         mine.stages[index] = 0.0
         mine.first[index] = 0
@@ -253,11 +260,11 @@ class JobSimulation:
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
         """As `Simulation.block`."""
-        return RunBlock(int(episodes.block[i]), float(speed), int(executions))
+        return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
 
     def text(self, block: RunBlock) -> str:
         """As `Simulation.text`."""
-        return with_words(self.blocks[block.number].block, self.words(*block)).source.text
+        return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
 
     def program(self, blocks: Sequence[RunBlock]) -> str:
         """As `Simulation.program`; blocks that have not been run keep their own words.
@@ -266,18 +273,24 @@ class JobSimulation:
             JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
         """
         return with_words_chosen(
-            self.programs, [(self.blocks[block.number].block, self.words(*block)) for block in blocks]
+            self.programs, [(self.blocks[block.number].block, self.words(*block[:3])) for block in blocks]
         )
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
         """As `Simulation.written`."""
-        return Written(self.program(blocks), replace(self.job, parts=self.tape(episodes, i).conditions))
+        return Written(self.program(blocks), self._job(episodes, i, blocks))
+
+    def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
+        """The job with the parts of episode i, and what its process remembered when it began."""
+        own = blocks[0].own[: len(self.job.process.own._fields)]
+        return replace(self.job, parts=self.tape(episodes, i).conditions, own=own)
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
         """As `Simulation.record`, up to the block that comes after these."""
-        program = ProgramEpisode(self.programs, self.job, self.tape(episodes, i).conditions)
+        job = self._job(episodes, i, blocks)
+        program = ProgramEpisode(self.programs, job, job.parts)
         for block in blocks:
-            program.step(self.words(*block))
+            program.step(self.words(*block[:3]))
         return program.run.record()
 
     def view(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]) -> View:
@@ -331,11 +344,10 @@ class JobSimulation:
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
-        step = step_jobs if self._whole else step_zoned_jobs
         base, times = self.branches.base, (self.script.approach, self.job.times.load)
-        room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n)
+        room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
         tables = *self.tables, self.kinds, base, self.shops, *times, *room
-        step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
+        self._step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -384,11 +396,12 @@ class JobSimulation:
                 handover=self._handover(programs[i], run) if over else 0.0,
                 pick=float(run.increments[run.strokes["groove"] == 0].max(initial=0.0)),
             )
-            episodes.wheels[i] = machine.wheel
+            own = machine.mount.own[0]
+            episodes.wheels[i, :OWN_FROM], episodes.wheels[i, OWN_FROM : OWN_FROM + own.size] = machine.wheel, own
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
         state = episodes.compiled_arrays()
-        settle_jobs(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
+        self._settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""

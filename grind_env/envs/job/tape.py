@@ -142,7 +142,7 @@ class JobGenerator:
             roughness,
             fixed,
         )
-        wheels[index] = self.wheel
+        wheels[index, : self.wheel.size] = self.wheel
 
 
 class StatedParts(JobGenerator):

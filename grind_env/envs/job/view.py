@@ -12,7 +12,6 @@ from grind_env.envs.view import STOCK_ROOM
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
 from grind_env.process.cost import NO_LIMIT
-from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 
 STOCK = TapeRow._fields.index("stock")
@@ -27,6 +26,8 @@ class RunBlock(NamedTuple):
     """E, mm/min."""
     executions: int
     """D."""
+    own: tuple[float, ...]
+    """What process and gauge remembered besides the wheel as it began."""
 
 
 def job_view(
@@ -71,7 +72,7 @@ def job_view(
             thickest=STOCK_ROOM * job.part.stock,
         ),
         ground=tuple(_ground(job, *each) for each in zip(blocks, outcomes, strict=True)),
-        wheel=WheelState(*episodes.wheels[i].tolist()),
+        wheel=episodes.wheel(i),
         part=Workpiece(
             name=f"part {shown + 1}",
             length=job.part.length,

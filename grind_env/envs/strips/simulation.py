@@ -17,7 +17,7 @@ from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, Table
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
 from grind_env.envs.strips.program import block_text, crossover, part_program
-from grind_env.envs.strips.step import step_traverses
+from grind_env.envs.strips.step import traverses_step
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
@@ -50,8 +50,10 @@ class StripSimulation(BlockSimulation):
     A part is judged where it is farthest from its size.
     """
 
-    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
-        super().__init__(task, full=full, pre_dress=pre_dress)
+    _step_of = staticmethod(traverses_step)
+
+    def __init__(self, task: Task, **given: Any) -> None:
+        super().__init__(task, **given)
         self._zones = part_in_zones(task)
         self._crossing = crossover(task, task.kinds[0]), task.cross_pick
 
@@ -101,11 +103,10 @@ class StripSimulation(BlockSimulation):
     def room(self, n: int) -> StripEpisodes:
         """As `Simulation.room`."""
         blocks = self.task.blocks
-        return StripEpisodes(**room_for(n, blocks), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
+        return StripEpisodes(**room_for(n, blocks, self._own), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
 
-    def _grind(self, tables: tuple[Any, ...], episodes: tuple[Any, ...], *arguments: Any) -> None:
-        surfaces = np.empty((len(episodes[0]), *self._zones.shape))
-        step_traverses((*tables, surfaces, self._zones, *self._crossing), episodes, *arguments)
+    def _tables(self, n: int) -> tuple[Any, ...]:
+        return *super()._tables(n), np.empty((n, *self._zones.shape)), self._zones, *self._crossing
 
 
 def part_in_zones(task: Task) -> Table:

@@ -10,9 +10,11 @@ from grind_env.envs.strokes.episodes import StrokeEpisodes
 from grind_env.envs.strokes.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
 from grind_env.envs.strokes.step import StrokeMemory
 from grind_env.envs.tasks import Kind, Task
+from grind_env.process.process import Drive
 from grind_env.process.state import WheelState
 
 MADE, STOCK = StrokeMemory._fields.index("made"), TapeRow._fields.index("stock")
+DRIVE = [StrokeMemory._fields.index(name) for name in Drive._fields]
 
 
 class StrokeBlock(NamedTuple):
@@ -31,23 +33,27 @@ class StrokeBlock(NamedTuple):
     """D, 1 for a dress before it."""
     before: Pace
     """In the stroke before it; of the first on a part it says nothing."""
+    drive: Drive
+    """What the table makes of its commands on the part, once its first stroke has shown it."""
     wheel: WheelState
     """With which it began."""
+    own: tuple[float, ...]
+    """What process and gauge remembered besides."""
 
 
 def coming_stroke(task: Task, episodes: StrokeEpisodes, i: int, speed: float, executions: float) -> StrokeBlock:
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
     made, part, pace = int(episodes.strokes[i, MADE]), int(episodes.block[i]), Pace(*episodes.paces[i].tolist())
-    wheel = WheelState(*episodes.wheels[i].tolist())
-    stock = float(episodes.tape[i, part, STOCK])
-    return StrokeBlock(task.kinds[0], part, stock, made, float(speed), int(executions), pace, wheel)
+    stock, state = float(episodes.tape[i, part, STOCK]), (episodes.wheel(i), episodes.own(i))
+    drive = Drive(*episodes.strokes[i, DRIVE].tolist()) if made else Drive(1.0, task.machine.reversal_dwell)
+    return StrokeBlock(task.kinds[0], part, stock, made, float(speed), int(executions), pace, drive, *state)
 
 
 def block_text(task: Task, block: StrokeBlock) -> str:
     """What the control reads for a stroke, a line each; for the last one on a part up to G80."""
     lines, pace = _up_to(task, block)
     if block.stroke + 1 == task.strokes(block.kind, block.stock):
-        lines += _stop(task, pace)
+        lines += _stop(task, block, pace)
     return "\n".join(lines)
 
 
@@ -59,7 +65,7 @@ def part_program(task: Task, blocks: Sequence[StrokeBlock]) -> str:
     """
     lines = [block_text(task, block) for block in blocks]
     if blocks and lines[-1].splitlines()[-1] != "G80":
-        lines += _stop(task, _up_to(task, blocks[-1])[1])
+        lines += _stop(task, blocks[-1], _up_to(task, blocks[-1])[1])
     return "\n".join([*start_of(task), *lines, *end_of(task)])
 
 
@@ -71,9 +77,11 @@ def _up_to(task: Task, block: StrokeBlock) -> tuple[list[str], Pace]:
         overrun = task.setup.overrun
         words = f"X{number(kind.length + overrun)} I{number(-overrun)} E{number(block.speed)} P{DRESS_PROGRAM}"
         load = [next_part()] if block.part > 0 else []
-        return [*load, *approach(task, depth), f"{'G81.1' if dress else 'G81'} {words}"], setting_out(block.speed)
+        return [*load, *approach(task, depth), f"{'G81.1' if dress else 'G81'} {words}"], setting_out(
+            block.drive.share * block.speed
+        )
     pick = pick_before(block.stroke, block.stock, kind.pick)
-    turn = next_turn(table_of(task), block.before, pick, block.speed, dress)
+    turn = next_turn(table_of(task, block.drive), block.before, pick, block.drive.share * block.speed, dress)
     down = f"Y{number(-depth)} " if pick > 0.0 else ""
     lines = [f"G04 X{number(turn.dwell)}", f"G01 {down}E{number(block.speed)}"]
     if dress:
@@ -81,11 +89,10 @@ def _up_to(task: Task, block: StrokeBlock) -> tuple[list[str], Pace]:
     return lines, turn.pace
 
 
-def _stop(task: Task, pace: Pace) -> list[str]:
-    return [f"G04 X{number(last_dwell(table_of(task), pace))}", "G80"]
+def _stop(task: Task, block: StrokeBlock, pace: Pace) -> list[str]:
+    return [f"G04 X{number(last_dwell(table_of(task, block.drive), pace))}", "G80"]
 
 
-def table_of(task: Task) -> TableRun:
+def table_of(task: Task, drive: Drive) -> TableRun:
     """How the table of a task goes."""
-    machine = task.machine
-    return TableRun(task.stroke_length(task.kinds[0]), machine.acceleration, machine.reversal_dwell)
+    return TableRun(task.stroke_length(task.kinds[0]), task.machine.acceleration, drive.dwell)

@@ -18,7 +18,7 @@ from grind_env.envs.strokes.observe import observe_strokes
 from grind_env.envs.strokes.program import StrokeBlock, block_text, coming_stroke, part_program
 from grind_env.envs.strokes.readings import StrokeReadings, stroke_readings
 from grind_env.envs.strokes.rules import Pace
-from grind_env.envs.strokes.step import StrokeMemory, step_strokes
+from grind_env.envs.strokes.step import StrokeMemory, strokes_step
 from grind_env.envs.strokes.view import in_strokes
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
@@ -33,6 +33,7 @@ class StrokeSimulation(BlockSimulation):
     """Steps episodes by strokes; arguments as for `BlockSimulation`. Every part is of the only kind of the task."""
 
     by_block = False
+    _step_of = staticmethod(strokes_step)
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         super().__init__(task, full=full, pre_dress=pre_dress)
@@ -96,14 +97,14 @@ class StrokeSimulation(BlockSimulation):
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
 
-    def _grind(self, tables: tuple[Any, ...], *arguments: Any) -> None:
-        *others, _ = tables  # parameters of a part stay from stroke to stroke, in the episodes
-        step_strokes(tuple(others), *arguments)
+    def _tables(self, n: int) -> tuple[Any, ...]:
+        *others, _ = super()._tables(n)  # parameters of a part stay from stroke to stroke, in the episodes
+        return tuple(others)
 
     def room(self, n: int) -> StrokeEpisodes:
         """As `Simulation.room`."""
         return StrokeEpisodes(
-            **room_for(n, self.task.blocks),
+            **room_for(n, self.task.blocks, self._own),
             rows=np.empty((n, len(TapeRow._fields))),
             strokes=np.empty((n, len(StrokeMemory._fields))),
             paces=np.empty((n, len(Pace._fields))),

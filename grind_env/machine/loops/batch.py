@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control.cycles import RULES
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.kernel import entry
@@ -22,12 +21,8 @@ from grind_env.machine.loops.rows import RULES_FROM, Table
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 
-FEEDS, ZONED_FEEDS = loops_of(FEED), zoned_loops_of(FEED)
-WHOLE = {code: loops_of(course) for code, course in COURSES.items() if RULES[code].cross is None}
-"""The loops of the cycles that do not cross, on parts that the wheel covers."""
-ZONED = {code: zoned_loops_of(course) for code, course in COURSES.items()}
-"""The loops of all cycles, on parts in zones."""
-PLUNGES, TRAVERSES = WHOLE["G82"], ZONED["G83"]
+FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(COURSES["G82"]), zoned_loops_of(COURSES["G83"])
+"""Of the process of the package."""
 
 LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""

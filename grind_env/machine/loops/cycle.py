@@ -75,10 +75,10 @@ class Acts(NamedTuple):
     """What a process does in a cycle: compiled functions."""
 
     advance: Callable[..., Any]
-    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, k)`: one stroke at depth `Z`, mm; gives wheel,
-    own, part and tally after it, and the stroke. `seconds` is its time, and that which is its own; `b` the engaged
-    width, mm; `reached` the depth to which the surface under the wheel has been ground at least, mm; `part` the surface
-    in the cut; `k` what the strokes of the cycle have in common."""
+    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, k)`: one stroke at depth `Z`, mm; gives
+    wheel, own, part and tally after it, and the stroke. `seconds` are its time and what of it is its own; `b` is the
+    engaged width, mm; `reached` the depth to which the surface under the wheel has been ground at least, mm; `part` the
+    surface in the cut; `k` what the strokes of the cycle have in common."""
     dress: Callable[..., Any]
     """`dress(stroking, wheel, own, tally, p, waited)`: one dress execution, for which the table has waited so many s;
     gives wheel, own and tally after it."""
