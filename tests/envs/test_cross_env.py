@@ -20,10 +20,11 @@ from grind_env.envs.observations import physical
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
-from grind_env.machine.loops.strips import grind_strips
+from grind_env.machine.loops.strips import strips_of
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 
 PARTS = 4
@@ -149,7 +150,8 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     p, v = task.parameters(kind), 9487.0 / 60.0
     for number, Z in enumerate(depths):
         for edge in (there if number % 2 else back) if number else (0,):
-            wheel, *_ = grind_strips(wheel, S, Rs, reached, edge, edge + 25, Z, v, kind.width, kind.length, p, Z)
+            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, np.empty((1, 0)), 1.0
+            wheel, *_ = strips_of(PROCESS)(wheel, S, Rs, reached, *lies)
     part = env.record().parts[0]
     assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)
     assert abs(part["worst_error"]) == pytest.approx(1000.0 * np.abs(stock - S).max(), rel=1e-9)

@@ -14,7 +14,6 @@ from grind_env.errors import GrindError
 from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.run import GrindingError
-from grind_env.process.state import WheelState
 from tests.envs.harness import assert_same, native
 
 both = pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0"])
@@ -158,10 +157,10 @@ def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
     grind = PartRun.grind
 
-    def picky(part: PartRun, wheel: WheelState, rows: Table, *way: Any) -> Any:
+    def picky(part: PartRun, rows: Table, *way: Any) -> Any:
         if rows["E"][0] < 3300.0 and part.conditions.factors:
             raise GrindingError("no finite numbers")
-        return grind(part, wheel, rows, *way)
+        return grind(part, rows, *way)
 
     monkeypatch.setattr(PartRun, "grind", picky)
     program = tmp_path / "grooved.nc"

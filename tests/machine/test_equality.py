@@ -163,6 +163,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
             speed=v,
             first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
             stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
+            set_out=motion_time(case.primary - start, v, 1000.0) + 0.15,
             start=-case.above / MICRONS,
             surface=0.0,
             bottom=case.depth / MICRONS,
@@ -345,13 +346,15 @@ def test_the_number_of_lanes_changes_no_bit(
 GRIND_ONE_STROKE = """
 import numba
 import numpy as np
-from grind_env.machine.loops.strips import grind_strips
+from grind_env.machine.loops.strips import strips_of
+from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
 p = job().parameters
 wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
-stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01)[1]
+grind_strips = strips_of(PROCESS)
+stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.empty((1, 0)), 1.0)[1]
 print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 

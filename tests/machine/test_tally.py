@@ -131,6 +131,7 @@ class Plunge(NamedTuple):
             speed=200.0,
             first_seconds=2.0,
             stroke_seconds=STROKE_SECONDS,
+            set_out=2.0,
             start=0.0,
             surface=0.0,
             bottom=self.depth * MICRON,

@@ -25,6 +25,7 @@ from grind_env.machine.script.replay import blocks_of
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import Drive
 from grind_env.process.state import StrokeResult
 from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
 
@@ -116,6 +117,7 @@ class Case(NamedTuple):
             speed=self.E / 60.0,
             first_seconds=seconds,
             stroke_seconds=seconds,
+            set_out=seconds,
             start=0.0,
             surface=0.0,
             bottom=self.depth / 1000.0,
@@ -190,8 +192,8 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         script = tables_of(script_of(read(case.text + DRESS), job()))
         _, parameters, wheels, parts, tallies = tables([case])
         updated = map(as_table, (wheels, parts, tallies))
-        first, room = np.zeros(1, np.int64), (np.empty(1), np.empty(1))
-        grind_blocks(script, first, script.own, parameters, *updated, *room, first)
+        first, drive, room = np.zeros(1, np.int64), np.array([Drive(1.0, 0.15)]), (np.empty(1), np.empty(1))
+        grind_blocks(script, first, script.own, drive, parameters, *updated, *room, first)
         depths, dresses = case.strokes_and_dresses()
         assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
         assert parts["Z"] == pytest.approx(depths[-1])

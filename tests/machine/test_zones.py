@@ -15,7 +15,7 @@ from grind_env.machine.loops.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
 from grind_env.machine.loops.cycle import Stroking
 from grind_env.machine.loops.rows import LOG, Table
-from grind_env.machine.loops.strips import Zone, grind_strips
+from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.tally import RETRACTED
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
@@ -96,6 +96,7 @@ class Case:
             speed=v,
             first_seconds=seconds,
             stroke_seconds=seconds,
+            set_out=seconds,
             start=-self.above / 1000.0,
             surface=0.0,
             bottom=self.depth / 1000.0,
@@ -238,9 +239,8 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
         if first < last:
             place = int(first), int(last), float(row["Z"])
             depth = place[-1] if torque < 1.0 else RETRACTED
-            wheel, stroke, b, _ = grind_strips(
-                wheel, ground, roughness, reached, *place, stroking.speed, stroking.width, stroking.length, p, depth
-            )
+            lies = *place, stroking.speed, stroking.width, stroking.length, p, depth, np.empty((1, 0)), 1.0
+            wheel, stroke, b, _ = strips_of(PROCESS)(wheel, ground, roughness, reached, *lies)
             torque = max(torque, stroke.torque)
         assert row["b"] == b
         assert tuple(row[list(StrokeResult._fields)]) == stroke
