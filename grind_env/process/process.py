@@ -122,13 +122,17 @@ def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
     return before
 
 
-@functools.cache
 def joined(*owns: type[Any]) -> type[Any]:
     """The record of all that some of them remember; functions of one find its fields in it by their names.
 
     Raises:
         ValueError: two of them have a field of one name.
     """
+    return _joined(owns)
+
+
+@functools.cache
+def _joined(owns: tuple[type[Any], ...]) -> type[Any]:
     fields = [(name, float(value)) for own in owns for name, value in own()._asdict().items()]
     names = [name for name, _ in fields]
     if len({*names}) < len(names):

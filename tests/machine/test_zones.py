@@ -15,12 +15,13 @@ from grind_env.machine.loops.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
 from grind_env.machine.loops.cycle import Stroking
 from grind_env.machine.loops.rows import LOG, Table
-from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.strips import Zone, strips_of
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.tally import RETRACTED
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeResult, WheelState
 from tests.machine.harness import CATALOGUE, job, run
 

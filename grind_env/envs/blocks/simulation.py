@@ -213,8 +213,10 @@ class BlockSimulation:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
 
-    _step_of: ClassVar[Callable[[Process, Gauge], Callable[..., None]]] = staticmethod(blocks_step)
-    """The compiled step of its blocks; arguments as for `envs.step.step_of`."""
+    @staticmethod
+    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
+        """The compiled step of its blocks, as of `envs.step.step_of`."""
+        return blocks_step(process, gauge)
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         """What that takes as the tables of N episodes."""

@@ -1,6 +1,6 @@
 """Episodes of parts that are ground with a continuous infeed: a step is a G81."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from grind_env.envs.blocks.program import CycleBlock, job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.infeed.program import block_text, part_program
 from grind_env.envs.infeed.step import feedings_step
 from grind_env.envs.observations import Reading, readings
@@ -15,6 +16,7 @@ from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.feeding import Feeding, Motion
 from grind_env.machine.loops.rows import RULES_FROM
+from grind_env.process.process import Process
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
@@ -22,8 +24,6 @@ DEEPEST = 5.0
 
 class InfeedSimulation(BlockSimulation):
     """Steps episodes of a task with its continuous infeed; arguments as for `BlockSimulation`."""
-
-    _step_of = staticmethod(feedings_step)
 
     def __init__(self, task: Task, **given: Any) -> None:
         super().__init__(task, **given)
@@ -57,6 +57,10 @@ class InfeedSimulation(BlockSimulation):
             for entry in readings(task, full=full, pre_dress=pre_dress)
             if entry.name != "pick"
         )
+
+    @staticmethod
+    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
+        return feedings_step(process, gauge)
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         if len(self._motions) < n:

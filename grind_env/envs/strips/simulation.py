@@ -3,7 +3,7 @@
 Cost and memory are those of `envs.blocks.step.settle`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,12 +15,14 @@ from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation, room_for
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, Table
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
 from grind_env.envs.strips.program import block_text, crossover, part_program
 from grind_env.envs.strips.step import traverses_step
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
+from grind_env.process.process import Process
 
 TAPER = "taper"
 """Name of the entry that only a part ground in strips has."""
@@ -49,8 +51,6 @@ class StripSimulation(BlockSimulation):
 
     A part is judged where it is farthest from its size.
     """
-
-    _step_of = staticmethod(traverses_step)
 
     def __init__(self, task: Task, **given: Any) -> None:
         super().__init__(task, **given)
@@ -104,6 +104,10 @@ class StripSimulation(BlockSimulation):
         """As `Simulation.room`."""
         blocks = self.task.blocks
         return StripEpisodes(**room_for(n, blocks, self._own), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
+
+    @staticmethod
+    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
+        return traverses_step(process, gauge)
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         return *super()._tables(n), np.empty((n, *self._zones.shape)), self._zones, *self._crossing

@@ -1,6 +1,6 @@
 """Episodes of `grind/Stroke-v0`: parts ground one stroke at a time, N of them side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from grind_env.envs.blocks.tables import KindRow, Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import Reading
 from grind_env.envs.strokes.episodes import StrokeEpisodes
 from grind_env.envs.strokes.observe import observe_strokes
@@ -23,6 +24,7 @@ from grind_env.envs.strokes.view import in_strokes
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.tally import Plunges
+from grind_env.process.process import Process
 from grind_env.render.view import View
 
 STOCK = TapeRow._fields.index("stock")
@@ -33,7 +35,6 @@ class StrokeSimulation(BlockSimulation):
     """Steps episodes by strokes; arguments as for `BlockSimulation`. Every part is of the only kind of the task."""
 
     by_block = False
-    _step_of = staticmethod(strokes_step)
 
     def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
         super().__init__(task, full=full, pre_dress=pre_dress)
@@ -96,6 +97,10 @@ class StrokeSimulation(BlockSimulation):
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         return stroke_readings(task, full=full)
+
+    @staticmethod
+    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
+        return strokes_step(process, gauge)
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         *others, _ = super()._tables(n)  # parameters of a part stay from stroke to stroke, in the episodes

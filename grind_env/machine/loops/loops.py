@@ -107,7 +107,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
-    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> StrokeResult:
+    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> Any:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
         stroking, cycle, progress = get_stroking(rows, lane), get_cycle(rows, lane), get_progress(rows, lane)
         wheel, own, part, tally, stroke = advance(

@@ -37,13 +37,9 @@ def shift_of(process: Process) -> Shift:
     @inlined
     def before(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Drive:
         moment = Moment(number=moment.number, seconds=whole_ms(moment.seconds), place=moment.place, E=moment.E)
-        wheel, own, p, drive = process_before(
-            read_wheel(wheels, i),
-            read_own(wheels, i),
-            read_parameters(parameters, i),
-            Drive(share=1.0, dwell=dwell),
-            moment,
-        )
+        drive = Drive(share=1.0, dwell=dwell)
+        wheel, own, p = read_wheel(wheels, i), read_own(wheels, i), read_parameters(parameters, i)
+        wheel, own, p, drive = process_before(wheel, own, p, drive, moment)
         write_wheel(wheels, i, wheel)
         write_own(wheels, i, own)
         write_parameters(parameters, i, p)
