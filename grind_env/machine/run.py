@@ -150,16 +150,21 @@ class GrindingRun:
         self.mount.gauge()
         return PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
 
-    def _begin_cutting(self, time: float) -> None:
-        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part."""
+    def _begin_cutting(self, time: float) -> bool:
+        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part.
+
+        Returns:
+            Whether it has been loaded since the last cycle.
+        """
         self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
-        if not self.part.cutting:
+        loads = not self.part.cutting
+        if loads:
             self.part.cutting = True
             self.part.find_wheel(self.mount.diameter)
             self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
-            self.mount.pass_time(self.clock(time), self.part.p, loads=True)
+        return loads
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
         """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
@@ -230,14 +235,14 @@ class GrindingRun:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
                 self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
-        self._begin_cutting(event.time)
+        loads = self._begin_cutting(event.time)
         self.part.take_up(self.running.setup)
         self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(self.part, plan)
         if self.job.process.before is not None:
             self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
-        self.mount.pass_time(self.clock(event.time), self.part.p)
+        self.mount.pass_time(self.clock(event.time), self.part.p, loads=loads)
         self._begin_block(event.time, plan)
         self._begun += 1
         self._line = plan.line
@@ -363,16 +368,15 @@ class GrindingRun:
 
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
-        self._begin_cutting(event.begin)
+        loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
-        before, had_stalled = self.mount.present(self.part.p), self.part.stalled
-        self.mount.pass_time(self.clock(event.begin), self.part.p)
         if self.job.setup.grooving_wheel:
-            self.mount.wheel = before
+            self.mount.take_up(None, self.part.p)
+        self.mount.pass_time(self.clock(event.begin), self.part.p, loads=loads)
+        before, had_stalled = self.mount.present(self.part.p), self.part.stalled
         done = self.part.infeed(self.mount, event)
-        self.mount.lived = self.clock(event.finish)
         wheel = self.mount.present(self.part.p)
         Z = infeed_depth(event, self.part.job.part.surface)
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw

@@ -58,13 +58,13 @@ class Process(NamedTuple):
     """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
     stroke: Callable[..., Any]
     """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`; as `process.stroke.grind_stroke`, with
-    the time up to the next one, reversal dwell included. Where the wheel meets nothing, it stays as it is, and a stroke
-    does to own what `idle` does."""
+    the time up to the next one, reversal dwell included. Where the wheel meets nothing, a stroke does what `idle` does.
+    What machine or part grow by, it takes off `wheel.W`: touching off and gauging set that to 0."""
     dress: Callable[..., Any]
     """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke.dress_wheel`."""
     idle: Callable[..., Any] | None = None
-    """`idle(own, p, seconds, loads) -> own`: what a while without a stroke does: a dress, a wait, the way to the next
-    block, or a change of the part, which `loads`. None for nothing."""
+    """`idle(wheel, own, p, seconds, loads) -> wheel, own`: what a while without a stroke does: a dress, a wait, the way
+    to the next block, or a change of the part, which `loads`. None for nothing."""
     before: Callable[..., Any] | None = None
     """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: before a cycle block, once the wheel has been
     touched off or gauged; `drive` as the control has it. Wheel and own stay changed, p and drive hold in the block.

@@ -310,19 +310,19 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
     def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
         for i in active:
             number = episodes.block[i]
-            row = read_block(tables.blocks, number)
-            stage, wheel = on_the_part(row, read_stage(episodes.stages, i), read_wheel(episodes.wheels, i))
-            if row.starts_part > 0.0:
-                lay(episodes[kept], i, tables.zones)
-            write_stage(episodes.stages, i, stage)
-            write_wheel(episodes.wheels, i, wheel)
-            episodes.memory[i, FOUND] = wheel.ds
-            results[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
+            row, stage = read_block(tables.blocks, number), read_stage(episodes.stages, i)
             changed = episodes.memory[i, CHANGES] > 0.0
             write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place_of(episodes, i), changed)
             came, waited = came_and_waited(tables, number, row, stage)
             starts, rested = row.starts_part > 0.0, stage.rested + came + waited
             pass_time(episodes.wheels, tables.parameters, i, rested, starts)
+            stage, wheel = on_the_part(row, stage, read_wheel(episodes.wheels, i))
+            if starts:
+                lay(episodes[kept], i, tables.zones)
+            write_stage(episodes.stages, i, stage)
+            write_wheel(episodes.wheels, i, wheel)
+            episodes.memory[i, FOUND] = wheel.ds
+            results[i, TORQUE] = stage.torque if stage.torque >= STALL else 0.0
             seconds, E = episodes.memory[i, CLOCK] + came + waited, read_settings(choices.settings, i).E
             moment = Moment(number=float(number), seconds=seconds, place=row.place, E=E)
             write_drive(tables.drives, i, before(episodes.wheels, tables.parameters, i, row.dwell, moment))

@@ -162,8 +162,8 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         if made == 0.0:
             write_factored(parameters, i, tables.base, int(row.material), episodes.tape, episodes.block[i], False)
             write_part(episodes.parts, i, NEW_PART)
-            wheels[i, WEAR] = 0.0  # touched off on the new part
             pass_time(wheels, parameters, i, kind.load, True)
+            wheels[i, WEAR] = 0.0  # touched off on the new part
             number, clock = float(episodes.block[i]), episodes.memory[i, CLOCK] + kind.load
             moment = Moment(number=number, seconds=clock, place=0.5 * kind.length, E=E)
             write_drive(episodes.strokes, i, before(wheels, parameters, i, shop.dwell, moment))

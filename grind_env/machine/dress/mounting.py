@@ -21,7 +21,7 @@ class Mount:
         wheel: as it is now; None before the first cycle, which mounts it.
         changes: how often a new one has been put in its place.
         own: what the process remembers, shape (1, fields of its `own`).
-        lived: time of the job up to which that is as it is, s.
+        lived: time of the job up to which both are as they are, s.
     """
 
     def __init__(self, job: Job) -> None:
@@ -31,6 +31,7 @@ class Mount:
         self._plan: DressPlan | None = None  # of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
         self.own, self.lived = self._row[:, OWN_FROM:], 0.0
+        self._known = True  # its wear, until it grinds on
 
     @property
     def diameter(self) -> float:
@@ -49,8 +50,16 @@ class Mount:
     def pass_time(self, time: float, p: StrokeParameters, *, loads: bool = False) -> None:
         """Let the time up to that of the job, s, pass without a stroke; perhaps the part is changed in it."""
         if self.job.process.idle is not None:
+            self._row[0, :OWN_FROM] = self.present(p)
             entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
+            self.wheel = self.wheel and WheelState(*self._row[0, :OWN_FROM].tolist())
+            if self._known:
+                self.gauge()
         self.lived = time
+
+    def ground(self, wheel: WheelState, lived: float) -> None:
+        """Strokes have made it this wheel, up to a time of the job, s."""
+        self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
         """A cycle block begins, with parameters and the reversal dwell of the control, s: what then holds in it."""
@@ -61,12 +70,13 @@ class Mount:
 
     def gauge(self) -> None:
         """The operator measures the part: the wheel wear becomes known and is compensated."""
+        self._known = True
         if self.wheel is not None:
             self.wheel = self.wheel._replace(W=0.0)
 
     def dress(self, plan: DressPlan, p: StrokeParameters) -> float:
         """Execute a dress program; the volume that it takes off the wheel, mm3."""
-        dress = dress_of(self.job.process)
+        dress, self._known = dress_of(self.job.process), False
         self.wheel, removed = dress(self.present(p), self.own, float(plan.passes), plan.feed, plan.depth, p)
         return removed
 

@@ -82,8 +82,6 @@ class Acts(NamedTuple):
     dress: Callable[..., Any]
     """`dress(stroking, wheel, own, tally, p, waited)`: one dress execution, for which the table has waited so many s;
     gives wheel, own and tally after it."""
-    idle: Callable[..., Any]
-    """As of `Process`, with times as they are."""
 
 
 @functools.cache
@@ -115,13 +113,13 @@ def acts_of(process: Process) -> Acts:
     def dress(
         stroking: Stroking, wheel: WheelState, own: Any, tally: Tally, p: StrokeParameters, waited: float
     ) -> tuple[WheelState, Any, Tally]:
-        own = idle(own, p, waited, False)
+        wheel, own = idle(wheel, own, p, waited, False)
         lead = dress_lead(wheel, stroking.dress_feed, p)
         wheel, own, removed = dress_wheel(wheel, own, stroking.dress_passes, lead, stroking.dress_depth, p)
-        own = idle(own, p, stroking.dress_seconds, False)
+        wheel, own = idle(wheel, own, p, stroking.dress_seconds, False)
         return wheel, own, count_dress(tally, stroking.dress_seconds + waited, removed)
 
-    return Acts(advance, dress, idle)
+    return Acts(advance, dress)
 
 
 @functools.cache
@@ -132,16 +130,18 @@ def idle_of(process: Process) -> Callable[..., Any]:
     pass_time = process.idle
 
     @inlined
-    def idle(own: Any, p: StrokeParameters, seconds: float, loads: bool) -> Any:
+    def idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
         passed = whole_ms(seconds)
-        return pass_time(own, p, passed, loads) if passed > 0.0 or loads else own
+        if passed > 0.0 or loads:
+            wheel, own = pass_time(wheel, own, p, passed, loads)
+        return wheel, own
 
     return idle
 
 
 @inlined
-def _unchanged(own: Any, p: StrokeParameters, seconds: float, loads: bool) -> Any:
-    return own
+def _unchanged(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
+    return wheel, own
 
 
 @inlined

@@ -32,7 +32,7 @@ from grind_env.machine.loops.rows import (
 from grind_env.machine.loops.surfaces import Buffer, Place, Surface, whole, zoned
 from grind_env.machine.loops.tally import Tally, wheel_depth
 from grind_env.process.process import PROCESS, Process
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeParameters, WheelState
 
 LANES = 8
 """Machines at once: one AVX-512 or two AVX2 registers wide."""
@@ -94,7 +94,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
-    constants, (advance, dress, _) = process.constants, acts_of(process)
+    constants, (advance, dress) = process.constants, acts_of(process)
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 

@@ -29,13 +29,16 @@ def shift_of(process: Process) -> Shift:
 
     @inlined
     def pass_time(wheels: Table, parameters: Table, i: int, seconds: float, loads: bool) -> None:
-        write_own(wheels, i, idle(read_own(wheels, i), read_parameters(parameters, i), seconds, loads))
+        wheel, own, p = read_wheel(wheels, i), read_own(wheels, i), read_parameters(parameters, i)
+        wheel, own = idle(wheel, own, p, seconds, loads)
+        write_wheel(wheels, i, wheel)
+        write_own(wheels, i, own)
 
     if process_before is None:
         return Shift(_nothing if process.idle is None else pass_time, _as_commanded)
 
     @inlined
-    def before(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Drive:
+    def before(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Any:
         moment = Moment(number=moment.number, seconds=whole_ms(moment.seconds), place=moment.place, E=moment.E)
         drive = Drive(share=1.0, dwell=dwell)
         wheel, own, p = read_wheel(wheels, i), read_own(wheels, i), read_parameters(parameters, i)

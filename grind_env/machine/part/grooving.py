@@ -91,7 +91,8 @@ class Grooves:
         width = self._engaged(direction, place, Z)
         surface = groove.S, groove.Rs, groove.reached, 0, 1
         lies, before = (Z, vw, width, self.length, p, Z, mount.own, event.seconds), mount.present(p)
-        mount.wheel, stroke, b, _ = strips_of(mount.job.process)(before, *surface, *lies)
+        wheel, stroke, b, _ = strips_of(mount.job.process)(before, *surface, *lies)
+        mount.ground(wheel, mount.lived + event.seconds)
         groove.plunges.append((Z, stroke.T))
         return stroke, b
 

@@ -130,7 +130,7 @@ class PartRun:
         later_way = self._way(ends) if rows.size > 1 else first_way
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
-        mount.wheel, self.tally, mount.lived = passes_of(self.job.process)(
+        wheel, self.tally, lived = passes_of(self.job.process)(
             mount.present(self.p),
             self._S,
             self._Rs,
@@ -151,6 +151,7 @@ class PartRun:
             mount.own,
             mount.lived,
         )
+        mount.ground(wheel, lived)
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
         finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z))

@@ -105,7 +105,8 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             while executed < due.size and due[executed] == k:
                 lead = dress_lead(wheel, dress.feed, p)
                 wheel, left, removed = dress_wheel(wheel, read_own(own, 0), float(dress.passes), lead, dress.depth, p)
-                write_own(own, 0, idle(left, p, dress.seconds, False))
+                wheel, left = idle(wheel, left, p, dress.seconds, False)
+                write_own(own, 0, left)
                 lived += dress.seconds
                 tally = count_dress(tally, dress.seconds, removed)
                 write_dressed(dressed, executed, Dressed(A=wheel.A, ds=wheel.ds, removed=removed))
@@ -113,7 +114,8 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             if k == len(rows):
                 break
             made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
-            write_own(own, 0, idle(read_own(own, 0), p, made.time - lived, False))
+            wheel, left = idle(wheel, read_own(own, 0), p, made.time - lived, False)
+            write_own(own, 0, left)
             lived = made.time + made.seconds
             way = first_way if k == 0 else later_way
             Lw = way.Lw if first[k] < last[k] else 0.0
@@ -138,7 +140,8 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
                     for i in range(first[k], last[k]):
                         covered[i] = max(covered[i], made.Z)
             else:
-                write_own(own, 0, idle(read_own(own, 0), p, made.seconds, False))
+                wheel, left = idle(wheel, left, p, made.seconds, False)
+                write_own(own, 0, left)
             tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False, p.stall_time)
             made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
             write_table_stroke(rows, k, made)
