@@ -99,7 +99,7 @@ class GrindingRun:
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
-        self._begun = 0  # cycle blocks before the coming one
+        self._begun = 0  # cycle blocks
         self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
@@ -243,8 +243,8 @@ class GrindingRun:
             self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self.mount.pass_time(self.clock(event.time), self.part.p, loads=loads)
-        self._begin_block(event.time, plan)
         self._begun += 1
+        self._begin_block(event.time, plan)
         self._line = plan.line
         self.blocks[plan.line], self.cycles[plan.line] = plan.block, plan
         if plan.plunge_axis is not None:
@@ -255,7 +255,7 @@ class GrindingRun:
         """A cycle block begins: what its process makes of wheel and table, the latter told by `tell`."""
         if self.job.process.before is not None:
             part = self.part.job.part
-            moment = Moment(float(self._begun), self.clock(time), part.start + 0.5 * part.length, plan.feed)
+            moment = Moment(float(self._begun - 1), self.clock(time), part.start + 0.5 * part.length, plan.feed)
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
     def _start_dress(self, event: DressStart) -> None:

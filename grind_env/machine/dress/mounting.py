@@ -65,7 +65,7 @@ class Mount:
         """A cycle block begins, with parameters and the reversal dwell of the control, s: what then holds in it."""
         self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
         drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
-        self.wheel = WheelState(*self._row[0, :OWN_FROM].tolist())
+        self.wheel, self._known = WheelState(*self._row[0, :OWN_FROM].tolist()), False
         return StrokeParameters(*parameters[0].tolist()), drive
 
     def gauge(self) -> None:

@@ -1,0 +1,313 @@
+"""A process, a hook and a gauge that the package does not have, in one file: what they say is ground and shown.
+
+The head of the machine warms up with the power that it gives, grows towards the part and cools down again; grains pull
+out in bursts, as the flats have grown by so much. Through the shift the wheel dulls faster, and the table falls behind
+its E and rests longer. The meter lags.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from grind_env.control import execute, read
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.step import NEW_PART
+from grind_env.envs.blocks.tables import Outcome, ShopMemory
+from grind_env.envs.gauge import GAUGE, Gauge, Shown
+from grind_env.envs.ids import SIMULATIONS
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.simulation import Simulation, Written
+from grind_env.envs.strokes.simulation import StrokeSimulation
+from grind_env.envs.tasks import read_task
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.columns import replacer
+from grind_env.machine.job import Job
+from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.loops import loops_of
+from grind_env.machine.loops.rows import LOG, OWN_FROM, Table
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.run import GrindingRun
+from grind_env.process.process import PROCESS, Drive, Hook, Moment, Process, composed
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke import dress_wheel, grind_stroke
+from tests.machine.harness import DRESS, job
+
+WARMS, COOLS, GROWS = 2e-6, 1.0 / 600.0, 2e-4  # K/J, 1/s, mm/K
+BURST, PULLED = 0.004, 0.5  # of the wheel surface, and what of it is left
+SLOWER, RESTS, DULLS, LAGS = 0.03, 0.02, 0.5, 200.0  # share, s, 1/h, s
+
+
+class Warm(NamedTuple):
+    """What the process remembers besides the wheel."""
+
+    heat: float = 0.0
+    """Of the head above the hall, K."""
+    grown: float = 0.0
+    """Flats since grains have pulled out, fraction of the wheel surface."""
+
+
+class Dulling(NamedTuple):
+    """What the hook remembers."""
+
+    blocks: float = 0.0
+
+
+class Lag(NamedTuple):
+    """What the meter remembers."""
+
+    showed: float = 0.0
+    """W."""
+    at: float = 0.0
+    """s."""
+
+
+remember, dull, showing = replacer(None, "heat", "grown"), replacer(None, "blocks"), replacer(None, "showed", "at")
+pull_out, nearer = replacer(WheelState, "A", "W"), replacer(WheelState, "W")
+faster, shown_as = replacer(StrokeParameters, "kA"), replacer(Shown, "peak_power")
+
+
+@inlined
+def toy_idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
+    """The head cools down."""
+    heat = own.heat * exp(-COOLS * seconds)
+    return nearer(wheel, (wheel.W - GROWS * (heat - own.heat),)), remember(own, (heat, own.grown))
+
+
+@inlined
+def toy_stroke(
+    wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
+) -> tuple[WheelState, Any, StrokeResult]:
+    """That of the package, with bursts and a head that warms up."""
+    after, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
+    grown = own.grown + max(after.A - wheel.A, 0.0)
+    bursts = grown > BURST
+    heat = own.heat * exp(-COOLS * seconds) + WARMS * stroke.power * seconds
+    A = after.A - PULLED * grown if bursts else after.A
+    after = pull_out(after, (A, after.W - GROWS * (heat - own.heat)))
+    return after, remember(own, (heat, 0.0 if bursts else grown)), stroke
+
+
+@inlined
+def toy_dress(
+    wheel: WheelState, own: Any, passes: float, lead: float, depth: float, p: StrokeParameters
+) -> tuple[WheelState, Any, float]:
+    """That of the package; the grains are fresh."""
+    wheel, removed = dress_wheel(wheel, passes, lead, depth, p)
+    return wheel, remember(own, (own.heat, 0.0)), removed
+
+
+@inlined
+def worn_table(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """It reaches less of a high E, and rests longer towards the end of the table."""
+    share = drive.share * (1.0 - SLOWER * moment.E / 30_000.0)
+    return wheel, own, p, Drive(share=share, dwell=drive.dwell + RESTS * moment.place / 100.0)
+
+
+@inlined
+def dulling(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """The wheel dulls faster through the shift, and from block to block."""
+    factor = 1.0 + DULLS * moment.seconds / 3600.0 + 0.01 * own.blocks
+    return wheel, dull(own, (own.blocks + 1.0,)), faster(p, (p.kA * factor,)), drive
+
+
+@inlined
+def lagging(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+    """That of the package, with a peak that lags behind the true one; not noisy."""
+    kept = exp((own.at - seconds) / LAGS)
+    peak = truth.peak_power + kept * (own.showed - truth.peak_power)
+    shown, own = GAUGE.read(truth, own, seconds, noise)
+    return shown_as(shown, (peak,)), showing(own, (peak, seconds))
+
+
+BARE = Process(Warm, StrokeConstants, PROCESS.constants, toy_stroke, toy_dress, toy_idle)
+TOY = composed(BARE, Hook(worn_table), Hook(dulling, Dulling))
+METER = Gauge(lagging, Lag)
+FIELDS = (*Warm._fields, *Dulling._fields)
+
+
+PARTS = """G71 G94 G90 G19
+G00 Y20.
+G00 X-30. Z-2.5
+G01 Y0 F500.
+G82 X230. I-30. Y-.06 J-.012 L2 F100. E18000. P9100 D2
+G80
+M01
+G00 X-30. Y-.05
+G81.1 X230. I-30. E9000. P9100
+G01 Y-.08 F.8
+G04 X2.5
+G80
+M00
+G00 Y20.
+G00 X-30. Z-2.5
+G01 Y0 F500.
+G82.1 X230. I-30. Y-.09 J-.01 Q-.004 L1 F100. E24000. P9100 D1
+G80
+G00 Y20.
+M30
+"""
+GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
+WIDE = PARTS.replace("Z-2.5", "Z0").replace("G82", "G83").replace("Y-.06 ", "Y-.06 Z15. K6. R6. ")
+PROGRAMS: dict[str, tuple[str, dict[str, float]]] = {
+    "a script": (PARTS, {}),
+    "a script in zones": (WIDE.replace("Q-.004", "Q-.004 Z11.3 K9.2").replace("F100.", "F1500."), {"width": 40.0}),
+    "a program that the control executes": (GROOVE + PARTS, {}),
+}
+
+
+def toy_job(**part: float) -> Job:
+    """The job of the programs, on the toy."""
+    return replace(job(stock=0.1, **part), process=TOY)
+
+
+def ground(written: Written, *, whole: bool = True) -> GrindingRun:
+    """The machine after a program, the cycles of which the control gives as a whole or stroke by stroke."""
+    programs, shop = read(written.program), written.job
+    control = replace(shop.control, operator_dress_at=written.requests, whole_cycles=whole)
+    run, execution = GrindingRun(programs, shop, control, shop.parts), execute(programs, control)
+    run.tell(execution)
+    for event in execution:
+        run.take(event)
+        run.tell(execution)
+    return run
+
+
+class Played(NamedTuple):
+    """An episode of which some blocks have been run."""
+
+    wheel: Table
+    """With what is remembered besides."""
+    memory: ShopMemory
+    written: Written
+    outcomes: Outcome
+    """Each of shape (blocks,), like the next one."""
+    tallies: Tally
+
+
+def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: int = 3) -> Played:
+    """An episode with these E (mm/min) and D, beside another one."""
+    episodes = simulation.start([np.random.default_rng(seed), np.random.default_rng(seed + 1)])
+    blocks, outcomes, tallies = [], [], []
+    for E, D in choices:
+        blocks.append(simulation.block(episodes, 0, E, D))
+        outcome, tally = simulation.step(episodes, np.array([E, 7000.0]), np.array([D, 1.0]))
+        outcomes.append(outcome[0])
+        tallies.append(tally[0])
+    memory, written = ShopMemory(*episodes.memory[0].tolist()), simulation.written(episodes, 0, blocks)
+    return Played(episodes.wheels[0], memory, written, Outcome(*np.array(outcomes).T), Tally(*np.array(tallies).T))
+
+
+def assert_ground_alike(played: Played, run: GrindingRun) -> None:
+    """What an episode has left is what the machine has, to the bit."""
+    assert run.wheel is not None
+    assert played.wheel[: OWN_FROM + len(FIELDS)].tolist() == [*run.wheel, *run.mount.own[0].tolist()]
+
+
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize(("text", "part"), PROGRAMS.values(), ids=list(PROGRAMS))
+def test_the_machine_grinds_a_program_as_its_replay(text: str, part: dict[str, float], whole: bool) -> None:
+    simulation = JobSimulation(read(text + DRESS), toy_job(**part), 0.0, gauge=METER)
+    assert (simulation.script is None) == ("G77" in text)
+    played = play(simulation, [(18_000.0, 2.0), (9000.0, 0.0), (24_000.0, 1.0)])
+    run = ground(played.written, whole=whole)
+    assert_ground_alike(played, run)
+    strokes, blocks = run.record().strokes, np.add.reduce(played.tallies.strokes)
+    assert len(strokes) == blocks
+    shares = 1.0 - SLOWER * np.array([18_000.0, 9000.0, 24_000.0]) / 30_000.0
+    assert {*strokes["E"][strokes["groove"] == 0].tolist()} == {*(shares * [18_000.0, 9000.0, 24_000.0]).tolist()}
+    assert run.mount.own[0, FIELDS.index("blocks")] == 3.0
+
+
+TASKS = ("power_limited", "reciprocation", "wide_plates", "stroke")
+
+
+def simulation_of(name: str, process: Process = TOY, gauge: Gauge = METER) -> BlockSimulation:
+    task = read_task(name)
+    kind = StrokeSimulation if name == "stroke" else SIMULATIONS[task.cycle]
+    return kind(task, process=process, gauge=gauge)
+
+
+def choices_of(name: str) -> list[tuple[float, float]]:
+    """E and D of some parts."""
+    if name == "stroke":
+        return [(9000.0 + 1500.0 * (k % 9), float(k % 7 == 3)) for k in range(60)]
+    return [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: str) -> None:
+    played = play(simulation_of(name), choices_of(name))
+    run = ground(played.written)
+    assert_ground_alike(played, run)
+    assert len(run.record().strokes) == played.tallies.strokes.sum()
+    assert run.record().seconds == pytest.approx(played.outcomes.seconds.sum(), rel=1e-9)
+
+
+@pytest.mark.bits
+def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
+    simulation, n = simulation_of("power_limited"), 19
+    episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
+    wheels = episodes.wheels.copy()
+    wheels[:, OWN_FROM + FIELDS.index("blocks")] = 1.0
+    _, tallies = simulation.step(episodes, np.linspace(5000.0, 25_000.0, n), np.arange(n) % 3.0)
+    parts, alone, motions = np.array([NEW_PART] * n), np.zeros_like(tallies), np.empty((0, 0))
+    tables = simulation._tables(n)[3:]
+    loops_of(COURSES["G82"], TOY).scalar(*tables, wheels, parts, alone, motions, np.empty((n, 0, len(LOG.names or ()))))
+    own = slice(OWN_FROM + len(FIELDS))
+    assert alone.tobytes() == tallies.tobytes() and parts.tobytes() == episodes.parts.tobytes()
+    assert wheels[:, own].tobytes() == episodes.wheels[:, own].tobytes()
+
+
+def test_what_it_says_is_felt() -> None:
+    choices = [(15_000.0, 0.0)] * 6
+    plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
+    A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
+    assert bare.wheel[A] < plain.wheel[A] - PULLED * BURST  # grains have pulled out
+    assert bare.wheel[heat] > 0.0
+    assert (bare.outcomes.size_error < plain.outcomes.size_error).all()  # the head has grown towards the part
+    dulls, slows = (composed(PROCESS, hook) for hook in (Hook(dulling, Dulling), Hook(worn_table)))
+    duller, slower = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (dulls, slows))
+    assert duller.wheel[A] > plain.wheel[A]
+    assert (slower.outcomes.seconds > plain.outcomes.seconds).all()
+
+
+def test_time_alone_cools_the_head() -> None:
+    def heat(load: float) -> float:
+        shop = replace(toy_job(), times=replace(toy_job().times, load=load))
+        return float(ground(Written(PARTS + DRESS, shop)).mount.own[0, 0])
+
+    assert 0.0 < heat(3600.0) < heat(20.0)
+
+
+def test_a_meter_that_lags_shows_later_what_is_ground_alike() -> None:
+    choices = [(8000.0, 0.0), (24_000.0, 0.0), (24_000.0, 0.0)]
+    shown, true = [], []
+    for blocks in range(1, 4):
+        lags, exact = (play(simulation_of("power_limited", TOY, gauge), choices[:blocks]) for gauge in (METER, GAUGE))
+        assert lags.outcomes.cost.tolist() == exact.outcomes.cost.tolist()
+        assert lags.memory._replace(peak_power=0.0) == exact.memory._replace(peak_power=0.0)
+        shown.append(lags.memory.peak_power)
+        true.append(lags.outcomes.peak_power[-1])
+    assert 0.0 < shown[0] < shown[1] < shown[2]
+    assert shown[0] < true[0] and shown[1] < true[1]
+    assert lags.wheel[-2:].tolist() == [shown[2], pytest.approx(lags.memory.clock)]
+
+
+def test_without_any_of_it_nothing_is_remembered_or_made_anew() -> None:
+    assert composed(PROCESS) is PROCESS and PROCESS.own() == ()
+    assert simulation_of("power_limited", PROCESS, GAUGE).room(1).wheels.shape == (1, OWN_FROM)
+    course = COURSES["G82"]
+    assert loops_of(course) is loops_of(course, PROCESS) and loops_of(course, TOY) is loops_of(course, TOY)
+    assert loops_of(course) is not loops_of(course, TOY)
+
+
+def test_two_that_remember_something_under_one_name_are_refused() -> None:
+    with pytest.raises(ValueError, match="names of their own, but here they are .*'blocks', 'blocks'"):
+        composed(TOY, Hook(dulling, Dulling))
