@@ -309,5 +309,5 @@ def test_without_any_of_it_nothing_is_remembered_or_made_anew() -> None:
 
 
 def test_two_that_remember_something_under_one_name_are_refused() -> None:
-    with pytest.raises(ValueError, match="names of their own, but here they are .*'blocks', 'blocks'"):
+    with pytest.raises(ValueError, match=r"names of their own, but here they are .*'blocks', 'blocks'"):
         composed(TOY, Hook(dulling, Dulling))
