@@ -30,7 +30,11 @@ class Gauge(NamedTuple):
     """`read(truth, own, seconds, noise) -> shown, own`: after every block, at the s of the shift at which it is over;
     compiled. `own` has all that process and gauge remember."""
     own: type[Any] = Nothing
-    """What they remember, as of `Process`; no other name than the process has."""
+    """What they remember, as of `Process`; under other names than the process."""
+
+    def __reduce__(self) -> Any:
+        """As that of `Process`."""
+        return "GAUGE" if self is GAUGE else (Gauge, tuple(self))
 
 
 @inlined

@@ -255,7 +255,8 @@ class GrindingRun:
         """A cycle block begins: what its process makes of wheel and table, the latter told by `tell`."""
         if self.job.process.before is not None:
             part = self.part.job.part
-            moment = Moment(float(self._begun - 1), self.clock(time), part.start + 0.5 * part.length, plan.feed)
+            numbers = self._begun - 1, self.clock(time), part.start + 0.5 * part.length, plan.feed
+            moment = Moment(*map(float, numbers))
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
     def _start_dress(self, event: DressStart) -> None:

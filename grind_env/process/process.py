@@ -70,6 +70,10 @@ class Process(NamedTuple):
     touched off or gauged; `drive` as the control has it. Wheel and own stay changed, p and drive hold in the block.
     None for nothing."""
 
+    def __reduce__(self) -> Any:
+        """As what is pickled: that of the package by its name, with the functions compiled there."""
+        return "PROCESS" if self is PROCESS else (Process, tuple(self))
+
 
 class Hook(NamedTuple):
     """Something that happens before every cycle block, whatever grinds in it."""

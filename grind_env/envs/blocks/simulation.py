@@ -59,7 +59,8 @@ class BlockSimulation:
 
     Attributes:
         task: the task.
-        process: as given.
+        process: as given, like the next one.
+        gauge: as given.
         entries: of the observation, the measured ones first.
         kinds: numbers of the kinds of blocks, shape (rows, fields of `KindRow`).
         branches: of its blocks.
@@ -81,8 +82,7 @@ class BlockSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
-        self.process, self._own = process, tuple(joined(process.own, gauge.own)())
-        self._grind = self._step_of(process, gauge)
+        self.process, self.gauge, self._own = process, gauge, tuple(joined(process.own, gauge.own)())
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
         self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
@@ -146,7 +146,7 @@ class BlockSimulation:
         results = np.zeros((n, len(Tally._fields)))
         if len(self._cycles) < n:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
-        self._grind(
+        self._step_of(self.process, self.gauge)(
             self._tables(n),
             tuple(episodes.arrays().values()),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),

@@ -105,7 +105,7 @@ class JobSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         refuse_many(programs, job)
-        self._start = *job.own_at_start, *gauge.own()
+        self.gauge, self._start = gauge, (*job.own_at_start, *gauge.own())
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
@@ -128,7 +128,6 @@ class JobSimulation:
             )
         self._zones = 1 if self.script is None else len(self.tables.zones)
         self._whole = self.script is not None and is_whole(self.script, self.tables)
-        self._step, self._settle = jobs_step(job.process, gauge, self._whole), settle_of(job.process, gauge)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -347,7 +346,8 @@ class JobSimulation:
         base, times = self.branches.base, (self.script.approach, self.job.times.load)
         room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
         tables = *self.tables, self.kinds, base, self.shops, *times, *room
-        self._step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
+        step = jobs_step(self.job.process, self.gauge, self._whole)
+        step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -401,7 +401,8 @@ class JobSimulation:
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
         state = episodes.compiled_arrays()
-        self._settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
+        settle = settle_of(self.job.process, self.gauge)
+        settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""

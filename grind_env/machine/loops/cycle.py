@@ -159,5 +159,5 @@ def measured(wheel: WheelState) -> WheelState:
 @inlined
 def stroke_seconds(stroking: Stroking, reversal: float) -> tuple[float, float]:
     """Time of the stroke after so many reversals of the cycle, and what of it is its own, s."""
-    later = stroking.stroke_seconds
-    return (later, later) if reversal > 0.0 else (stroking.first_seconds, stroking.set_out)
+    first, own = stroking.first_seconds, stroking.set_out
+    return stroking.stroke_seconds if reversal > 0.0 else first, stroking.stroke_seconds if reversal > 0.0 else own
