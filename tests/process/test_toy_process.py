@@ -36,7 +36,7 @@ from grind_env.process.stroke import dress_wheel, grind_stroke
 from tests.machine.harness import DRESS, job
 
 WARMS, COOLS, GROWS = 2e-6, 1.0 / 600.0, 2e-4  # K/J, 1/s, mm/K
-BURST, PULLED = 0.004, 0.5  # of the wheel surface, and what of it is left
+BURST, PULLED = 0.001, 0.5  # of the wheel surface, and what of it is left
 SLOWER, RESTS, DULLS, LAGS = 0.03, 0.02, 0.5, 200.0  # share, s, 1/h, s
 
 
@@ -132,20 +132,14 @@ METER = Gauge(lagging, Lag)
 FIELDS = (*Warm._fields, *Dulling._fields)
 
 
-PARTS = """G71 G94 G90 G19
+PLUNGES = """G71 G94 G90 G19
 G00 Y20.
 G00 X-30. Z-2.5
 G01 Y0 F500.
 G82 X230. I-30. Y-.06 J-.012 L2 F100. E18000. P9100 D2
 G80
-M01
-G00 X-30. Y-.05
-G81.1 X230. I-30. E9000. P9100
-G01 Y-.08 F.8
-G04 X2.5
-G80
-M00
 G00 Y20.
+M00
 G00 X-30. Z-2.5
 G01 Y0 F500.
 G82.1 X230. I-30. Y-.09 J-.01 Q-.004 L1 F100. E24000. P9100 D1
@@ -153,13 +147,20 @@ G80
 G00 Y20.
 M30
 """
+INFEED = (
+    "M01\nG00 X-30.\nG01 Y-.05 F500.\nG81.1 X230. I-30. E9000. P9100\nG01 Y-.08 F.8\nG04 X2.5\nG80\nG00 Y20.\nM00\n"
+)
+MIXED = PLUNGES.replace("G80\nG00 Y20.\nM00\n", f"G80\n{INFEED}")
 GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-WIDE = PARTS.replace("Z-2.5", "Z0").replace("G82", "G83").replace("Y-.06 ", "Y-.06 Z15. K6. R6. ")
-PROGRAMS: dict[str, tuple[str, dict[str, float]]] = {
-    "a script": (PARTS, {}),
-    "a script in zones": (WIDE.replace("Q-.004", "Q-.004 Z11.3 K9.2").replace("F100.", "F1500."), {"width": 40.0}),
-    "a program that the control executes": (GROOVE + PARTS, {}),
+WIDE = PLUNGES.replace("Z-2.5", "Z0.").replace("Y-.06 ", "Y-.06 Z15. K6. R6. ").replace("Q-.004", "Q-.004 Z11.3 K9.2")
+ALIKE, NEAR = 0.0, 1e-12
+PROGRAMS: dict[str, tuple[str, float, float]] = {
+    "a script of plunges": (PLUNGES, 20.0, ALIKE),
+    "a script with an infeed beside the table": (MIXED, 20.0, NEAR),
+    "a script in zones": (WIDE.replace("G82", "G83").replace("F100.", "F1500."), 40.0, NEAR),
+    "a program that the control executes": (GROOVE + MIXED, 20.0, NEAR),
 }
+"""Each with the width of the part, mm, and how near its replay comes: nearer than the package's own does with none."""
 
 
 def toy_job(**part: float) -> Job:
@@ -204,25 +205,27 @@ def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: i
     return Played(episodes.wheels[0], memory, written, Outcome(*np.array(outcomes).T), Tally(*np.array(tallies).T))
 
 
-def assert_ground_alike(played: Played, run: GrindingRun) -> None:
-    """What an episode has left is what the machine has, to the bit."""
+def assert_ground_alike(played: Played, run: GrindingRun, within: float) -> None:
+    """What an episode has left is what the machine has."""
     assert run.wheel is not None
-    assert played.wheel[: OWN_FROM + len(FIELDS)].tolist() == [*run.wheel, *run.mount.own[0].tolist()]
+    found = played.wheel[: OWN_FROM + len(FIELDS)]
+    np.testing.assert_allclose(found, [*run.wheel, *run.mount.own[0]], rtol=within, atol=0.01 * within)
 
 
 @pytest.mark.parametrize("whole", [True, False])
-@pytest.mark.parametrize(("text", "part"), PROGRAMS.values(), ids=list(PROGRAMS))
-def test_the_machine_grinds_a_program_as_its_replay(text: str, part: dict[str, float], whole: bool) -> None:
-    simulation = JobSimulation(read(text + DRESS), toy_job(**part), 0.0, gauge=METER)
+@pytest.mark.parametrize(("text", "width", "within"), PROGRAMS.values(), ids=list(PROGRAMS))
+def test_the_machine_grinds_a_program_as_its_replay(text: str, width: float, within: float, whole: bool) -> None:
+    simulation = JobSimulation(read(text + DRESS), toy_job(width=width), 0.0, gauge=METER)
     assert (simulation.script is None) == ("G77" in text)
-    played = play(simulation, [(18_000.0, 2.0), (9000.0, 0.0), (24_000.0, 1.0)])
+    choices = [(18_000.0, 2.0), *([(9000.0, 0.0)] if "G81" in text else []), (24_000.0, 1.0)]
+    played = play(simulation, choices)
     run = ground(played.written, whole=whole)
-    assert_ground_alike(played, run)
-    strokes, blocks = run.record().strokes, np.add.reduce(played.tallies.strokes)
-    assert len(strokes) == blocks
-    shares = 1.0 - SLOWER * np.array([18_000.0, 9000.0, 24_000.0]) / 30_000.0
-    assert {*strokes["E"][strokes["groove"] == 0].tolist()} == {*(shares * [18_000.0, 9000.0, 24_000.0]).tolist()}
-    assert run.mount.own[0, FIELDS.index("blocks")] == 3.0
+    assert_ground_alike(played, run, within)
+    strokes = run.record().strokes
+    assert len(strokes) == played.tallies.strokes.sum()
+    reached = {(1.0 - SLOWER * E / 30_000.0) * E for E, _ in choices}
+    assert {*strokes["E"][strokes["groove"] == 0].tolist()} == reached
+    assert run.mount.own[0, FIELDS.index("blocks")] == len(choices)
 
 
 TASKS = ("power_limited", "reciprocation", "wide_plates", "stroke")
@@ -245,7 +248,7 @@ def choices_of(name: str) -> list[tuple[float, float]]:
 def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: str) -> None:
     played = play(simulation_of(name), choices_of(name))
     run = ground(played.written)
-    assert_ground_alike(played, run)
+    assert_ground_alike(played, run, NEAR)
     assert len(run.record().strokes) == played.tallies.strokes.sum()
     assert run.record().seconds == pytest.approx(played.outcomes.seconds.sum(), rel=1e-9)
 
@@ -269,7 +272,7 @@ def test_what_it_says_is_felt() -> None:
     choices = [(15_000.0, 0.0)] * 6
     plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
     A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
-    assert bare.wheel[A] < plain.wheel[A] - PULLED * BURST  # grains have pulled out
+    assert bare.wheel[A] < plain.wheel[A] - 0.5 * PULLED * BURST  # grains have pulled out
     assert bare.wheel[heat] > 0.0
     assert (bare.outcomes.size_error < plain.outcomes.size_error).all()  # the head has grown towards the part
     dulls, slows = (composed(PROCESS, hook) for hook in (Hook(dulling, Dulling), Hook(worn_table)))

@@ -36,8 +36,8 @@ class StrokeSimulation(BlockSimulation):
 
     by_block = False
 
-    def __init__(self, task: Task, *, full: bool = False, pre_dress: bool = False) -> None:
-        super().__init__(task, full=full, pre_dress=pre_dress)
+    def __init__(self, task: Task, **given: Any) -> None:
+        super().__init__(task, **given)
         within, last = self.kinds.copy(), self.kinds.copy()
         # the loading is counted in the time of the first stroke
         within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
