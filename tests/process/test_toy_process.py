@@ -147,9 +147,16 @@ G80
 G00 Y20.
 M30
 """
-INFEED = (
-    "M01\nG00 X-30.\nG01 Y-.05 F500.\nG81.1 X230. I-30. E9000. P9100\nG01 Y-.08 F.8\nG04 X2.5\nG80\nG00 Y20.\nM00\n"
-)
+INFEED = """M01
+G00 X-30.
+G01 Y-.05 F500.
+G81.1 X230. I-30. E9000. P9100
+G01 Y-.08 F.8
+G04 X2.5
+G80
+G00 Y20.
+M00
+"""
 MIXED = PLUNGES.replace("G80\nG00 Y20.\nM00\n", f"G80\n{INFEED}")
 GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
 WIDE = PLUNGES.replace("Z-2.5", "Z0.").replace("Y-.06 ", "Y-.06 Z15. K6. R6. ").replace("Q-.004", "Q-.004 Z11.3 K9.2")
@@ -269,7 +276,7 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
 
 
 def test_what_it_says_is_felt() -> None:
-    choices = [(15_000.0, 0.0)] * 6
+    choices = [(6000.0, 0.0)] * 8
     plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
     A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
     assert bare.wheel[A] < plain.wheel[A] - 0.5 * PULLED * BURST  # grains have pulled out
@@ -284,7 +291,7 @@ def test_what_it_says_is_felt() -> None:
 def test_time_alone_cools_the_head() -> None:
     def heat(load: float) -> float:
         shop = replace(toy_job(), times=replace(toy_job().times, load=load))
-        return float(ground(Written(PARTS + DRESS, shop)).mount.own[0, 0])
+        return float(ground(Written(PLUNGES + DRESS, shop)).mount.own[0, 0])
 
     assert 0.0 < heat(3600.0) < heat(20.0)
 
