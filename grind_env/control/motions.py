@@ -38,7 +38,7 @@ class CyclePlan:
     neither plunge nor cross axis and its picks are 0.
 
     Attributes:
-        code: G81, G82 or G83.
+        code: G81, G82 or G83; G01 for a feed move that `machine` takes as a stroke.
         pre_dress: whether it was programmed with ``.1``.
         axis: the reciprocating axis.
         plunge_axis: None for G81.
@@ -127,9 +127,13 @@ class Rapid(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line(Motion):
-    """G01: a straight line at `feed`, mm/min along the path."""
+    """G01: a straight line at `feed`, mm/min along the path.
+
+    `reciprocating` says whether the table goes on beside it.
+    """
 
     feed: float
+    reciprocating: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,7 +231,7 @@ class CycleStart:
 class CycleStrokes:
     """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
 
-    `machine` takes a stroke that comes by itself as one of these, of any cycle.
+    `machine` takes a stroke that comes by itself as one of these, of any cycle or by a feed move.
 
     Attributes:
         time: at which the last stroke ends, s; what the auto-dresses take is not in it.

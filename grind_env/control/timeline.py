@@ -185,7 +185,7 @@ class Timeline:
         elif groove is not None:
             yield Infeed(**frame, feed=rate, axis=groove[0], groove=groove[1])
         else:
-            yield Line(**frame, feed=rate)
+            yield Line(**frame, feed=rate, reciprocating=self.reciprocation is not None)
 
     def finish_stroke(self) -> Generator[Event, None, Underway]:
         """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""

@@ -7,6 +7,7 @@ relations together, and keeps the clock of the job.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from grind_env.control import (
     Spindle,
     Stroke,
     Switch,
+    execute,
 )
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
@@ -40,9 +42,10 @@ from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
-from grind_env.machine.dress.program import NO_DRESS, DressProgramError
+from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.feeds import feed_stroke, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
@@ -99,7 +102,7 @@ class GrindingRun:
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
-        self._begun = 0  # cycle blocks
+        self._begun = 0  # cycle blocks, and feed moves that are strokes
         self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
@@ -216,7 +219,7 @@ class GrindingRun:
         if not self.strokes:
             raise GrindingError(
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
-                "G76 or G77 cuts grooves"
+                "G76 or G77 cuts grooves, and without these feed moves grind along the axis across G17, G18 or G19"
             )
         self.let_part_go()
         if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, self.job, PartConditions(), 0.0)):
@@ -235,24 +238,46 @@ class GrindingRun:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
                 self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
-        loads = self._begin_cutting(event.time)
+        self._take_over(event.time, plan, dress)
+        self.cycles[plan.line] = plan
+        if plan.plunge_axis is not None:
+            self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
+
+    def _take_over(self, time: float, plan: CyclePlan, dress: DressPlan | None = None) -> None:
+        """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
+        loads = self._begin_cutting(time)
         self.part.take_up(self.running.setup)
         self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(self.part, plan)
         if self.job.process.before is not None:
             self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
-        self.mount.pass_time(self.clock(event.time), self.part.p, loads=loads)
+        self.mount.pass_time(self.clock(time), self.part.p, loads=loads)
         self._begun += 1
-        self._begin_block(event.time, plan)
-        self._line = plan.line
-        self.blocks[plan.line], self.cycles[plan.line] = plan.block, plan
-        if plan.plunge_axis is not None:
-            self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
+        self._begin_block(time, plan)
+        self._line, self.blocks[plan.line] = plan.line, plan.block
         self.axis = plan.axis
 
+    def _feed(self, move: Line) -> None:
+        """A feed move, which is a stroke where it goes along the table over the part."""
+        axis = self.axis if self._begun else self._first_axis
+        placed = self.watch.way.found and (self.part.strokes > 0 or not self.part.infeeds)
+        event = feed_stroke(move, axis, self.part.job) if axis is not None and placed else None
+        if event is None:
+            self.watch.way.move(move)
+        else:
+            self._take_over(move.begin, event.plan)
+            self._strokes(event, 0)
+
+    @cached_property
+    def _first_axis(self) -> int | None:
+        """Along which the table goes before the first cycle; None if that is not known."""
+        ahead = execute(self.programs, replace(self.control))
+        self.tell(ahead)
+        return table_axis(ahead)
+
     def _begin_block(self, time: float, plan: CyclePlan) -> None:
-        """A cycle block begins: what its process makes of wheel and table, the latter told by `tell`."""
+        """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""
         if self.job.process.before is not None:
             part = self.part.job.part
             numbers = self._begun - 1, self.clock(time), part.start + 0.5 * part.length, plan.feed
@@ -420,6 +445,7 @@ HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
     Message: lambda run, event: run.watch.message(event),
     Spindle: lambda run, event: run.running.set_speed(event),
     Switch: lambda run, event: run.running.switch(event),
-    **dict.fromkeys((Rapid, Line, Arc), lambda run, event: run.watch.way.move(event)),
+    Line: GrindingRun._feed,
+    **dict.fromkeys((Rapid, Arc), lambda run, event: run.watch.way.move(event)),
 }
 """What happens in a run with an event of the control; others change nothing but where the axes stand."""

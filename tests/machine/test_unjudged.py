@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from grind_env import report
@@ -25,7 +25,8 @@ from tests.machine.test_cli_run import grind as status
 
 AWAY = "G80\nG00 Y20.\n"
 BACK = "G00 X-30. Z0\nG00 Y0\n"
-SPARK_OUT = "G80\n#1=0\nWHILE [#1 LT 6] DO 1\nG01 X230. F12000.\nG01 X-30.\n#1=#1+1\nEND 1\nG00 Y20.\n"
+SLOPES = "G80\n#1=0\nWHILE [#1 LT 6] DO 1\nG01 X230. Y-.06 F12000.\nG01 X-30. Y-.05\n#1=#1+1\nEND 1\nG00 Y20.\n"
+"""Feed moves that plunge over the part, and come up over it again."""
 
 
 def job(**part: Any) -> Job:
@@ -41,12 +42,14 @@ def lines_of(record: GrindingRecord) -> list[tuple[int, ...]]:
     return [tuple(line for each in found for line in each.lines) for found in record.unjudged]
 
 
-def test_spark_out_by_feed_moves_is_not_judged() -> None:
-    found, plain = run(CYCLE + SPARK_OUT), run(CYCLE + AWAY)
+def test_feed_moves_that_plunge_over_the_part_are_not_judged() -> None:
+    found, plain = run(CYCLE + SLOPES), run(CYCLE + AWAY)
     (warning,) = found.warnings
     assert warning.startswith(
-        "test.nc:7: 12 feed moves outside a cycle take the wheel over the part 0.05 mm deep, where it grinds "
-        "(lines 7, 8), which is not simulated, so that the part is not judged; let the strokes of a cycle"
+        "test.nc:7: 12 feed moves outside a cycle take the wheel over the part 0.05099 to 0.05901 mm deep, where it "
+        "grinds "
+        "(lines 7, 8) and is no stroke of the program along the table, which is not simulated, so that the part is not "
+        "judged; set the wheel to depth beside the part, and go straight along the table from there"
     )
     assert lines_of(found) == [(7, 8)] and found.unjudged[0][0].why in warning
     assert found.parts["survival"][0] == 0.0 and found.cost_per_good_part == float("inf")
@@ -57,18 +60,19 @@ def test_spark_out_by_feed_moves_is_not_judged() -> None:
 @pytest.mark.parametrize(
     ("moves", "depths"),
     [
-        ("G01 X230. F500.", "0.05 mm deep"),
-        ("G01 X230. Y-.06 F500.", " to 0.05"),
-        ("G01 Y-.052 F500.\nG01 X230.", "0.052 mm deep"),
+        ("G01 X230. Y-.06 F500.", "0.05099 to 0.05901"),
+        ("G01 Y-.052 F500.\nG01 X230. Y-.05", "0.0502 to 0.0518"),
+        ("G01 X230. Y-.051 Z30. F500.", "0.0501 to 0.05067"),  # plunges and goes off the part
+        ("G01 Y-.06 F500.\nX-30. Z-10.\nX230. Z10.", "0.06 mm deep"),  # leaves some of the width
+        ("G01 Z-40. F500.\nY-.06\nX100.\nZ-2.5", "0.06 mm deep"),  # from the side
         ("G00 X100. Y1.\nG01 Y-.1 F500.", "0 to 0.1 mm deep"),
-        ("G01 Y-.049 F500.\nG01 X230.", "0.049 mm deep"),  # strokes have left some 2 um there
         ("G18 G02 X230. Z0 R2000. F500.", "0.05 mm deep"),
         ("G00 X100. Y1.\nG17 G02 X100. Y1. J-.55 F500.", "deep"),  # a full circle, which begins above the part
         ("G00 Y1.\nG00 X80.\nG17 G03 X120. Y1. R190. F500.", "deep"),  # of which only the middle lies below it
-        ("G00 Y.2\nG00 X0\nG41 G17 G01 X10. Y-.06 F500.\nG01 X200.\nG40 G01 X210. Y2.", "deep"),
+        ("G00 Y.2\nG00 X0\nG41 G17 G01 X10. Y-.06 F500.\nG40 G01 X210. Y2.", "deep"),
     ],
 )
-def test_a_feed_move_that_would_cut_is_not_judged(moves: str, depths: str) -> None:
+def test_a_feed_move_that_cuts_and_is_no_stroke_is_not_judged(moves: str, depths: str) -> None:
     found = run(f"{CYCLE}G80\nG00 X-30.\n{moves}\nG17 G40 G00 Y20.\n")
     assert found.parts["survival"][0] == 0.0
     (warning,) = found.warnings
@@ -100,25 +104,25 @@ def test_what_an_operator_asks_for_in_between_counts_as_well() -> None:
 
 
 def test_what_comes_before_the_first_stroke_counts_as_well() -> None:
-    before = "G01 Y-.02 F500.\nG01 X230.\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
-    assert lines_of(run(before + CYCLE + AWAY)) == [(4,)]
-    assert lines_of(run(before.replace("Y-.02", "Y0") + CYCLE + AWAY)) == [()]
+    before = "G01 X230. Y-.02 F500.\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
+    assert lines_of(run(before + CYCLE + AWAY)) == [(3,)]
+    assert lines_of(run(before.replace("Y-.02", "Y.02") + CYCLE + AWAY)) == [()]
 
 
 def test_each_part_has_its_own_verdict() -> None:
     part = BACK + CYCLE + "{}" + AWAY
-    found = run("M00\n".join(part.format(moves) for moves in ("", "G80\nG01 X230. F5000.\n", "")))
+    found = run("M00\n".join(part.format(moves) for moves in ("", "G80\nG01 X230. Y-.06 F5000.\n", "")))
     assert [survival > 0.99 for survival in found.parts["survival"]] == [True, False, True]
     assert [bool(lines) for lines in lines_of(found)] == [False, True, False]
 
 
 def test_a_part_that_feed_moves_alone_grind_is_one() -> None:
-    by_feed = BACK + "G01 Y-.05 F500.\nG01 X230.\nG00 Y20.\n"
+    by_feed = BACK + "G01 X230. Y-.05 F500.\nG00 Y20.\n"
     found = run(f"{CYCLE}{AWAY}M00\n{by_feed}")
-    assert lines_of(found) == [(), (10,)]
+    assert lines_of(found) == [(), (9,)]
     assert [survival > 0.99 for survival in found.parts["survival"]] == [True, False]
     (warning,) = found.warnings
-    assert warning.startswith("test.nc:10: a feed move outside a cycle takes the wheel over the part 0.05 mm deep")
+    assert warning.startswith("test.nc:9: a feed move outside a cycle takes the wheel over the part 0.005024 to ")
     assert len(run(f"{CYCLE}{AWAY}M00\n{by_feed.replace('Y-.05', 'Y1.')}").parts) == 1
 
 
@@ -183,8 +187,9 @@ def test_a_cycle_in_the_air_that_is_meant_so_changes_no_verdict(text: str) -> No
 )
 @settings(max_examples=30, deadline=None)
 def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, float]]) -> None:
-    """A part keeps its verdict as long as no way between two places goes below what has been ground."""
+    """A part keeps its verdict as long as no way between two places, but a stroke, goes below what has been ground."""
     points = [(-30.0, 0.02, 0.0), *((x, 0.001 * y, z) for x, y, z in ways)]
+    assume(all(start[1] != end[1] or end[1] > 0.0 for start, end in pairwise(points)))
     moves = "".join(f"G01 X{x} Y{y:.3f} Z{z} F900.\n" for x, y, z in points)
     found = run(f"{CYCLE}G80\nG00 Y1.\nG00 X-30.\n{moves}G00 Y20.\n")
     left = 0.05 - 0.001 * found.parts["size_error"][0]
@@ -206,17 +211,19 @@ def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, f
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """A program with a spark-out of feed moves, and its job."""
+    """A program with feed moves that are no strokes, and its job."""
     folder = tmp_path_factory.mktemp("unjudged")
     program, written = folder / "part.nc", folder / "part.toml"
-    program.write_text(HEAD.replace("G19", "G19 S1910 M03 M08") + CYCLE + SPARK_OUT + "M30\n" + harness.DRESS)
+    program.write_text(HEAD.replace("G19", "G19 S1910 M03 M08") + CYCLE + SLOPES + "M30\n" + harness.DRESS)
     written.write_text(
         '[part]\nmaterial = "aisi_52100"\nlength = 200\nwidth = 20\nstock = 0.05\ntolerance = 9\nscrap_cost = 40\n'
     )
     return program, written
 
 
-SENTENCE = re.compile(r"part\.nc:7: 12 feed moves outside a cycle .*\(lines 7, 8\).* let the strokes of a cycle")
+SENTENCE = re.compile(
+    r"part\.nc:7: 12 feed moves outside a cycle .*\(lines 7, 8\).* straight along the table from there"
+)
 
 
 def test_all_that_grind_once_say_so(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,7 +239,7 @@ def test_all_that_grind_once_say_so(files: tuple[Path, Path], capsys: pytest.Cap
     assert "not judged (lines 7, 8): part 1\n" in out and SENTENCE.search(out)
     assert status("check", program, "--job", written, "--json") == 0
     assert SENTENCE.search(json.loads(capsys.readouterr().out)["warnings"][0])
-    record = harness.run(f"{HEAD}{CYCLE}{SPARK_OUT}M30\n", job())
+    record = harness.run(f"{HEAD}{CYCLE}{SLOPES}M30\n", job())
     assert "not judged (lines 7, 8): part 1" in record._repr_html_()
 
 
@@ -252,8 +259,8 @@ def test_all_that_choose_refuse_it_in_the_same_sentence(
 
 
 def test_environments_and_scripts_refuse_it() -> None:
-    text = f"{HEAD}{CYCLE}{SPARK_OUT}M30\n{harness.DRESS}"
-    by_wheel = text.replace(SPARK_OUT, f"#2=#5041\n{SPARK_OUT}").replace("DO 1\n", "DO 1\n#3=#2\n")  # without a script
+    text = f"{HEAD}{CYCLE}{SLOPES}M30\n{harness.DRESS}"
+    by_wheel = text.replace(SLOPES, f"#2=#5041\n{SLOPES}").replace("DO 1\n", "DO 1\n#3=#2\n")  # without a script
     beside = f"{HEAD.replace('Z0', 'Z-30.')}{CYCLE}{AWAY}M30\n{harness.DRESS}"
     for each in (text, by_wheel, beside):
         with pytest.raises(UnjudgedError):

@@ -51,6 +51,7 @@ from grind_env.machine.dress.program import missed_pass
 from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
+from grind_env.machine.part.feeds import feed_stroke
 from grind_env.machine.part.running import Running
 from grind_env.machine.script.block import ScriptBlock, ScriptError, Way, edge_of, script_error
 from grind_env.machine.script.bounds import (
@@ -165,6 +166,7 @@ class _Writer:
         self.strokes_on = False  # the table of a G81, after the text
         self.centres = strip_centres(job.part.across, job.part.width)
         self.approach = 0.0
+        self.feeds: list[Line] = []  # before the first block, which says how the part lies
 
     def run(self) -> list[ScriptBlock]:
         for event in self.execution:
@@ -266,6 +268,8 @@ class _Writer:
             self.blocks[-1].to_secondary = taken_over
             self._close()
         else:
+            for move in self.feeds:
+                self._refuse_stroke(move, plan.axis)
             self.approach = sum(self.way)
             self.way, self.unloaded = [0.0, 0.0], False
         if plan.plunge_axis is not None and plan.depth_target > plan.plunge_start:
@@ -296,12 +300,20 @@ class _Writer:
             raise self._error("its motions depend on the radius of the wheel", event.line)
         if table is None:
             self.way[self.unloaded] += event.seconds
+            if isinstance(event, Line) and self.blocks:
+                self._refuse_stroke(event, self.blocks[-1].plan.axis)
+            elif isinstance(event, Line):
+                self.feeds.append(event)
             return
         if isinstance(event, Arc):
             raise self._error("the wheel moves along an arc beside the table", event.line)
         if self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
         self.blocks[-1].beside.append(event)
+
+    def _refuse_stroke(self, move: Line, axis: int) -> None:
+        if feed_stroke(move, axis, self.job) is not None:
+            raise self._error("a feed move of it is a stroke over the part, whose F cannot be chosen", move.line)
 
     def _stand(self, plan: CyclePlan) -> None:
         """The table has come to rest."""

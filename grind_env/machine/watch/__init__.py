@@ -8,6 +8,7 @@ from grind_env.control.grinding import plunges
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
 from grind_env.machine.watch import advice
@@ -46,8 +47,9 @@ class Watch:
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
-        """A cycle takes over."""
+        """A cycle takes over, or a feed move that is a stroke."""
         self._end_cycle(part)
+        self.overload.word = speed_word(plan)
         self.stops.resume(part, plan)
         self.way.judge(part, plan.axis)
         self.cycles.begin(plan, part.deepest)
@@ -75,7 +77,8 @@ class Watch:
         """
         self.picks.strokes(event)
         longest, machine = self.cycles.count(event, rows), self.job.setup.machine
-        beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch)
+        word = speed_word(event.plan)
+        beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch, word)
         self.notices.tell(event.plan.line, "speed", beyond)
         self.cuts.strokes(part, event, rows, A, dress, dressed)
         self.way.stroked_until = event.time

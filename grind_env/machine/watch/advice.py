@@ -64,22 +64,23 @@ def deepest_within(feed: float) -> float:
     return DEEPEST_CUT if low <= feed <= high else 0.0
 
 
-def outside_model(feed: float, depth: float) -> str | None:
+def outside_model(feed: float, depth: float, word: str) -> str | None:
     """What to say about a cut beyond the limits of validity of the process model; None within them.
 
     Args:
         feed: E, mm/min.
         depth: real depth of cut, mm; 0 if the stroke does not cut.
+        word: that says the feed: E, or F of a feed move.
     """
     low, high = TABLE_SPEEDS
     if depth <= deepest_within(feed):
         return None
     if not low <= feed <= high:
-        return f"a stroke cuts at E{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
+        return f"a stroke cuts at {word}{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
-def slowed_spindle(number: int, found: float, usual: float, limit: float, *, groove: bool) -> str:
+def slowed_spindle(number: int, found: float, usual: float, limit: float, *, word: str, groove: bool) -> str:
     """What to say of a stroke or infeed in which the wheel turned at `found` of `usual` m/s, at the power limit in kW.
 
     Args:
@@ -87,33 +88,38 @@ def slowed_spindle(number: int, found: float, usual: float, limit: float, *, gro
         found: m/s.
         usual: m/s.
         limit: kW.
+        word: that says how fast it is: E, or F of a feed move.
         groove: whether it is an infeed.
     """
-    made, remedy = _cut(number, groove)
+    made, remedy = _cut(number, word, groove)
     return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
 
 
-def stalled_spindle(number: int, limit: float, lost: float, *, groove: bool) -> str:
+def stalled_spindle(number: int, limit: float, lost: float, *, word: str, groove: bool) -> str:
     """The same of one in which it stalled, and so many s were lost."""
-    made, remedy = _cut(number, groove)
+    made, remedy = _cut(number, word, groove)
     return (
         f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
         f"lost; {remedy}"
     )
 
 
-def _cut(number: int, groove: bool) -> tuple[str, str]:
+def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
     """A stroke or an infeed in words, and what to do about one that asks too much of the spindle."""
     if groove:
         return "in an infeed", "take smaller steps or a lower F, or dress before"
-    return f"in stroke {number}" if number else "in a stroke", "lower J or E, or dress before"
+    depth = "lower J or E" if word == "E" else f"go less deep or lower {word}"
+    return f"in stroke {number}" if number else "in a stroke", f"{depth}, or dress before"
 
 
-def destroying_stroke(depth: float, feed: float) -> str:
-    """What to say of a stroke of a depth, mm, at E `feed`, mm/min, after which no grain of the wheel is as it was."""
+def destroying_stroke(depth: float, feed: float, word: str) -> str:
+    """What to say of a stroke of a depth, mm, at a feed, mm/min, after which no grain of the wheel is as it was.
+
+    `word` says the feed: E, or F of a feed move.
+    """
     return (
-        f"a stroke {depth:.3g} mm deep at E{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to 0.04 mm and "
-        "E3000 to E30000"
+        f"a stroke {depth:.3g} mm deep at {word}{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to "
+        f"0.04 mm and {word}3000 to {word}30000"
     )
 
 
@@ -196,11 +202,12 @@ def beside_part(axis: str, swept: tuple[float, float], part: tuple[float, float]
 
 
 def unsimulated_passes(lines: str, count: int, depths: tuple[float, float]) -> str:
-    """What to say of so many feed moves in some lines that grind the part between two depths, mm."""
+    """What to say of so many feed moves, which are no strokes, in some lines that grind between two depths, mm."""
     moves = f"{count} feed moves outside a cycle take" if count > 1 else "a feed move outside a cycle takes"
     return (
-        f"{moves} the wheel over the part {_deep(depths)}, where it grinds ({lines}), which is not simulated, so that "
-        "the part is not judged; let the strokes of a cycle take the stock off"
+        f"{moves} the wheel over the part {_deep(depths)}, where it grinds ({lines}) and is no stroke of the program "
+        "along the table, which is not simulated, so that the part is not judged; set the wheel to depth beside the "
+        "part, and go straight along the table from there"
     )
 
 

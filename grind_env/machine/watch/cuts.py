@@ -10,6 +10,7 @@ from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
@@ -61,7 +62,7 @@ class Cuts:
     def _judge(self, part: PartRun, event: CycleStrokes, made: int, rows: Table, A: float) -> None:
         """Judge strokes after those that have been `made`; wear flats `A` before them."""
         Z, ae, ds, A_after = (rows[name] for name in ("Z", "ae", "ds", "A"))
-        lying, line = part.job.part, event.plan.line
+        lying, line, word = part.job.part, event.plan.line, speed_word(event.plan)
         inside = [_turns_inside(part, turn) for turn in event.turns]
         turns = np.array(inside)[(made + np.arange(rows.size)) % 2] & (Z > 0.0)
         worn = _destroyed(part, np.append(A, A_after)[:-1], A_after)
@@ -71,10 +72,10 @@ class Cuts:
                 turn, axis = event.ends(made + k)[1], AXES[event.plan.axis]
                 text = advice.short_stroke(turn, axis, lying.start, lying.start + lying.length)
                 self.notices.tell(line, "turn", text)
-            self.notices.tell(line, "model", advice.outside_model(event.feed, ae[k]))
+            self.notices.tell(line, "model", advice.outside_model(event.feed, ae[k], word))
             self.diameter(ds[k])
             if worn[k]:
-                self.notices.tell(line, "wheel", advice.destroying_stroke(ae[k], event.feed))
+                self.notices.tell(line, "wheel", advice.destroying_stroke(ae[k], event.feed, word))
 
     def infeed(self, part: PartRun, event: Infeed, cut: StrokeResult, before: WheelState, after: WheelState) -> None:
         """A grooving wheel has made an infeed; the wheel before and after it."""

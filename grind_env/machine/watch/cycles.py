@@ -8,6 +8,7 @@ from grind_env.control import CyclePlan, CycleStrokes
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
 from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.feeds import FEED
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.watch import advice
@@ -115,6 +116,9 @@ class Cycles:
         if cycle is None or cycle.ends is None:
             return
         line = cycle.plan.line
+        if cycle.plan.code == FEED:  # one in the air is a way
+            self._ground |= not cycle.in_air
+            return
         if cycle.is_idle:
             self._idle = self._idle or (line, _air(cycle, cycle.ends, part))
             return

@@ -11,21 +11,27 @@ SLACK = 1.0 + 1e-9
 """By which a speed that a limit allows may exceed it: inches and shares of a path are rounded."""
 
 
-def beyond_table(feed: float, length: float, acceleration: float, machine: Machine, inch: bool) -> str | None:
-    """What to say of a stroke of some mm at E `feed`, mm/min, that the table does not make; None if it does.
+def beyond_table(
+    feed: float, length: float, acceleration: float, machine: Machine, inch: bool, word: str
+) -> str | None:
+    """What to say of a stroke of some mm at `feed`, mm/min, that the table does not make; None if it does.
+
+    `word` says the feed: E, or F of a feed move.
 
     Under G70 (`inch`) a number that is right in mm/min is taken to be meant so.
     """
     most, written = machine.maximum_table_speed, feed / float(MILLIMETRES_PER_INCH)
     if feed > most * SLACK:
         meant = written / float(MILLIMETRES_PER_INCH)
-        unit = f", or write E{meant:.1f} if E{written:g} is meant in mm/min" if inch and written <= most else ""
-        return f"E{feed:g} is more than the table of {machine} makes, {most:g} mm/min; lower E{unit}"
+        unit = (
+            f", or write {word}{meant:.1f} if {word}{written:g} is meant in mm/min" if inch and written <= most else ""
+        )
+        return f"{word}{feed:g} is more than the table of {machine} makes, {most:g} mm/min; lower {word}{unit}"
     reached = 60.0 * math.sqrt(acceleration * length)
     if feed > reached * SLACK:
         return (
-            f"the table never comes to E{feed:g}: on {length:g} mm it gets no faster than {reached:.0f} mm/min at "
-            f"{acceleration:g} mm/s2; set the reversal points farther apart, or lower E"
+            f"the table never comes to {word}{feed:g}: on {length:g} mm it gets no faster than {reached:.0f} mm/min at "
+            f"{acceleration:g} mm/s2; set the reversal points farther apart, or lower {word}"
         )
     return None
 

@@ -10,10 +10,14 @@ from grind_env.process.state import StrokeParameters
 
 
 class Overload:
-    """Tells of it as the cycle, or the grooving, ends."""
+    """Tells of it as the cycle, or the grooving, ends.
+
+    Attributes:
+        word: that says how fast the strokes are.
+    """
 
     def __init__(self, notices: Notices) -> None:
-        self.notices = notices
+        self.notices, self.word = notices, "E"
         self._line, self._torque = 0, 0.0  # of the worst one; 0 if there is none
         self._said = "", ""
 
@@ -29,10 +33,11 @@ class Overload:
             return
         number, groove = int(worst["number"]), int(worst["groove"]) > 0
         if torque >= STALL:
-            said = "stall", advice.stalled_spindle(number, limit, p.stall_time, groove=groove)
+            said = "stall", advice.stalled_spindle(number, limit, p.stall_time, word=self.word, groove=groove)
         else:
             speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            said = "spindle", advice.slowed_spindle(number, float(worst["vs"]), speed, limit, groove=groove)
+            found = float(worst["vs"])
+            said = "spindle", advice.slowed_spindle(number, found, speed, limit, word=self.word, groove=groove)
         self._line, self._torque, self._said = line, torque, said
 
     def end(self) -> None:

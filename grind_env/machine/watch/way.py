@@ -41,6 +41,11 @@ class Way:
         self._found = False  # where the wheel stands before them
         self._passes: list[tuple[int, Depths]] = []  # feed moves that grind the part, by line
 
+    @property
+    def found(self) -> bool:
+        """Whether it is known where the wheel stands, and not only that an operator has left it there."""
+        return self._found or bool(self._moves)
+
     def move(self, event: Motion) -> None:
         """The program moves the axes."""
         if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle

@@ -1,0 +1,119 @@
+"""Feed moves of a program that carry the wheel along the table over the part: they grind as strokes of a cycle do.
+
+Such a move goes straight, with the wheel at or below the surface at one depth. If it goes across as well, the wheel has
+to cover the width of the part all the way. What is ground by other feed moves is not simulated.
+"""
+
+from contextlib import suppress
+
+from grind_env.control import (
+    ControlError,
+    CyclePlan,
+    CycleStart,
+    CycleStrokes,
+    Execution,
+    Infeed,
+    Line,
+    Position,
+    Source,
+)
+from grind_env.control.geometry import Straight
+from grind_env.control.modes import PLANES
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.wheel_body import half_chord, position_at
+from grind_env.machine.job import Job
+
+FEED = "G01"
+"""Code of what stands for the cycle of such a stroke."""
+
+SOURCES = (Source.PROGRAM, Source.COMPENSATION)
+"""Of the moves that may be strokes: those that an operator asks for in between are none."""
+
+
+def speed_word(plan: CyclePlan) -> str:
+    """The word that says how fast the strokes of a cycle are, or that of a feed move."""
+    return "F" if plan.code == FEED else "E"
+
+
+def table_axis(execution: Execution) -> int | None:
+    """The axis along which a program grinds before its first cycle: that of this cycle.
+
+    Without a cycle it is the one across the plane of the first feed move; None if there is none, or if grooves are cut,
+    for a job does not say where these lie on the part.
+
+    Args:
+        execution: of the program, from its start; it is used up.
+    """
+    axis, grooves = None, False
+    with suppress(ControlError):  # for those who run the program
+        for event in execution:
+            if isinstance(event, CycleStart):
+                return event.plan.axis
+            if isinstance(event, Line) and axis is None:
+                axis = 3 - sum(PLANES[execution.modes.plane])
+            grooves |= isinstance(event, Infeed)
+    return None if grooves else axis
+
+
+def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
+    """A feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
+
+    Its E is the feed along the table, mm/min.
+
+    Args:
+        move: the move.
+        axis: along which the table goes.
+        job: with the part.
+    """
+    start, end, plunge, cross = move.start, move.end, plunge_axis(axis), cross_axis(axis)
+    if move.reciprocating or move.source not in SOURCES or abs(end[plunge] - start[plunge]) > DEPTH_TOLERANCE:
+        return None
+    part, low, high = job.part, min(start[axis], end[axis]), max(start[axis], end[axis])
+    near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
+    if end[plunge] > part.surface + DEPTH_TOLERANCE or high < near or low > far or high == low:
+        return None
+    if not _lies_over(start, end, axis, job):
+        return None
+    way, length = abs(end[axis] - start[axis]), Straight(start, end).length
+    feed = move.feed * (way / length)
+    plan = CyclePlan(
+        code=FEED,
+        pre_dress=False,
+        axis=axis,
+        primary=end[axis],
+        secondary=start[axis],
+        feed=feed,
+        program=None,
+        block=move.block,
+        line=move.line,
+        text="",
+    )
+    return CycleStrokes(
+        time=move.finish,
+        plan=plan,
+        start=start,
+        feed=feed,
+        begins=(move.begin,),
+        seconds=(move.seconds,),
+        plunge=(end[plunge],),
+        cross=(0.5 * (start[cross] + end[cross]),),
+        end=end,
+        dresses=(),
+        inch=move.inch,
+    )
+
+
+def _lies_over(start: Position, end: Position, axis: int, job: Job) -> bool:
+    """Whether the wheel touches the part at one place of its width, or covers this on all of an oblique way."""
+    cross, part, width = cross_axis(axis), job.part, job.setup.wheel.width
+    way = end[axis] - start[axis]
+    if abs(end[cross] - start[cross]) <= DEPTH_TOLERANCE:
+        return part.across - width + DEPTH_TOLERANCE < end[cross] < part.across + part.width - DEPTH_TOLERANCE
+    # as far as the body of the wheel reaches
+    reach = half_chord(0.5 * first_diameter(job), part.surface - end[plunge_axis(axis)])
+    sides = part.start - reach, part.start + part.length + reach
+    places = (position_at(start, end, min(max((side - start[axis]) / way, 0.0), 1.0)) for side in sides)
+    least, most = part.across + part.width - width - DEPTH_TOLERANCE, part.across + DEPTH_TOLERANCE
+    return all(least <= place[cross] <= most for place in places)
