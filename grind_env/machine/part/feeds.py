@@ -84,6 +84,7 @@ def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
         axis=axis,
         primary=end[axis],
         secondary=start[axis],
+        plunge_start=end[plunge],
         feed=feed,
         program=None,
         block=move.block,

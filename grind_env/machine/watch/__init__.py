@@ -48,11 +48,12 @@ class Watch:
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
         """A cycle takes over, or a feed move that is a stroke."""
-        self._end_cycle(part)
+        if not self.cycles.goes_on(part, plan):
+            self._end_cycle(part)
+            self.stops.resume(part, plan)
         self.overload.word = speed_word(plan)
-        self.stops.resume(part, plan)
         self.way.judge(part, plan.axis)
-        self.cycles.begin(plan, part.deepest)
+        self.cycles.begin(part, plan)
         self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
         if plan.dresses and plan.dresses > plunges(plan):
             self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, plunges(plan)))

@@ -177,26 +177,26 @@ def _named(move: Motion) -> str:
     return f"a {kind} of the dress program" if move.source is Source.DRESS else f"a {kind} outside a cycle"
 
 
-def above_surface(axis: str, lowest: float, surface: float) -> str:
-    """What to say of a cycle whose lowest stroke is at a coordinate of the plunge axis that is not below `surface`."""
+def above_surface(what: str, axis: str, lowest: float, surface: float) -> str:
+    """What to say of a cycle, or `what` it is, whose lowest stroke is at a coordinate that is not below `surface`."""
     return (
-        f"no stroke of this cycle touches the part: the lowest is at {axis}{lowest:g}, "
+        f"no stroke of {what} touches the part: the lowest is at {axis}{lowest:g}, "
         f"the surface at {axis}{surface:g}; give a depth below it, or set part.surface to where the wheel touches"
     )
 
 
-def ground_before(axis: str, lowest: float) -> str:
-    """What to say of a cycle that goes no deeper than the part has been ground."""
+def ground_before(what: str, axis: str, lowest: float) -> str:
+    """What to say of a cycle, or `what` it is, that goes no deeper than the part has been ground."""
     return (
-        f"this cycle finds nothing to grind, for the part has been ground as deep as {axis}{lowest:g} before; "
+        f"{what} finds nothing to grind, for the part has been ground as deep as {axis}{lowest:g} before; "
         "go deeper, or put M00 before it if it is to grind the next part"
     )
 
 
-def beside_part(axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
-    """What to say of a cycle whose strokes pass beside the part, along an axis."""
+def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
+    """What to say of a cycle, or `what` it is, whose strokes pass beside the part, along an axis."""
     return (
-        f"no stroke of this cycle touches the part, which lies from {axis}{part[0]:g} to "
+        f"no stroke of {what} touches the part, which lies from {axis}{part[0]:g} to "
         f"{axis}{part[1]:g}; the wheel passes from {axis}{swept[0]:g} to {axis}{swept[1]:g}"
     )
 

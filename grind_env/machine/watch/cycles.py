@@ -1,4 +1,7 @@
-"""Cycles that grind nothing, and what they may be meant for: to set the table going, or for another part."""
+"""Cycles that grind nothing, and what they may be meant for: to set the table going, or for another part.
+
+Feed moves that are strokes, one after the other and none less deep than the one before, are like a cycle.
+"""
 
 import math
 from collections.abc import Sequence
@@ -100,9 +103,15 @@ class Cycles:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
-    def begin(self, plan: CyclePlan, deepest: float) -> None:
-        """A cycle begins on a part that has been ground so deep, mm."""
-        self.cycle = Cycle(plan, deepest)
+    def goes_on(self, part: PartRun, plan: CyclePlan) -> bool:
+        """Whether a plan goes on with the one in force: both are feed moves, and it is no less deep."""
+        cycle, depth = self.cycle, part.job.part.surface - plan.plunge_start
+        return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
+
+    def begin(self, part: PartRun, plan: CyclePlan) -> None:
+        """A cycle begins on a part, or a feed move that is a stroke; several that follow one another are like one."""
+        on = self.cycle if self.goes_on(part, plan) else None
+        self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
     def count(self, event: CycleStrokes, rows: Table) -> float:
         """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
@@ -116,9 +125,6 @@ class Cycles:
         if cycle is None or cycle.ends is None:
             return
         line = cycle.plan.line
-        if cycle.plan.code == FEED:  # one in the air is a way
-            self._ground |= not cycle.in_air
-            return
         if cycle.is_idle:
             self._idle = self._idle or (line, _air(cycle, cycle.ends, part))
             return
@@ -145,15 +151,15 @@ class Cycles:
 
 def _air(cycle: Cycle, ends: tuple[float, float], run: PartRun) -> str:
     """What to say of a cycle in the air, with the ends of its last stroke."""
-    part, axis = run.job.part, cycle.plan.axis
+    part, axis, what = run.job.part, cycle.plan.axis, "this feed move" if cycle.plan.code == FEED else "this cycle"
     if cycle.over:
         plunge = AXES[plunge_axis(axis)]
         if cycle.deepest <= DEPTH_TOLERANCE:
-            return advice.above_surface(plunge, part.surface - cycle.deepest, part.surface)
-        return advice.ground_before(plunge, part.surface - cycle.deepest)
+            return advice.above_surface(what, plunge, part.surface - cycle.deepest, part.surface)
+        return advice.ground_before(what, plunge, part.surface - cycle.deepest)
     low, high = sorted(ends)
     far = part.start + part.length
     if high <= part.start or low >= far:
-        return advice.beside_part(AXES[axis], (low, high), (part.start, far))
+        return advice.beside_part(what, AXES[axis], (low, high), (part.start, far))
     swept = cycle.edge, cycle.edge + run.job.setup.wheel.width
-    return advice.beside_part(AXES[cross_axis(axis)], swept, (part.across, part.across + part.width))
+    return advice.beside_part(what, AXES[cross_axis(axis)], swept, (part.across, part.across + part.width))

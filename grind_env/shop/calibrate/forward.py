@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grind_env.control import CycleStrokes, Event, Programs, Stroke, execute
+from grind_env.control import CycleStrokes, Event, Line, Programs, Stroke, execute
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
@@ -57,7 +57,7 @@ class Forward:
 
 def scaled(event: Event, override: float) -> Event:
     """An event as it is under a feed override, with which strokes are slower or faster."""
-    if override != 1.0 and isinstance(event, (Stroke, CycleStrokes)):
+    if override != 1.0 and isinstance(event, (Stroke, CycleStrokes, Line)):
         return replace(event, feed=event.feed * override)
     return event
 

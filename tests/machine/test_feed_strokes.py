@@ -1,0 +1,265 @@
+"""A stroke is a stroke, whatever block makes it: by feed moves it grinds as in a cycle."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read
+from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.job import Job
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.record import STROKE_ROW, GrindingRecord
+from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.script import script_of
+from tests.machine import harness
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, run
+
+AWAY = "G00 Y20.\n"
+PLACED = ("part", "groove", "time", "line", "number")
+"""Of a row: where and when, not what."""
+
+
+def job(*, dwell: float = 0.0, **values: Any) -> Job:
+    """The table rests at its reversal points as long as a feed move does, not at all."""
+    machine = replace(CATALOGUE.machine("default"), reversal_dwell=dwell)
+    return harness.job(**{"stock": 0.05, "tolerance": 9.0, "setup": {"machine": machine}, **values})
+
+
+def ground(text: str, shop: Job | None = None) -> GrindingRecord:
+    return run(f"{HEAD}{text}{AWAY}M30\n", shop or job())
+
+
+def assert_same_strokes(found: GrindingRecord, expected: GrindingRecord) -> None:
+    """Every bit of strokes, wheel and part, whenever and by whatever lines they were made."""
+    assert len(found.strokes) == len(expected.strokes)
+    for name in STROKE_ROW.names or ():
+        if name not in PLACED:
+            assert found.strokes[name].tobytes() == expected.strokes[name].tobytes(), name
+    for name in ("S", "taper", "unground", "Ra", "peak_power", "rise", "worn"):
+        assert found.parts[name].tobytes() == expected.parts[name].tobytes(), name
+
+
+def by_moves(strokes: Sequence[tuple[int, int]]) -> str:
+    """Strokes to and fro, each some um deeper than the one before, with an F, by feed moves."""
+    lines = []
+    for number, (deeper, feed) in enumerate(strokes):
+        lines.append(f"G91 G01 Y-{0.001 * deeper:.3f} F500.\nG90 X{230 if number % 2 == 0 else -30}. F{feed}.\n")
+    return "".join(lines)
+
+
+def by_tables(strokes: Sequence[tuple[int, int]]) -> str:
+    """The same, by a G81 for each."""
+    lines = []
+    for number, (deeper, feed) in enumerate(strokes):
+        ends = ("X230. I-30.", "X-30. I230.")[number % 2]
+        lines.append(f"G91 G01 Y-{0.001 * deeper:.3f} F500.\nG90 G81 {ends} E{feed}.\nG04 P.01\nG80\n")
+    return "".join(lines)
+
+
+some_feeds = st.integers(30, 300).map(lambda hundreds: 100 * hundreds)
+some_strokes = st.lists(st.tuples(st.integers(0, 20), some_feeds), min_size=1, max_size=6)
+
+
+@given(some_strokes)
+@settings(max_examples=25, deadline=None)
+def test_a_stroke_by_a_feed_move_is_that_of_a_table_that_reciprocates(strokes: list[tuple[int, int]]) -> None:
+    found, expected = ground(by_moves(strokes)), ground(by_tables(strokes))
+    assert_same_strokes(found, expected)
+    assert found.strokes["time"] == pytest.approx(expected.strokes["time"], abs=1e-9)
+    assert found.parts["seconds"] == pytest.approx(expected.parts["seconds"], abs=1e-9)
+    assert found.unjudged == ((),)
+
+
+@given(
+    st.integers(1, 25).map(lambda n: 0.001 * n),
+    st.integers(1, 6),
+    st.integers(0, 3),
+    st.sampled_from([20.0, 40.0]),
+    some_feeds,
+)
+@settings(max_examples=25, deadline=None)
+def test_strokes_by_feed_moves_are_those_of_a_cycle(J: float, picks: int, L: int, width: float, E: int) -> None:
+    shop = job(width=width)
+    cycle = ground(f"G82 X230. I-30. Y-{J * picks:.3f} J-{J:.3f} L{L} F60. E{E}.\nG80\n", shop)
+    depths = [f"G91 Y-{J:.3f}"] * (picks - 1) + [f"G90 Y-{J * picks:.3f}"] + [""] * L
+    lines = [f"G01 X230. F{E}.\n"]
+    for number, depth in enumerate(depths, 1):
+        lines.append(f"{depth} F60.\nG90 X{230 if number % 2 == 0 else -30}. F{E}.\n")
+    found = ground("".join(lines), shop)
+    assert found.strokes["Z"] == pytest.approx(cycle.strokes["Z"], abs=1e-12)
+    if found.strokes["Z"].tobytes() == cycle.strokes["Z"].tobytes():  # sums of picks round otherwise than coordinates
+        assert_same_strokes(found, cycle)
+    for name in ("ae", "Ra", "T", "load", "A", "W"):
+        assert found.strokes[name] == pytest.approx(cycle.strokes[name], rel=1e-9, abs=1e-12), name
+
+
+SHAPES: dict[str, str] = {
+    "in a loop": "#1=1\nWHILE [#1 LE 4] DO 1\nG01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nEND 1\n",
+    "by a jump": "#1=1\nN5 G01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nIF [#1 LE 4] GOTO 5\n",
+    "in a subprogram": "M98 P50 L4\n",
+    "in a macro": "".join(f"G65 P60 A.0{k} B12000.\n" for k in (1, 2, 3, 4)),
+}
+CALLED = "O50\nG91 G01 Y-.01 F60.\nG90 X230. F12000.\nX-30.\nM99\nO60\nG01 Y-#1 F60.\nX230. F#2\nX-30.\nM99\n"
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_it_is_all_one_where_the_block_stands(shape: str) -> None:
+    flat = "".join(f"G01 Y-.0{k} F60.\nX230. F12000.\nX-30.\n" for k in (1, 2, 3, 4))
+    found, expected = run(f"{HEAD}{SHAPES[shape]}{AWAY}M30\n{CALLED}", job()), ground(flat)
+    for name in ("Z", "E"):
+        assert found.strokes[name] == pytest.approx(expected.strokes[name], abs=1e-12)
+    assert found.strokes["ae"] == pytest.approx(expected.strokes["ae"], rel=1e-9)
+    assert len(found.strokes) == 8 and found.unjudged == ((),)
+
+
+def test_creep_feed_by_hand() -> None:
+    shop = job(stock=0.5, tolerance=20.0)
+    found = ground("G01 Y-.5 F500.\nX230. F300.\n", shop)
+    (stroke,), p = found.strokes, shop.parameters
+    vw, ae, b = 300.0 / 60.0, stroke["ae"], 20.0
+    assert (stroke["Z"], stroke["E"], stroke["b"], stroke["Lw"], stroke["number"]) == (0.5, 300.0, b, 200.0, 0)
+    assert stroke["seconds"] == pytest.approx(260.0 / vw + vw / 1000.0)
+    assert stroke["Q"] == pytest.approx(ae * vw) and stroke["heq"] == pytest.approx(ae * vw / stroke["vs"])
+    assert 0.5 - ae == pytest.approx(b * stroke["Fn"] / p.ke, rel=1e-6)  # what wheel and machine yield
+    assert stroke["power"] == pytest.approx(b * stroke["Ft"] * stroke["vs"])
+    assert stroke["V"] == pytest.approx(ae * 200.0)
+    assert stroke["worn"] == pytest.approx(math.pi * 300.0 * stroke["dw"] * b)
+    assert found.parts["S"][0] == pytest.approx(ae)
+    (told,) = found.warnings
+    assert told.startswith("test.nc:4: a stroke cuts at F300 mm/min; the process model holds from 3000")
+
+
+def test_a_wheel_that_covers_the_part_may_go_across() -> None:
+    oblique, straight = (ground(f"G00 Z-4.\nG01 Y-.01 F500.\nG01 X230. Z{z} F12000.\n") for z in ("-1.", "-4."))
+    share = 260.0 / math.hypot(260.0, 3.0)
+    assert oblique.strokes["E"] == pytest.approx(12000.0 * share) and straight.strokes["E"] == 12000.0
+    assert oblique.strokes["b"] == 20.0 and oblique.unjudged == ((),)
+    assert oblique.strokes["ae"] == pytest.approx(straight.strokes["ae"], rel=1e-3)
+    leaving = ground("G00 Z-4.\nG01 Y-.01 F500.\nG01 X230. Z1. F12000.\n" + CYCLE)
+    assert leaving.unjudged[0][0].lines == (5,)
+
+
+def test_a_wheel_narrower_than_the_part_leaves_the_rest() -> None:
+    wide = job(width=40.0)
+    one = ground("G01 Y-.01 F500.\nX230. F12000.\n", wide)
+    both = ground("G01 Y-.01 F500.\nX230. F12000.\nZ15. F900.\nX-30. F12000.\n", wide)
+    assert one.parts["unground"][0] == pytest.approx(15.0 / 40.0)
+    assert both.parts["unground"][0] == 0.0 and both.strokes["b"].tolist() == [25.0, 15.0]
+
+
+def test_a_stroke_that_ends_over_the_part_is_one_of_what_it_covers() -> None:
+    short = ground("G01 Y-.01 F500.\nX100. F12000.\nG00 Y1.\n")
+    cycle = ground("G01 Y-.01 F500.\nG81 X100. I-30. E12000.\nG04 P.01\nG80\nG00 Y1.\n")
+    assert_same_strokes(short, cycle)
+    assert short.strokes["Lw"] == 100.0 and short.parts["unground"] == 0.5
+    assert "a stroke turns at X100, over the part" in short.warnings[0] and short.unjudged == ((),)
+
+
+def test_rapids_through_the_part_are_a_crash() -> None:
+    found = ground(f"{CYCLE}G80\nG00 Y1.\nG00 X-30.\nG00 Y-.2\nG00 X230.\n")
+    assert found.unjudged == ((),) and len(found.strokes) == 8
+    (told,) = found.warnings
+    assert told.startswith("test.nc:8: a rapid outside a cycle takes the wheel 0.15 mm into the part; ")
+
+
+@pytest.mark.parametrize(
+    ("text", "feed"),
+    [
+        ("G17\nG00 Z-30. X0 Y-2.5\nG01 X-.01 F500.\nG01 Z230. F12000.\nG00 X20.\n", 12000.0),
+        ("G18\nG00 Y-30. Z0 X-2.5\nG01 Z-.01 F500.\nG01 Y230. F12000.\nG00 Z20.\n", 12000.0),
+        ("G19 G70\nG00 X-1.2 Y0 Z-.1\nG01 Y-.0004 F20.\nG01 X9. F480.\nG00 Y1.\n", 480.0 * 25.4),
+    ],
+)
+def test_the_plane_says_along_which_axis(text: str, feed: float) -> None:
+    found = run(f"G71 G94 G90\n{text}M30\n", job())
+    assert found.strokes["Lw"].tolist() == [200.0] and found.strokes["E"][0] == pytest.approx(feed)
+    assert found.unjudged == ((),)
+
+
+def test_before_the_first_cycle_this_one_says_it() -> None:
+    by_feed = "G01 Y-.01 F500.\nG01 X230. F12000.\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
+    late = run(f"G71 G94 G90\nG00 X-30. Y0 Z0\n{by_feed}G19 {CYCLE}G80\n{AWAY}M30\n", job())
+    early = run(f"{HEAD}{by_feed}{CYCLE}G80\n{AWAY}M30\n", job())
+    assert_same_strokes(late, early)
+    assert late.strokes["number"].tolist() == [0, *range(1, 9)]
+
+
+def test_without_a_stroke_along_the_table_there_is_none() -> None:
+    with pytest.raises(GrindingError, match=r"feed moves grind along the axis across G17, G18 or G19"):
+        run("G71 G94 G90\nG00 X-30. Y0 Z0\nG01 Y-.01 F500.\nG01 X230. F12000.\nM30\n", job())
+
+
+def test_parts_by_feed_moves_alone_are_judged_each() -> None:
+    part = "G00 X-30. Z0\nG00 Y0\n" + by_moves([(10, 12000)] * 5 + [(0, 12000)] * 3) + AWAY
+    found = ground("M00\n".join([part] * 3))
+    assert found.parts["strokes"].tolist() == [8] * 3 and found.unjudged == ((),) * 3
+    assert (found.parts["survival"] > 0.99).all() and not found.warnings
+    assert (np.diff(found.strokes["V"]) > 0.0).all()  # one wheel
+    assert found.strokes["time"][0] == 20.0  # loading ends with the first stroke
+    shallow = ground(part.replace("Y-0.010", "Y-0.000", 1))
+    assert "the part is ground to a depth of 0.04 mm" in shallow.warnings[0]
+
+
+def test_the_same_feed_moves_again_may_be_for_another_part() -> None:
+    part = "G00 X-30. Z0\nG00 Y0\n" + by_moves([(10, 12000)] * 5) + AWAY
+    again = ground(part * 2)
+    assert len(again.unjudged[0]) == 1 and again.parts["survival"][0] == 0.0
+    (told,) = again.warnings
+    assert "this feed move finds nothing to grind" in told and "may be those of another part" in told
+    back = part.replace("X-30. F12000", "X-30. F9000") + "G00 X-30.\nG00 Y-.01\nG01 X230. F9000.\n" + AWAY
+    assert ground(back).unjudged == ((),)  # a way back above what is ground
+
+
+@pytest.mark.parametrize(
+    ("moves", "says"),
+    [
+        ("G01 Y-.01 F500.\nX230. F70000.\n", ["F60000 is more than the table", "lower F"]),
+        ("G01 Y-2. F500.\nX230. F9000.\n", ["in a stroke the spindle stalls", "go less deep or lower F, or dress"]),
+        ("G01 Y-.3 F500.\nX230. F9000.\n", ["a stroke cuts 0."]),
+    ],
+)
+def test_what_is_told_of_strokes_names_F(moves: str, says: list[str]) -> None:
+    told = " ".join(ground(moves).warnings)
+    assert all(each in told for each in says), told
+    assert " E" not in told
+
+
+def test_a_dress_between_them_counts() -> None:
+    first, then = by_moves([(10, 12000)] * 2), "G91 G01 Y-.01 F500.\nG90 X230. F12000.\n"
+    dressed = f"{first}G00 Y1.\nG81.1 X-35. I-30. E9000. P9100\nG80\nG00 X-30.\nG00 Y-.02\n{then}"
+    plain = f"{first}G00 Y1.\nG00 Y-.02\n{then}"
+    sharp, dull = ground(dressed), ground(plain)
+    assert len(sharp.dresses) == 1 and len(dull.dresses) == 0
+    assert sharp.strokes["ds"][-1] < dull.strokes["ds"][-1] - 0.07
+    assert sharp.strokes["A"][-1] < dull.strokes["A"][-1]
+
+
+AFTER = f"{CYCLE}G80\nG01 X-30. F12000.\nG01 X230.\n"
+BEFORE = f"G01 X230. F12000.\nG00 Y1.\nG00 X-30.\nG01 Y0 F500.\n{CYCLE}G80\n"
+
+
+@pytest.mark.parametrize(("text", "line"), [(AFTER, 6), (BEFORE, 3)])
+def test_a_program_with_them_has_no_script_and_is_executed(text: str, line: int) -> None:
+    programs, shop = read(f"{HEAD}{text}{AWAY}M30\n{DRESS}", "part.nc"), job()
+    with pytest.raises(ScriptError, match=rf"part.nc:{line}: .*: a feed move of it is a stroke over the part, whose F"):
+        script_of(programs, shop)
+    simulation, record = JobSimulation(programs, shop, 0.0), grind(programs, shop)
+    episodes = simulation.start([np.random.default_rng(0)])
+    _, tallies = simulation.step(episodes, np.array([12000.0]), np.zeros(1))
+    assert simulation.over(episodes).all() and not simulation.compiled
+    tally = Tally(*tallies[0].tolist())
+    assert tally.strokes == len(record.strokes) and tally.worn == pytest.approx(record.parts["worn"][0])
+
+
+def test_where_nothing_else_grinds_there_is_nothing_to_choose() -> None:
+    text = f"{HEAD}{by_moves([(10, 12000)] * 3)}{AWAY}M30\n"
+    with pytest.raises(JobProgramError, match=r"has no cycle block G81, G82 or G83, and no E or D to choose"):
+        JobSimulation(read(text, "part.nc"), job(), 0.0)
