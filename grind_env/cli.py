@@ -182,8 +182,8 @@ def run(
 
     The limits that a part is beyond are named below the table, with the block and the stroke that were most beyond them
     and the words to change. A part is not judged where the program grinds what is not simulated, such as by feed moves
-    over it, or in the air at a second station; the lines are named. Exit status 1 means that a part is more likely
-    scrap than good, or not judged.
+    over it that are no strokes along the table, or in the air at a second station; the lines are named. Exit status 1
+    means that a part is more likely scrap than good, or not judged.
 
     Columns of the table, a row for every part, or for successive parts that are alike: part (its number); time (with
     loading and dresses); strokes (of the table); dresses (executions of the dress program, where there are any);

@@ -46,6 +46,7 @@ ASKED = {
     "M98",
     "G65",
     "G91",
+    "strokes by G01",
     "G52",
     "stages",
     "part conditions",

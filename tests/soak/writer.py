@@ -602,7 +602,7 @@ class Writer:
         runs, kind = self.table.runs, self.rng.random()
         if kind < 0.22:
             self.table.runs = False
-            return ["G80"]
+            return ["G80", *(self._by_feed_moves() if self._odd(0.3) else [])]
         if kind < 0.34:
             self._saw("dwell")
             return [self._dwell()]
@@ -639,6 +639,20 @@ class Writer:
             up = self._length(0.02)
             return ["G91", f"G01 {self.down}{up} {self._feed(60.0)}", "G90"]
         return []
+
+    def _by_feed_moves(self) -> list[str]:
+        """Strokes by the program itself, from beside the part."""
+        self._saw("strokes by G01")
+        part, self.height = self.job.part, self.surface + 20.0
+        near, far = self.start - 30.0, self.start + part.length + 30.0
+        lines = [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]
+        for _ in range(self._one(1, 2, 3)):
+            self.depth += self._one(0.0, 0.004, 0.02)
+            lines.append(f"G01 {self._at(self.down, self.surface - self.depth)} {self._feed(500.0)}")
+            ends = self._one((far,), (far, near), (self.start + 0.5 * part.length, near), (far, far - 20.0))
+            lines += [f"G01 {self._at(self.along, end)} {self._feed(self._speed())}" for end in ends]
+            lines += [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]
+        return lines
 
     # ------------------------------------------------------------------------------------------------- grooves, ends
 

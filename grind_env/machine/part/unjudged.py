@@ -1,4 +1,6 @@
-"""What a program grinds that is not simulated: feed moves over the part, and cycles in the air, on what may be another.
+"""What a program grinds that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
+
+The latter may be meant for another part.
 
 A part with any of it is not judged: what is known of it is not what it will be, and it never counts as good.
 """

@@ -1,7 +1,7 @@
 """Whether the moves of a program outside its cycles keep clear of part, table and diamond: only strokes grind the part.
 
-A feed move of the program over the part would grind it, too, where it is deeper than the surface that strokes have
-left: this is not simulated, and `pass_depths` finds it.
+A feed move of the program along the table is such a stroke (`part/feeds.py`). Any other one over the part would grind
+it, too, where it is deeper than the surface that strokes have left: this is not simulated, and `pass_depths` finds it.
 
 The wheel is a body of its radius and its width. The part lies in the way from the depth on to which strokes have ground
 it, the table below the height of the part, and the diamond below its tip; where the last two stand, a job may say.
