@@ -55,6 +55,7 @@ class Control:
         dress_amount: what one dress takes off the wheel radius of entry 33, mm.
         minimum_radius: of the wheel, below which the operator is warned, mm.
         announce_cycles: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops.
+        announce_feeds: whether a `FeedAhead` comes before every G01 block without compensation, with the table at rest.
         whole_cycles: whether a G82 or G83 that nothing can come between is one `CycleStrokes` rather than an event for
             every stroke and pick. Its auto-dresses are counted in it: a dress program is executed until it has once
             left the tables of the control as it found them.
@@ -92,6 +93,7 @@ class Control:
     dress_amount: float = 0.0
     minimum_radius: float = 0.0
     announce_cycles: bool = False
+    announce_feeds: bool = False
     whole_cycles: bool = False
     panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 

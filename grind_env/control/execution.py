@@ -63,7 +63,7 @@ class Execution(Iterator[Event]):
         self._interpreter.timeline.position = x, y, z
 
     def choose(self, **words: str) -> None:
-        """Give words of the cycle block announced by the last `CycleAhead` other numbers, such as ``E="9000"``."""
+        """Give words of the block announced by the last `CycleAhead` or `FeedAhead` other numbers: ``E="9000"``."""
         self._interpreter.chosen = words
 
     def set_wheel_radius(self, radius: float) -> None:

@@ -14,7 +14,7 @@ from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prosp
 from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
-from grind_env.control.motions import CycleAhead, Event, Hold, Message, ProgramEnd, ProgramStop, Source
+from grind_env.control.motions import CycleAhead, Event, FeedAhead, Hold, Message, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
 from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
 from grind_env.control.rewriting import with_words
@@ -86,14 +86,22 @@ class Interpreter:
             else:
                 if self.control.announce_cycles and self._is_cycle(block):
                     yield CycleAhead(self.timeline.time, block)
-                    block, self.chosen = evaluated(with_words(block, self.chosen), self.variables), {}
+                    block = self._as_chosen(block)
                 command = decode(block, self.mover.modes, self.control.number_format)
+                if self.control.announce_feeds and (end := self.mover.feed_end(command)) is not None:
+                    yield FeedAhead(self.timeline.time, block, self.timeline.position, end)
+                    command = decode(self._as_chosen(block), self.mover.modes, self.control.number_format)
                 ended = yield from self._block(command)
             if ended is not None:
                 end = ended
                 break
         self.calls.pop()
         return end
+
+    def _as_chosen(self, block: Block) -> Block:
+        """The block with the words that have been chosen for it, once."""
+        words, self.chosen = self.chosen, {}
+        return evaluated(with_words(block, words), self.variables)
 
     def _is_cycle(self, block: Block) -> bool:
         form = self.control.number_format

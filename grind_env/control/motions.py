@@ -209,6 +209,20 @@ class CycleAhead:
 
 
 @dataclass(frozen=True, slots=True)
+class FeedAhead:
+    """A G01 block without radius compensation is about to be executed with the table at rest.
+
+    It leads from `start` to `end`, mm. `Execution.choose` may still change its F word.
+    """
+
+    time: float
+    """When it happens, s."""
+    block: Block
+    start: Position
+    end: Position
+
+
+@dataclass(frozen=True, slots=True)
 class CycleStart:
     """A cycle takes over, before its pre-dress.
 
@@ -400,6 +414,7 @@ class Message:
 Event: TypeAlias = (
     Motion
     | CycleAhead
+    | FeedAhead
     | CycleStart
     | CycleStrokes
     | CycleEnd

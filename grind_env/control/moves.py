@@ -200,6 +200,17 @@ class Mover:
         path = Straight(start, target(command, start, origin, self._reciprocating))
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
+    def feed_end(self, command: Command) -> Position | None:
+        """Where a G01 block of the program leads from rest, without compensation, mm; None for any other block."""
+        stands = self._reciprocating is None and self.recorder is None and self.detour is None
+        compensated = command.modes.compensation != "G40" or self.compensation.programmed is not None
+        if command.action != "G01" or not command.lengths or not stands or compensated:
+            return None
+        if "T" in command.words or 98 in command.m:
+            return None
+        origin = ORIGIN if command.in_machine else self._origin(command)
+        return target(command, self.position, origin, None)
+
     def circular(self, command: Command, ahead: Ahead) -> list[Section]:
         """G02 or G03."""
         path = arc_path(command, self.position, self._origin(command))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.control import CycleAhead, CyclePlan, CycleStart, Event, ProgramEnd, Programs, execute
+from grind_env.control import CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
 from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
@@ -99,7 +99,7 @@ class ProgramEpisode:
         """
         self._arguments = (programs, job, conditions, course)
         self.course = course
-        control = replace(job.control, announce_cycles=True, whole_cycles=True)
+        control = replace(job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True)
         self.run = GrindingRun(programs, job, control, conditions)
         self.chosen: list[tuple[Block, Words]] = []
         self.block: Block | None = None
@@ -138,12 +138,11 @@ class ProgramEpisode:
         assert self.block is not None
         self.chosen.append((self.block, dict(words)))
         self._execution.choose(**words)
-        starts = [
-            (event.plan, self._execution.modes.inch, run.part.number)
-            for event in self._to_next_cycle()
-            if isinstance(event, CycleStart)
-        ]
-        plan, inch, part = starts[0]
+        plan, inch, part, begun = run.plan, False, 0, run.begun
+        for _ in self._to_next_cycle():
+            if not part and run.begun > begun:
+                plan, inch, part = run.plan, self._execution.modes.inch, run.part.number
+        assert plan is not None
         ended = len(run.parts) > parts
         if self.course:
             self._require(Passage(self.chosen[-1][0].source, part, len(run.parts) - parts))
@@ -186,7 +185,7 @@ class ProgramEpisode:
         """Take the events up to the next cycle block, or to the end, and hand each on once it has happened."""
         self.block = None
         for event in self._execution:
-            if isinstance(event, CycleAhead):
+            if isinstance(event, CycleAhead) or (isinstance(event, FeedAhead) and self.run.is_feed_block(event)):
                 if self._execution.table is None or self._execution.table.at_secondary:
                     self.run.let_part_go()
                 self.time, self.block = self.run.clock(event.time), event.block

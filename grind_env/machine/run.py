@@ -22,6 +22,7 @@ from grind_env.control import (
     DressStart,
     Event,
     Execution,
+    FeedAhead,
     Infeed,
     Line,
     Message,
@@ -34,7 +35,6 @@ from grind_env.control import (
     Spindle,
     Stroke,
     Switch,
-    execute,
 )
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
@@ -45,7 +45,7 @@ from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.rows import Table
-from grind_env.machine.part.feeds import feed_stroke, table_axis
+from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
@@ -81,6 +81,8 @@ class GrindingRun:
         unjudged: as of the record.
         blocks: as of the record.
         cycles: as of the record.
+        begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
+        plan: of the last one.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
@@ -97,12 +99,13 @@ class GrindingRun:
         self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
+        self.begun = 0
+        self.plan: CyclePlan | None = None
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
-        self._begun = 0  # cycle blocks, and feed moves that are strokes
         self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
@@ -253,34 +256,47 @@ class GrindingRun:
             self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
         self.mount.pass_time(self.clock(time), self.part.p, loads=loads)
-        self._begun += 1
+        self.begun, self.plan = self.begun + 1, plan
         self._begin_block(time, plan)
         self._line, self.blocks[plan.line] = plan.line, plan.block
         self.axis = plan.axis
 
     def _feed(self, move: Line) -> None:
         """A feed move, which is a stroke where it goes along the table over the part."""
-        axis = self.axis if self._begun else self._first_axis
-        placed = self.watch.way.found and (self.part.strokes > 0 or not self.part.infeeds)
-        event = feed_stroke(move, axis, self.part.job) if axis is not None and placed else None
+        axis, job = self._along
+        event = None if axis is None else feed_stroke(move, axis, job)
         if event is None:
             self.watch.way.move(move)
         else:
             self._take_over(move.begin, event.plan)
             self._strokes(event, 0)
 
+    def is_feed_block(self, ahead: FeedAhead) -> bool:
+        """Whether a block that is about to be executed is a stroke, and its F that of the table."""
+        axis, job = self._along
+        place = ahead.start, ahead.end
+        return axis is not None and leads_over(*place, axis, job) and keeps_across(*place, axis)
+
+    @property
+    def _along(self) -> tuple[int | None, Job]:
+        """The axis along which feed moves are strokes now, None if none is, and the job with the part under them."""
+        axis, number = self.axis if self.begun else self._first_axis, len(self.parts)
+        if not self.watch.way.found:
+            return None, self.job
+        if self.unloaded_at is None:
+            return None if self.part.infeeds and not self.part.strokes else axis, self.part.job
+        own = self.conditions[number].part if number < len(self.conditions) else None
+        return axis, self.job if own is None else replace(self.job, part=own)
+
     @cached_property
     def _first_axis(self) -> int | None:
-        """Along which the table goes before the first cycle; None if that is not known."""
-        ahead = execute(self.programs, replace(self.control))
-        self.tell(ahead)
-        return table_axis(ahead)
+        return table_axis(self.programs, self.control, 0.5 * self.mount.diameter)
 
     def _begin_block(self, time: float, plan: CyclePlan) -> None:
         """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""
         if self.job.process.before is not None:
             part = self.part.job.part
-            numbers = self._begun - 1, self.clock(time), part.start + 0.5 * part.length, plan.feed
+            numbers = self.begun - 1, self.clock(time), part.start + 0.5 * part.length, plan.feed
             moment = Moment(*map(float, numbers))
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job
@@ -21,6 +20,7 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from tests.machine import harness
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, run
+from tests.machine.test_replay import assert_replayed
 
 AWAY = "G00 Y20.\n"
 PLACED = ("part", "groove", "time", "line", "number")
@@ -242,24 +242,70 @@ def test_a_dress_between_them_counts() -> None:
     assert sharp.strokes["A"][-1] < dull.strokes["A"][-1]
 
 
-AFTER = f"{CYCLE}G80\nG01 X-30. F12000.\nG01 X230.\n"
-BEFORE = f"G01 X230. F12000.\nG00 Y1.\nG00 X-30.\nG01 Y0 F500.\n{CYCLE}G80\n"
+# ------------------------------------------------------------------------------------------- scripts and replays
 
 
-@pytest.mark.parametrize(("text", "line"), [(AFTER, 6), (BEFORE, 3)])
-def test_a_program_with_them_has_no_script_and_is_executed(text: str, line: int) -> None:
-    programs, shop = read(f"{HEAD}{text}{AWAY}M30\n{DRESS}", "part.nc"), job()
-    with pytest.raises(ScriptError, match=rf"part.nc:{line}: .*: a feed move of it is a stroke over the part, whose F"):
+def simulation_of(text: str) -> JobSimulation:
+    return JobSimulation(read(f"{HEAD}{text}M30\n{DRESS}", "part.nc"), harness.job(stock=0.05, tolerance=9.0), 0.0)
+
+
+PLUNGE = "G82 X230. I-30. Y-{:.3f} J-.005 L1 F60. E9000. P9100 D1\nG80\n"
+some_blocks = st.lists(st.tuples(st.sampled_from(["moves", "cycle"]), some_strokes), min_size=1, max_size=3)
+
+
+@given(some_blocks, st.integers(1, 2), st.lists(st.tuples(some_feeds, st.integers(0, 2)), min_size=40, max_size=40))
+@settings(max_examples=12, deadline=None)
+def test_a_replay_is_what_control_and_machine_make_of_it(
+    blocks: list[tuple[str, list[tuple[int, int]]]], parts: int, choices: list[tuple[int, int]]
+) -> None:
+    part, depth = "", 0.0
+    for kind, strokes in blocks:
+        part += f"G00 Y1.\nG00 X-30.\nG01 Y-{depth:.3f} F500.\n"
+        if kind == "moves":
+            part += by_moves(strokes)
+            depth += 0.001 * sum(deeper for deeper, _ in strokes)
+        else:
+            depth += 0.01
+            part += PLUNGE.format(depth)
+    simulation = simulation_of("M00\n".join([f"G00 X-30.\n{part}{AWAY}"] * parts))
+    assert simulation.why is None
+    assert len(simulation.blocks) == parts * sum(len(strokes) if kind == "moves" else 1 for kind, strokes in blocks)
+    assert_replayed(simulation, choices[: len(simulation.blocks)])
+
+
+def test_its_F_is_a_word_that_may_be_varied() -> None:
+    simulation = simulation_of(by_moves([(10, 12000)] * 3) + AWAY)
+    episodes = simulation.start([np.random.default_rng(0)])
+    played = []
+    for speed in (9000.0, 12000.0, 15000.0):
+        played.append(simulation.block(episodes, 0, speed, 2.0))
+        simulation.step(episodes, np.array([speed]), np.array([2.0]))
+    written = simulation.program(played)
+    moves = [line for line in written.splitlines() if line.startswith("G90 X")]
+    assert moves == ["G90 X230. F9000.", "G90 X-30. F12000.", "G90 X230. F15000."]
+    record = grind(read(written, "part.nc"), simulation.job)
+    assert record.strokes["E"].tolist() == [9000.0, 12000.0, 15000.0] and len(record.dresses) == 0
+    assert simulation.record(episodes, 0, played).strokes.tobytes() == record.strokes.tobytes()
+
+
+NO_SCRIPT = {
+    "holds on behind it": "G01 X230. F12000.\nG01 Y-.06\nG01 X-30. F12000.\n",
+    "an F of its own": f"G01 X230. F12000.\nG00 X-30.\n{CYCLE.replace('F60. ', '')}",
+    "turns over the part or beside it": "G01 X100. F12000.\n",
+    "goes across": "G00 Z-4.\nG01 X230. Z-2. F12000.\n",
+    "depends on the wheel": "#1=#5041\nG01 X230. F12000.\n",
+}
+
+
+@pytest.mark.parametrize("reason", NO_SCRIPT)
+def test_where_there_is_no_script_the_control_executes_it(reason: str) -> None:
+    programs, shop = read(f"{HEAD}{CYCLE}G80\nG00 X-30.\n{NO_SCRIPT[reason]}G80\n{AWAY}M30\n{DRESS}", "part.nc"), job()
+    with pytest.raises(ScriptError, match=reason):
         script_of(programs, shop)
     simulation, record = JobSimulation(programs, shop, 0.0), grind(programs, shop)
-    episodes = simulation.start([np.random.default_rng(0)])
-    _, tallies = simulation.step(episodes, np.array([12000.0]), np.zeros(1))
-    assert simulation.over(episodes).all() and not simulation.compiled
-    tally = Tally(*tallies[0].tolist())
-    assert tally.strokes == len(record.strokes) and tally.worn == pytest.approx(record.parts["worn"][0])
-
-
-def test_where_nothing_else_grinds_there_is_nothing_to_choose() -> None:
-    text = f"{HEAD}{by_moves([(10, 12000)] * 3)}{AWAY}M30\n"
-    with pytest.raises(JobProgramError, match=r"has no cycle block G81, G82 or G83, and no E or D to choose"):
-        JobSimulation(read(text, "part.nc"), job(), 0.0)
+    episodes, strokes, worn = simulation.start([np.random.default_rng(0)]), 0.0, 0.0
+    for block in simulation.blocks:
+        _, tallies = simulation.step(episodes, np.array([block.plan.feed]), np.zeros(1))
+        tally = Tally(*tallies[0].tolist())
+        strokes, worn = strokes + tally.strokes, worn + tally.worn
+    assert strokes == len(record.strokes) and worn == pytest.approx(record.parts["worn"][0])

@@ -12,6 +12,7 @@ from grind_env.envs.program_episode import BlockRun, Passage, ProgramEpisode, Wo
 from grind_env.errors import GrindError
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
+from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.tables import BlockRow, ScriptTables
 
@@ -64,12 +65,15 @@ class BlockOutline:
     def words(self, choice: Choice) -> Words:
         """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
 
-        Its own E stays as it is written, for it may have decimals or be clamped.
+        Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
         """
         speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
-        own = [str(word)[1:] for word in self.block.words if word.letter == "E"]
+        letter = speed_word(self.plan)
+        own = [str(word)[1:] for word in self.block.words if word.letter == letter]
+        if letter == FEED_WORD and not own and choice.speed == self.plan.feed:
+            return {}
         speed = own[0] if own and choice.speed == self.plan.feed else speed
-        return {"E": speed, "D": str(choice.executions)} if self.takes_dresses else {"E": speed}
+        return {letter: speed, "D": str(choice.executions)} if self.takes_dresses else {letter: speed}
 
     @property
     def takes_dresses(self) -> bool:

@@ -5,17 +5,20 @@ to cover the width of the part all the way. What is ground by other feed moves i
 """
 
 from contextlib import suppress
+from dataclasses import replace
 
 from grind_env.control import (
+    Control,
     ControlError,
     CyclePlan,
     CycleStart,
     CycleStrokes,
-    Execution,
     Infeed,
     Line,
     Position,
+    Programs,
     Source,
+    execute,
 )
 from grind_env.control.geometry import Straight
 from grind_env.control.modes import PLANES
@@ -27,6 +30,10 @@ from grind_env.machine.job import Job
 
 FEED = "G01"
 """Code of what stands for the cycle of such a stroke."""
+FEED_WORD = "F"
+
+LEAST_PICK = 2.0 * DEPTH_TOLERANCE
+"""mm; its J, for it counts as a plunge where it goes deeper at all; its L is 1."""
 
 SOURCES = (Source.PROGRAM, Source.COMPENSATION)
 """Of the moves that may be strokes: those that an operator asks for in between are none."""
@@ -34,19 +41,22 @@ SOURCES = (Source.PROGRAM, Source.COMPENSATION)
 
 def speed_word(plan: CyclePlan) -> str:
     """The word that says how fast the strokes of a cycle are, or that of a feed move."""
-    return "F" if plan.code == FEED else "E"
+    return FEED_WORD if plan.code == FEED else "E"
 
 
-def table_axis(execution: Execution) -> int | None:
+def table_axis(programs: Programs, control: Control, radius: float) -> int | None:
     """The axis along which a program grinds before its first cycle: that of this cycle.
 
     Without a cycle it is the one across the plane of the first feed move; None if there is none, or if grooves are cut,
     for a job does not say where these lie on the part.
 
     Args:
-        execution: of the program, from its start; it is used up.
+        programs: the program.
+        control: its settings; its panel stays as it is.
+        radius: of the wheel, mm.
     """
-    axis, grooves = None, False
+    axis, grooves, execution = None, False, execute(programs, replace(control))
+    execution.set_wheel_radius(radius)
     with suppress(ControlError):  # for those who run the program
         for event in execution:
             if isinstance(event, CycleStart):
@@ -55,6 +65,29 @@ def table_axis(execution: Execution) -> int | None:
                 axis = 3 - sum(PLANES[execution.modes.plane])
             grooves |= isinstance(event, Infeed)
     return None if grooves else axis
+
+
+def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
+    """Whether a straight move takes the wheel along the table over the part at one depth, at or below its surface.
+
+    Args:
+        start: of the move, mm.
+        end: of the move, mm.
+        axis: along which the table goes.
+        job: with the part.
+    """
+    plunge, part = plunge_axis(axis), job.part
+    low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
+    near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
+    below = end[plunge] <= part.surface + DEPTH_TOLERANCE
+    if not below or abs(end[plunge] - start[plunge]) > DEPTH_TOLERANCE or high < near or low > far or high == low:
+        return False
+    return _lies_over(start, end, axis, job)
+
+
+def keeps_across(start: Position, end: Position, axis: int) -> bool:
+    """Whether such a move does not go across, so that its F is that of the table."""
+    return start[cross_axis(axis)] == end[cross_axis(axis)]
 
 
 def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
@@ -67,24 +100,19 @@ def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
         axis: along which the table goes.
         job: with the part.
     """
-    start, end, plunge, cross = move.start, move.end, plunge_axis(axis), cross_axis(axis)
-    if move.reciprocating or move.source not in SOURCES or abs(end[plunge] - start[plunge]) > DEPTH_TOLERANCE:
+    start, end, cross = move.start, move.end, cross_axis(axis)
+    if move.reciprocating or move.source not in SOURCES or not leads_over(start, end, axis, job):
         return None
-    part, low, high = job.part, min(start[axis], end[axis]), max(start[axis], end[axis])
-    near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
-    if end[plunge] > part.surface + DEPTH_TOLERANCE or high < near or low > far or high == low:
-        return None
-    if not _lies_over(start, end, axis, job):
-        return None
-    way, length = abs(end[axis] - start[axis]), Straight(start, end).length
-    feed = move.feed * (way / length)
+    feed = move.feed * (abs(end[axis] - start[axis]) / Straight(start, end).length)
     plan = CyclePlan(
         code=FEED,
         pre_dress=False,
         axis=axis,
         primary=end[axis],
         secondary=start[axis],
-        plunge_start=end[plunge],
+        plunge_start=end[plunge_axis(axis)],
+        primary_pick=LEAST_PICK,
+        spark_out=1,
         feed=feed,
         program=None,
         block=move.block,
@@ -98,7 +126,7 @@ def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
         feed=feed,
         begins=(move.begin,),
         seconds=(move.seconds,),
-        plunge=(end[plunge],),
+        plunge=(end[plunge_axis(axis)],),
         cross=(0.5 * (start[cross] + end[cross]),),
         end=end,
         dresses=(),

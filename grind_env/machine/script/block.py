@@ -9,6 +9,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.program import DressPlan, DressRun
 from grind_env.machine.job import Job
+from grind_env.machine.part.feeds import FEED
 
 
 class ScriptError(GrindError):
@@ -26,7 +27,7 @@ class Way(NamedTuple):
 
 @dataclass(slots=True)
 class ScriptBlock:
-    """A cycle block, and what the program does up to the next one.
+    """A cycle block, or a feed move that is a stroke, and what the program does up to the next one.
 
     Attributes:
         block: as it was read.
@@ -63,6 +64,11 @@ class ScriptBlock:
     gauged_on_the_way: bool = False
     stops: int = 0
     ends_part: bool = False
+
+    @property
+    def strokes_alone(self) -> bool:
+        """Whether it makes strokes that do not run beside motions of the program."""
+        return self.plan.plunges or self.plan.code == FEED
 
     @property
     def dress_plan(self) -> DressPlan | None:

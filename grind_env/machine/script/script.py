@@ -12,6 +12,7 @@ a pick has come, there is no script, and a `ScriptError` says where and why.
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from grind_env.control import (
     Arc,
@@ -25,6 +26,7 @@ from grind_env.control import (
     Dwell,
     Event,
     Execution,
+    FeedAhead,
     Hold,
     Infeed,
     InterruptStart,
@@ -51,7 +53,7 @@ from grind_env.machine.dress.program import missed_pass
 from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
-from grind_env.machine.part.feeds import feed_stroke
+from grind_env.machine.part.feeds import feed_stroke, keeps_across, table_axis
 from grind_env.machine.part.running import Running
 from grind_env.machine.script.block import ScriptBlock, ScriptError, Way, edge_of, script_error
 from grind_env.machine.script.bounds import (
@@ -117,6 +119,9 @@ def script_of(
         corners += [writer(dressing, elsewhere=turned, across=True).run() for turned in (False, True)]
     else:
         corners += corners
+    if len({len(corner) for corner in corners}) > 1:
+        reason = "which of its feed moves are strokes depends on where a cycle has come to its end"
+        raise script_error(programs, 0, reason)
     for block, *others in zip(*corners, strict=True):
         refuse_led_elsewhere(programs, block, *others)
         across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
@@ -152,7 +157,8 @@ class _Writer:
     ) -> None:
         self.programs, self.job, self.dressing = programs, job, dressing
         self.elsewhere, self.across = elsewhere, across
-        self.control = replace(job.control, announce_cycles=True, whole_cycles=True, variables=variables)
+        announced = {"announce_cycles": True, "announce_feeds": True}
+        self.control = replace(job.control, **announced, whole_cycles=True, variables=variables)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * first_diameter(job))
         self.running = Running(job)
@@ -166,7 +172,9 @@ class _Writer:
         self.strokes_on = False  # the table of a G81, after the text
         self.centres = strip_centres(job.part.across, job.part.width)
         self.approach = 0.0
-        self.feeds: list[Line] = []  # before the first block, which says how the part lies
+        self.feed_ahead: Block | None = None
+        self.found = False  # where the wheel stands, for an operator has left it somewhere
+        self.fed_by_stroke = False  # whether the F in force is that of a feed move that is a stroke
 
     def run(self) -> list[ScriptBlock]:
         for event in self.execution:
@@ -193,8 +201,10 @@ class _Writer:
             case CycleAhead():
                 self._require_independent()  # for it may lead to blocks that the program as it is does not run
                 self.ahead = event.block
-                if self.dressing is not None and self.dressing[len(self.blocks)]:
+                if self.dressing is not None and self.dressing[len(self.blocks) :][:1] == [True]:
                     self.execution.choose(D="1")
+            case FeedAhead():
+                self.feed_ahead = event.block
             case CycleStart():
                 self._begin(event)
             case CycleEnd() if event.plan.plunges:
@@ -232,6 +242,7 @@ class _Writer:
                 self.in_dress = False
             case Rapid() | Line() | Arc() | Dwell() if event.source in PROGRAMMED:
                 self._move(event)
+                self.found |= not isinstance(event, Dwell)
             case _:
                 pass
 
@@ -263,13 +274,13 @@ class _Writer:
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
         taken_over = table.at is not Reversal.START
+        if plan.plunges:
+            self._require_own_feed(self.ahead)
         self._let_part_go()
         if self.blocks:
             self.blocks[-1].to_secondary = taken_over
             self._close()
         else:
-            for move in self.feeds:
-                self._refuse_stroke(move, plan.axis)
             self.approach = sum(self.way)
             self.way, self.unloaded = [0.0, 0.0], False
         if plan.plunge_axis is not None and plan.depth_target > plan.plunge_start:
@@ -299,21 +310,57 @@ class _Writer:
         if modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution):
             raise self._error("its motions depend on the radius of the wheel", event.line)
         if table is None:
+            stroke = self._feed_stroke(event) if isinstance(event, Line) else None
+            if stroke is not None:
+                self._begin_feed(stroke)
+                return
+            if isinstance(event, Line | Arc):
+                self._require_own_feed(self.feed_ahead if isinstance(event, Line) else None)
             self.way[self.unloaded] += event.seconds
-            if isinstance(event, Line) and self.blocks:
-                self._refuse_stroke(event, self.blocks[-1].plan.axis)
-            elif isinstance(event, Line):
-                self.feeds.append(event)
             return
+        if isinstance(event, Line):
+            self._require_own_feed(None)
         if isinstance(event, Arc):
             raise self._error("the wheel moves along an arc beside the table", event.line)
         if self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
         self.blocks[-1].beside.append(event)
 
-    def _refuse_stroke(self, move: Line, axis: int) -> None:
-        if feed_stroke(move, axis, self.job) is not None:
-            raise self._error("a feed move of it is a stroke over the part, whose F cannot be chosen", move.line)
+    def _feed_stroke(self, move: Line) -> CycleStrokes | None:
+        axis = self.blocks[-1].plan.axis if self.blocks else self._first_axis
+        return feed_stroke(move, axis, self.job) if axis is not None and self.found else None
+
+    @cached_property
+    def _first_axis(self) -> int | None:
+        return table_axis(self.programs, self.control, 0.5 * first_diameter(self.job))
+
+    def _begin_feed(self, stroke: CycleStrokes) -> None:
+        """A feed move has been made that is a stroke."""
+        plan, block, self.feed_ahead = stroke.plan, self.feed_ahead, None
+        if block is None or not keeps_across(stroke.start, stroke.end, plan.axis):
+            raise self._error("a feed move that is a stroke goes across, or along what is compensated", plan.line)
+        if self.job.process.before is not None:
+            raise self._error("its process changes what a feed move that is a stroke finds", plan.line)
+        self._require_own_setup(plan.line)
+        self._let_part_go()
+        if self.blocks:
+            self._close()
+        else:
+            self.approach = sum(self.way)
+            self.way, self.unloaded = [0.0, 0.0], False
+        self.ahead, self.fed_by_stroke, self.stopped = block, True, False
+        made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, None, at_secondary=False)
+        self.blocks.append(made)
+        self._reach(stroke.plunge[0], stroke.cross[0])
+
+    def _require_own_feed(self, block: Block | None) -> None:
+        """Refuse a feed that is that of a stroke before, which may be another."""
+        if block is not None and any(word.letter == "F" for word in block.words):
+            self.fed_by_stroke = False
+        elif self.fed_by_stroke:
+            line = 0 if block is None else block.place.line
+            reason = "F of a feed move that is a stroke holds on behind it; give what comes after it an F of its own"
+            raise self._error(reason, line)
 
     def _stand(self, plan: CyclePlan) -> None:
         """The table has come to rest."""
@@ -352,7 +399,7 @@ class _Writer:
     def _let_part_go(self) -> None:
         """The table stands, or another cycle takes it over: as `GrindingRun.let_part_go`."""
         if self.leaving:
-            self.leaving = False
+            self.leaving = self.found = False
             self._unload()
 
     def _unload(self) -> None:

@@ -17,6 +17,7 @@ from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.feeding import ENDS, GOES_ON, Motion
 from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
+from grind_env.machine.part.feeds import FEED
 from grind_env.machine.script.block import ScriptBlock, edge_of
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
@@ -25,6 +26,9 @@ from grind_env.process.cost import Limits
 NO_COURSE = 0.0
 NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
 """Of the cycles that plunge."""
+
+SINGLE = "G82"
+"""The cycle as which a feed move is run: one that stands at its depth, of one stroke."""
 
 NO_BLOCK = -1.0
 AS_PRIMARY = -1.0
@@ -188,17 +192,18 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     stands = block.start[plunge_axis(plan.axis)]
     edge = edge_of(block.start, plan)
     crosses = plan.cross_axis is not None
+    by_feed = plan.code == FEED
     return BlockRow(
-        cycle=NUMBERS[plan.code] if plan.plunges else NO_COURSE,
+        cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_COURSE,
         first_length=abs(plan.primary - first),
         away=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
-        dwell=job.control.reversal_dwell,
+        dwell=0.0 if by_feed else job.control.reversal_dwell,
         acceleration=job.control.acceleration,
         start=-stands,
         surface=part.surface,
         bottom=part.surface - _target(block),
-        coverage=float(job.control.coverage_pass),
+        coverage=float(job.control.coverage_pass and not by_feed),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
         finish_besides=reached,
@@ -268,7 +273,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
             )
         )
         time += motion.seconds
-    if not (rows or block.to_secondary or block.gauged_on_the_way) and plan.plunges:
+    if not (rows or block.to_secondary or block.gauged_on_the_way) and block.strokes_alone:
         return []
     end = block.beside[-1].end if rows else block.end
     rest = Motion(

@@ -5,7 +5,7 @@ import numpy as np
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
-from grind_env.shop.optimise.variables import Variable
+from grind_env.shop.optimise.variables import Spot, Variable
 from grind_env.shop.optimise.variation import Variation
 from grind_env.shop.trials import LIMITS, Array, Measures, Trials
 
@@ -140,7 +140,7 @@ def word_of(variable: Variable, number: int) -> WordChange:
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(
-        name=variable.name,
+        name=variable.at.letter if variable.name == "E" and isinstance(variable.at, Spot) else variable.name,
         place=variable.place,
         before=f"{variable.own.normalize():f}",
         after=f"{variable.levels[number].normalize():f}",

@@ -18,6 +18,7 @@ from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import listed
 from grind_env.machine.dress.program import DEEPEST_INFEED
+from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
@@ -36,7 +37,7 @@ COLUMNS = {
 IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
 """What can be varied only where a program has a script."""
 INHERITED = ("E", "J")
-"""Words that a cycle block without them takes over from the one before (16-13)."""
+"""Words that a block without them takes over from the one before (16-13); E is F of a feed move that is a stroke."""
 
 MILLIMETRE = Decimal(1)
 SPEEDS = (3000.0, 30_000.0)
@@ -157,7 +158,7 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
     """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over."""
     blocks: dict[tuple[int, int], list[int]] = {}
     spots: dict[tuple[int, int], tuple[Spot, int]] = {}
-    governing: tuple[int, int] | None = None
+    governing: dict[str, tuple[int, int] | None] = {}
     for number, outline in enumerate(simulation.blocks):
         source, letter = outline.block.source, _letter(name, outline)
         if letter is None:
@@ -166,10 +167,15 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         place = (source.line, source.column)
         usable = _usable(word, letter, outline, simulation.programs, wishes, remarks)
         if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
-            if name in INHERITED and governing is not None:
-                blocks[governing].append(number)
+            before = governing.get(letter)
+            # F in force may be that of another feed move
+            same = before is not None and (
+                letter != FEED_WORD or _feed(simulation, blocks[before]) == outline.plan.feed
+            )
+            if name in INHERITED and before is not None and same:
+                blocks[before].append(number)
             continue
-        governing = place if usable else None
+        governing[letter] = place if usable else None
         if usable:
             blocks.setdefault(place, []).append(number)
             form = _form(name, outline) if word is None else number_text(source, word)
@@ -189,11 +195,15 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         )
 
 
+def _feed(simulation: JobSimulation, blocks: Sequence[int]) -> float:
+    return simulation.blocks[blocks[-1]].plan.feed
+
+
 def _letter(name: str, outline: BlockOutline) -> str | None:
-    """The letter of a word in a block; None in one that takes no such word."""
+    """The letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
     plan = outline.plan
     if name == "E":
-        return name
+        return speed_word(plan)
     if plan.plunge_axis is None or (name == "D" and not outline.takes_dresses):
         return None
     return INTEGRANDS[plan.plunge_axis] if name == "J" else name
