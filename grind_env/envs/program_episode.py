@@ -142,7 +142,7 @@ class ProgramEpisode:
         for _ in self._to_next_cycle():
             if not part and run.begun > begun:
                 plan, inch, part = run.plan, self._execution.modes.inch, run.part.number
-        assert plan is not None
+        assert plan is not None and part
         ended = len(run.parts) > parts
         if self.course:
             self._require(Passage(self.chosen[-1][0].source, part, len(run.parts) - parts))

@@ -280,11 +280,12 @@ class GrindingRun:
     @property
     def _along(self) -> tuple[int | None, Job]:
         """The axis along which feed moves are strokes now, None if none is, and the job with the part under them."""
-        axis, number = self.axis if self.begun else self._first_axis, len(self.parts)
+        axis, leaves = self.axis if self.begun else self._first_axis, self._leaving is not None
         if not self.watch.way.found:
             return None, self.job
-        if self.unloaded_at is None:
+        if self.unloaded_at is None and not leaves:
             return None if self.part.infeeds and not self.part.strokes else axis, self.part.job
+        number = len(self.parts) + leaves
         own = self.conditions[number].part if number < len(self.conditions) else None
         return axis, self.job if own is None else replace(self.job, part=own)
 

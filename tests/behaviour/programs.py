@@ -53,6 +53,7 @@ VARIANTS: dict[str, dict[str, Variant]] = {
             }
         )
     },
+    "feeds": {"feeds announced": Variant({"announce_cycles": True, "announce_feeds": True})},
     "grooves": {"short retract": Variant({"groove_retract": 0.05})},
     "grooving_wheel": {PLAIN: Variant({"groove_retract": 0.01})},
     "interrupts": {

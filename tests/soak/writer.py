@@ -602,7 +602,7 @@ class Writer:
         runs, kind = self.table.runs, self.rng.random()
         if kind < 0.22:
             self.table.runs = False
-            return ["G80", *(self._by_feed_moves() if self._odd(0.3) else [])]
+            return ["G80", *(self._by_feed_moves() if self._chance(0.25) else [])]
         if kind < 0.34:
             self._saw("dwell")
             return [self._dwell()]
@@ -649,7 +649,9 @@ class Writer:
         for _ in range(self._one(1, 2, 3)):
             self.depth += self._one(0.0, 0.004, 0.02)
             lines.append(f"G01 {self._at(self.down, self.surface - self.depth)} {self._feed(500.0)}")
-            ends = self._one((far,), (far, near), (self.start + 0.5 * part.length, near), (far, far - 20.0))
+            ends = self._one((far,), (far, near), (far, near, far))
+            if self._odd(0.3):
+                ends = self._one((self.start + 0.5 * part.length, near), (far, far - 20.0), (near - 20.0,))
             lines += [f"G01 {self._at(self.along, end)} {self._feed(self._speed())}" for end in ends]
             lines += [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]
         return lines

@@ -67,12 +67,14 @@ class BlockOutline:
 
         Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
         """
-        speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
         letter = speed_word(self.plan)
-        own = [str(word)[1:] for word in self.block.words if word.letter == letter]
-        if letter == FEED_WORD and not own and choice.speed == self.plan.feed:
-            return {}
-        speed = own[0] if own and choice.speed == self.plan.feed else speed
+        speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
+        if choice.speed == self.plan.feed:
+            own = [str(word)[1:] for word in self.block.words if word.letter == letter]
+            if own:
+                speed = own[0]
+            elif letter == FEED_WORD and not self.inch:  # that in force may have decimals
+                speed = f"{choice.speed:.4f}".rstrip("0")
         return {letter: speed, "D": str(choice.executions)} if self.takes_dresses else {letter: speed}
 
     @property

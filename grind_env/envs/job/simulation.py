@@ -124,7 +124,8 @@ class JobSimulation:
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
             raise JobProgramError(
-                f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')}, and no E or D to choose"
+                f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')} and no feed move along the "
+                "table over the part, and no E, F or D to choose"
             )
         self._zones = 1 if self.script is None else len(self.tables.zones)
         self._whole = self.script is not None and is_whole(self.script, self.tables)

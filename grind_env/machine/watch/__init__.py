@@ -86,14 +86,14 @@ class Watch:
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
         """The part is taken off the machine, at a stop or at the end of the program."""
-        cycle = self.cycles.cycle
+        cycle, found = self.cycles.cycle, stop is not None and self.way.moves_since(stop.time)
         self._end_cycle(part)
         if self.way.axis is not None and (cycle is not None or not part.infeeds):
             self.way.judge(part, self.way.axis)
         others = self.cycles.unload()
         if part.missed:
             self.notices.tell(0, "missed", advice.missed_surface(part.job.part.surface))
-        part.unjudged = *self.way.unload(), *others
+        part.unjudged = *self.way.unload(found=found), *others
         self.stops.unload(part, cycle, stop)
 
     def _end_cycle(self, part: PartRun) -> None:

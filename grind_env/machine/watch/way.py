@@ -67,9 +67,13 @@ class Way:
         moves, axis = enumerate(self._moves), self.axis
         return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
 
-    def unload(self) -> Sequence[Unjudged]:
-        """The part is taken off; the moves that have ground it, which is told."""
-        passes, self._passes, self._moves, self._found = self._passes, [], [], False
+    def moves_since(self, time: float) -> bool:
+        """Whether the program has moved the axes since a time, s, and no cycle has begun."""
+        return any(move.begin > time - INSTANT for move in self._moves)
+
+    def unload(self, *, found: bool) -> Sequence[Unjudged]:
+        """The part is taken off, perhaps while it is `found` where the wheel stands; the moves that have ground it."""
+        passes, self._passes, self._moves, self._found = self._passes, [], [], found
         if not passes:
             return []
         lines = sorted({line for line, _ in passes})

@@ -20,6 +20,7 @@ from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
 from grind_env.lock import alone
+from grind_env.machine.part.feeds import speed_word
 from grind_env.policies.policy import Policy
 from grind_env.shop.advise.own import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, Readings, readings_of
@@ -160,7 +161,7 @@ def write_log(path: Path, simulation: JobSimulation, steps: Sequence[Step]) -> N
                     name: int(value) if isinstance(value, bool) else value
                     for name, value in step.readings.given().items()
                 }
-                advised = [step.words["E"], step.words.get("D", "")]
+                advised = [step.words[speed_word(simulation.blocks[number].plan)], step.words.get("D", "")]
                 ground = [told.get("E", advised[0]), told.get("D", advised[1])]
                 row = [step.time, number + 1, simulation.blocks[number].part + 1, *advised, *ground]
                 rows.writerow([csv_cell(value) for value in (*row, *(told.get(name, "") for name in names))])

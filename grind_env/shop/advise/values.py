@@ -10,6 +10,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
+from grind_env.machine.part.feeds import speed_word
 from grind_env.shop.advise.adviser import Advice
 
 FIRST = 101
@@ -29,7 +30,9 @@ class Variables(NamedTuple):
 
 
 def variables_of(block: BlockOutline, place: int) -> Variables:
-    """Those that stand in the E and D words of a block; else #101 and #102, #103 and #104 for the next block, ...
+    """Those that stand in the E and D words of a block, F for E of a feed move that is a stroke.
+
+    Where there is none, #101 and #102, #103 and #104 for the next block, ...
 
     Args:
         block: of the program.
@@ -39,7 +42,7 @@ def variables_of(block: BlockOutline, place: int) -> Variables:
         ValuesError: E or D is an expression.
     """
     found = []
-    for k, letter in enumerate("ED"):
+    for k, letter in enumerate((speed_word(block.plan), "D")):
         match = re.search(rf"(?<![A-Z]){letter}\s*(?:#\s*(\d+)|\[)", block.block.source.text.upper())
         if match and not match[1]:
             raise ValuesError(
@@ -98,5 +101,6 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
 def _assignments(block: BlockOutline, place: int, words: Words, source: str) -> dict[int, str]:
     """Assignments of the E and D of a block, by number of the variable."""
     variables, unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
-    lines = {variables.E: f"#{variables.E}={words['E']} (E, {unit}, {source})"}
+    letter = speed_word(block.plan)
+    lines = {variables.E: f"#{variables.E}={words[letter]} ({letter}, {unit}, {source})"}
     return lines | ({variables.D: f"#{variables.D}={words['D']} (D)"} if "D" in words else {})
