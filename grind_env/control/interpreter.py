@@ -88,8 +88,8 @@ class Interpreter:
                     yield CycleAhead(self.timeline.time, block)
                     block = self._as_chosen(block)
                 command = decode(block, self.mover.modes, self.control.number_format)
-                if self.control.announce_feeds and (end := self.mover.feed_end(command)) is not None:
-                    yield FeedAhead(self.timeline.time, block, self.timeline.position, end)
+                if self.control.announce_feeds and (goal := self.mover.feed_end(command)) is not None:
+                    yield FeedAhead(self.timeline.time, block, self.timeline.position, goal)
                     command = decode(self._as_chosen(block), self.mover.modes, self.control.number_format)
                 ended = yield from self._block(command)
             if ended is not None:

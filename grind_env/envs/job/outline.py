@@ -20,7 +20,7 @@ INCH = 25.4
 """mm."""
 
 MOST_BLOCKS = 2000
-"""Cycle blocks of an episode."""
+"""Cycle blocks of an episode, with feed moves that are strokes."""
 
 
 class Choice(NamedTuple):
@@ -124,6 +124,7 @@ def outline_of_runs(
     runs: list[BlockRun] = []
     while episode.block is not None:
         runs.append(episode.step({}))
+        refuse_more(programs, len(runs))
         between()
     blocks = tuple(_outlines(runs, episode))
     for choice in trials:
@@ -154,10 +155,15 @@ def refuse_many(programs: Programs, job: Job) -> None:
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
     with suppress(ControlError):
         cycles = (event for event in events if isinstance(event, CycleStart))
-        if next(islice(cycles, MOST_BLOCKS, None), None) is not None:
-            raise JobProgramError(
-                f"{programs.name} runs more than {MOST_BLOCKS} cycle blocks; let it come to its M30 before"
-            )
+        refuse_more(programs, sum(1 for _ in islice(cycles, MOST_BLOCKS + 1)))
+
+
+def refuse_more(programs: Programs, blocks: int) -> None:
+    """Refuse a program of more blocks than an episode may have; errors as of `refuse_many`."""
+    if blocks > MOST_BLOCKS:
+        raise JobProgramError(
+            f"{programs.name} runs more than {MOST_BLOCKS} cycle blocks; let it come to its M30 before"
+        )
 
 
 def _outlines(runs: Sequence[BlockRun], episode: ProgramEpisode) -> Iterator[BlockOutline]:

@@ -34,6 +34,7 @@ from grind_env.envs.job.outline import (
     outline_of_script,
     parts_of,
     refuse_many,
+    refuse_more,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, jobs_step, settle_of
@@ -114,6 +115,7 @@ class JobSimulation:
         self.script: Script | None = None
         try:
             self.script = script_of(programs, job, Ranges(E=(low, high), J=picks, L=spark_outs))
+            refuse_more(programs, len(self.script.blocks))
             self.tables = tables_of(self.script)
         except ScriptError as error:
             self.why = error

@@ -157,8 +157,9 @@ class _Writer:
     ) -> None:
         self.programs, self.job, self.dressing = programs, job, dressing
         self.elsewhere, self.across = elsewhere, across
-        announced = {"announce_cycles": True, "announce_feeds": True}
-        self.control = replace(job.control, **announced, whole_cycles=True, variables=variables)
+        self.control = replace(
+            job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True, variables=variables
+        )
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * first_diameter(job))
         self.running = Running(job)
