@@ -264,7 +264,7 @@ class GrindingRun:
     def _feed(self, move: Line) -> None:
         """A feed move, which is a stroke where it goes along the table over the part."""
         axis, job = self._along
-        event = None if axis is None else feed_stroke(move, axis, job)
+        event = None if axis is None else feed_stroke(move, axis, job, self.plan)
         if event is None:
             self.watch.way.move(move)
         else:

@@ -457,7 +457,8 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
     check_variables(simulation)
 
     def block(text: str) -> Any:
-        return SimpleNamespace(part=0, block=SimpleNamespace(source=SimpleNamespace(text=text, line=7)))
+        plan = SimpleNamespace(code="G82")
+        return SimpleNamespace(part=0, plan=plan, block=SimpleNamespace(source=SimpleNamespace(text=text, line=7)))
 
     assert variables_of(block("N50 g82 Y-.17 e#500 P9100 D # 7"), 3) == (500, 7)
     assert variables_of(block("N50 G82 Y-.17 E9000. P9100 D#7"), 3) == (107, 7)

@@ -90,7 +90,7 @@ def keeps_across(start: Position, end: Position, axis: int) -> bool:
     return start[cross_axis(axis)] == end[cross_axis(axis)]
 
 
-def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
+def feed_stroke(move: Line, axis: int, job: Job, before: CyclePlan | None) -> CycleStrokes | None:
     """A feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
 
     Its E is the feed along the table, mm/min.
@@ -99,6 +99,7 @@ def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
         move: the move.
         axis: along which the table goes.
         job: with the part.
+        before: plan of the strokes before, whose dress program stays known; None if there were none.
     """
     start, end, cross = move.start, move.end, cross_axis(axis)
     if move.reciprocating or move.source not in SOURCES or not leads_over(start, end, axis, job):
@@ -114,7 +115,7 @@ def feed_stroke(move: Line, axis: int, job: Job) -> CycleStrokes | None:
         primary_pick=LEAST_PICK,
         spark_out=1,
         feed=feed,
-        program=None,
+        program=None if before is None else before.program,
         block=move.block,
         line=move.line,
         text="",

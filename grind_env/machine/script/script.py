@@ -328,8 +328,9 @@ class _Writer:
         self.blocks[-1].beside.append(event)
 
     def _feed_stroke(self, move: Line) -> CycleStrokes | None:
-        axis = self.blocks[-1].plan.axis if self.blocks else self._first_axis
-        return feed_stroke(move, axis, self.job) if axis is not None and self.found else None
+        before = self.blocks[-1].plan if self.blocks else None
+        axis = self._first_axis if before is None else before.axis
+        return feed_stroke(move, axis, self.job, before) if axis is not None and self.found else None
 
     @cached_property
     def _first_axis(self) -> int | None:
@@ -350,7 +351,8 @@ class _Writer:
             self.approach = sum(self.way)
             self.way, self.unloaded = [0.0, 0.0], False
         self.ahead, self.fed_by_stroke, self.stopped = block, True, False
-        made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, None, at_secondary=False)
+        dress = self.blocks[-1].dress if self.blocks else None
+        made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, dress, at_secondary=False)
         self.blocks.append(made)
         self._reach(stroke.plunge[0], stroke.cross[0])
 
