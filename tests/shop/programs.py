@@ -53,11 +53,31 @@ N14 M99
 
 DRESS = PLATE[PLATE.index("O9100") :]
 
+FEEDS = """%
+O6 (STROKES BY FEED MOVES, AND A CYCLE)
+N1 G71 G94 G90 G19 S1910 M03 M08
+N2 G00 Y2. Z-2.5
+N3 G00 X-30.
+N4 G01 Y-.01 F500.
+N5 X230. F12000.
+N6 X-30.
+N7 Y-.02 F60.
+N8 X230. F9000.
+N9 G00 Y2.
+N10 G00 X-30.
+N11 G01 Y-.02 F500.
+N12 G82 X230. I-30. Y-.05 J-.01 L1 F60. E15000. P9100 D1
+N13 G80
+N14 G00 Y20. M09 M05
+N15 M30
+"""
+
 PROGRAMS: dict[str, bytes] = {
     "plate": PLATE.encode(),
     "lower": PLATE.lower().replace("\n", "\r\n").encode(),
     "inch": INCH.encode(),
     "loop": (LOOP + DRESS).encode(),
+    "feeds": (FEEDS + DRESS).encode(),
     "takes_over": b"\xef\xbb\xbf" + PLATE.replace(" E9000.", "").replace("15000.", "15000").encode(),
 }
 """The last one has a byte order mark, and its second cycle takes the table speed over from the first."""
