@@ -373,7 +373,6 @@ class GrindingRun:
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
-        if self.job.setup.grooving_wheel:
             self.mount.take_up(None, self.part.p)
         self.mount.pass_time(self.clock(event.begin), self.part.p, loads=loads)
         before, had_stalled = self.mount.present(self.part.p), self.part.stalled

@@ -19,6 +19,7 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.gauge import GAUGE
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
@@ -27,6 +28,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.policies.evaluation import episode_seeds, evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from grind_env.scores import reference
 from tests.envs.harness import Array, assert_same, native, row_of
@@ -330,8 +332,8 @@ def test_episodes_that_are_stepped_apart_are_each_what_it_is_alone() -> None:
 def test_all_episodes_are_stepped_by_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
     env: Any = native(ID, 5).unwrapped
     calls = []
-    grind_all = env.simulation._grind
-    monkeypatch.setattr(env.simulation, "_grind", lambda *arguments: calls.append(grind_all(*arguments)))
+    step = env.simulation._step_of(PROCESS, GAUGE)
+    monkeypatch.setattr(env.simulation, "_step_of", lambda *_: lambda *arguments: calls.append(step(*arguments)))
     env.reset(seed=0)
     for _ in range(3):
         env.step(np.zeros((5, 2), np.float32))
