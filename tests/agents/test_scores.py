@@ -82,13 +82,13 @@ def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, mon
 
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
-    evaluate = cells.evaluate
+    run_seeds = cells.run_seeds
 
     def counted(policy, *arguments):
         evaluated.append(policy.name)
-        return evaluate(policy, *arguments)
+        return run_seeds(policy, *arguments)
 
-    monkeypatch.setattr(cells, "evaluate", counted)
+    monkeypatch.setattr(cells, "run_seeds", counted)
     run(tmp_path)
     assert evaluated == policy_names(ORACLE)
     (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()

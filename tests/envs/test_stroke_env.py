@@ -24,7 +24,7 @@ from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.process.state import WheelState
@@ -185,7 +185,7 @@ def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> 
 
 def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> None:
     simulation, seeds = find_problem("stroke").simulation(), range(3)
-    env, run = ids.stroke(show_block=False), evaluate(make_policy("interval", simulation), simulation, seeds)
+    env, run = ids.stroke(show_block=False), run_seeds(make_policy("interval", simulation), simulation, seeds)
     assert (run.executions == 1).any(axis=1).all()
     for episode in seeds:
         env.reset(seed=episode)
@@ -199,7 +199,7 @@ def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> Non
 
 def test_the_best_fixed_plan_earns_minus_one_a_stroke() -> None:
     scale, simulation = reference("grind/Stroke-v0"), find_problem("stroke").simulation()
-    run = evaluate(make_policy(scale.fixed_plan, simulation), simulation, episode_seeds("evaluation", 256))
+    run = run_seeds(make_policy(scale.fixed_plan, simulation), simulation, episode_seeds("evaluation", 256))
     strokes = np.isfinite(run.speeds).sum(axis=1).mean()
     assert run.cost.mean() / strokes == pytest.approx(simulation.task.reference_cost, rel=0.01)
 
