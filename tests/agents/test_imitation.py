@@ -15,11 +15,11 @@ from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import reveal
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from tests.policies.optimum import exact_optimum
 
 PROBLEM, RUSH = find_problem("oracle6"), find_problem("rush")
 ORACLE, PLATES = PROBLEM.simulation(), find_problem("power_limited").simulation()

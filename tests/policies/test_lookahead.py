@@ -9,7 +9,6 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import nearest_speed, speed_grid
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.policy import reveal
 from grind_env.policies.registry import make_policy
@@ -17,6 +16,7 @@ from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.process.state import WheelState
 from tests.policies.harness import simulated
+from tests.policies.optimum import exact_optimum
 
 ORACLE = simulated("oracle6")
 COST = Outcome._fields.index("cost")

@@ -9,7 +9,6 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episod
 from grind_env.policies.planners.dynamic_programming import (
     Surcharge,
     cheapest_of_each,
-    exact_optimum,
     forward_plans,
     surcharges,
 )
@@ -18,6 +17,7 @@ from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import simulated
+from tests.policies.optimum import exact_optimum
 
 SIMULATION, ORACLE = simulated("power_limited"), simulated("oracle6")
 TASK = SIMULATION.task

@@ -15,7 +15,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.statistics import bootstrap
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import finding
@@ -28,6 +27,7 @@ from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.trials import trials_of
+from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, write
 
 PARTS = 4
