@@ -1,7 +1,4 @@
-import copy
 import dataclasses
-import pickle
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
@@ -211,19 +208,6 @@ def test_the_noise_does_not_depend_on_the_policy() -> None:
     assert_same(noise_of(envs[0]), noise_of(envs[1]))
     assert envs[0].np_random.random() == envs[1].np_random.random()
     assert len(noise_of(envs[0])) >= len(envs[0].blocks)
-
-
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_identically_and_alone(clone: Callable[[Any], Any]) -> None:
-    env = gym.make(ID)
-    env.reset(seed=7)
-    plan = np.random.default_rng(0).uniform(-1, 1, (30, 2)).astype(np.float32)
-    for action in plan[:15]:
-        env.step(action)
-    twin = clone(env)
-    ahead = [twin.step(action) for action in plan[15:]]
-    assert_same([env.step(action) for action in plan[15:]], ahead)
-    assert env.unwrapped.part_program() == twin.unwrapped.part_program()
 
 
 def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:

@@ -2,19 +2,15 @@
 
 import itertools
 import pickle
-import warnings
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
-from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from hypothesis import given
 from hypothesis import strategies as st
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
@@ -169,30 +165,6 @@ def test_both_cases_are_drawn_equally_often() -> None:
     observations, _ = env.reset(seed=3)
     assert (observations.sum(axis=1) == 1.0).all()
     assert abs(observations[:, 0].mean() - 0.5) < 4 * 0.5 / np.sqrt(1000)
-
-
-SPEC = EnvSpec(
-    "grind/Wen-v0",
-    entry_point="grind_env.envs.wen.env:WenEnv",
-    vector_entry_point="grind_env.envs.wen.vector_env:WenVectorEnv",
-)
-
-
-def test_both_checkers_pass_without_a_warning() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        check_env(gym.make(SPEC).unwrapped)
-        sb3_check_env(gym.make(SPEC).unwrapped)
-
-
-@modes
-def test_the_spec_survives_json(mode: AutoresetMode) -> None:
-    single = gym.make(EnvSpec.from_json(SPEC.to_json()))
-    assert single.reset(seed=4)[0].tolist() == WenEnv().reset(seed=4)[0].tolist()
-    vector = gym.make_vec(EnvSpec.from_json(SPEC.to_json()), 3, autoreset_mode=mode.value)
-    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
-    assert again.metadata["autoreset_mode"] is mode
-    assert_same(vector.reset(seed=4), again.reset(seed=4))
 
 
 BAD_ACTIONS: list[tuple[Any, str]] = [
