@@ -5,19 +5,17 @@ What needs libraries of the extra [shop] is imported by the call that needs it.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
-from grind_env.errors import quoted
 from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job.file import files_of_job, job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
-from grind_env.shop.optimise.wishes import Ends, Number, WishError, ends_of, whole_ends_of, wishes_of
+from grind_env.shop.optimise.wishes import Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.shop.progress import progress
 from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
 from grind_env.shop.report.own import PAGE
@@ -96,7 +94,7 @@ def optimise(
     keep: Collection[int] = (),
     unroll: bool = False,
     parts: int = 50,
-    budget: float = 60.0,
+    budget: Number = 60.0,
     seed: int = 1,
 ) -> Optimised:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
@@ -120,11 +118,11 @@ def optimise(
     """
     from grind_env.shop.optimise.finding import find_words
 
-    wishes = wishes_of(vary, bounds, rounding, keep, margin)
-    if not isinstance(budget, Real) or not budget >= 0.0:
-        raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
+    wishes, seconds = wishes_of(vary, bounds, rounding, keep, margin), seconds_of(budget)
     with progress() as advance:
-        return find_words(program, job, wishes, parts=parts, seconds=budget, seed=seed, unroll=unroll, progress=advance)
+        return find_words(
+            program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance
+        )
 
 
 def sweep(

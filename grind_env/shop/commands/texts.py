@@ -39,12 +39,14 @@ def ends(option: str, name: str, text: str) -> tuple[Decimal, Decimal]:
 
 def number(option: str, name: str, text: str) -> Decimal:
     """A number such as .001."""
-    return Decimal(*_matched(NUMBER, text, f"{option}: {quoted(text)} is no value of {name}; write a number above 0"))
+    (value,) = _matched(NUMBER, text, f"{option}: {quoted(text)} is no value of {name}; write a number above 0")
+    return Decimal(value)
 
 
 def label(text: str) -> int:
     """The number of a block label such as N80."""
-    return int(*_matched(r"[Nn]?(\d{1,5})", text, f"--keep: {quoted(text)} is no block label; write it as in N80"))
+    (digits,) = _matched(r"[Nn]?(\d{1,5})", text, f"--keep: {quoted(text)} is no block label; write it as in N80")
+    return int(digits)
 
 
 def seconds(text: str) -> float:

@@ -115,6 +115,17 @@ def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
     return int(low), int(high)
 
 
+def seconds_of(budget: Number) -> float:
+    """The time of a search, s.
+
+    Raises:
+        WishError: it is none.
+    """
+    if not (isinstance(budget, Real | Decimal) and budget >= 0):
+        raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
+    return float(budget)
+
+
 def _positive(option: str, name: str, value: Number) -> Decimal:
     if not (isinstance(value, Real | Decimal) and 0 < value < math.inf):
         raise WishError(f"{option}: {quoted(value)} is no value of {name}; write a number above 0")
