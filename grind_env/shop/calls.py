@@ -169,7 +169,7 @@ def calibrate(
     program: File | None = None,
     gauge: File | None = None,
     map_file: File | None = None,
-    fit: str = "auto",
+    fit: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> "Calibration":
     """Fit the process model to a log of the spindle's power, or to a table of settings.
@@ -180,7 +180,7 @@ def calibrate(
         program: part program that was logged; without it `log` is a table of settings.
         gauge: file of what was measured of the parts, a row each.
         map_file: which column is what, where their names do not say it.
-        fit: constants to fit, with commas between; `auto` for those that the log tells.
+        fit: constants to fit; None for those that the log tells.
         told: is told what is being done.
 
     Raises:

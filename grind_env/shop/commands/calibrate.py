@@ -57,9 +57,10 @@ def calibrate(
 
     if report is not None:
         prepare_page(report)
+    constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
         found = calls.calibrate(
-            log, job, program=program, gauge=gauge, map_file=map_file, fit=names, told=status.update
+            log, job, program=program, gauge=gauge, map_file=map_file, fit=constants, told=status.update
         )
     if as_json:
         print(json.dumps(as_data(found)))
