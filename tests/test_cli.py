@@ -188,7 +188,7 @@ def test_check_reports_reading_and_execution_once_each(grind) -> None:
     assert (status, len(json.loads(out)["errors"]), err.count("\n")) == (2, 1, 1)
 
 
-@pytest.mark.parametrize("command", ["check", "trace"])
+@pytest.mark.parametrize("command", ["check", "trace", "run"])
 def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
         main([command, "--help"])

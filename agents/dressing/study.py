@@ -26,7 +26,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Array, speed_bounds, speed_grid
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import JOB, Problem
@@ -177,7 +177,7 @@ def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range
     with suppress(OSError, ValueError, TypeError):
         return Finding(**json.loads(path.read_text(encoding="utf-8")))
     plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
-    result = finding(simulation, question, plan, evaluate(plan, simulation, seeds), plan.every)
+    result = finding(simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
     write_whole(path, json.dumps(asdict(result)))
     return result
 

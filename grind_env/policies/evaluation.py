@@ -117,7 +117,7 @@ def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EV
     return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
 
 
-def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
+def run_seeds(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
     """Run the policy once through the episode of each seed, with contexts of a split.
 
     Raises:

@@ -20,7 +20,7 @@ from agents.learning.curve import Point
 from agents.pool import KILLED, work_on_all
 from grind_env.envs.names import task_names
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
@@ -139,7 +139,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     # what is kept of one split is not taken for another on the same seeds
     for found in (measured, measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
-            expected = evaluate(policy, ORACLE, episode_seeds("evaluation", count), split)
+            expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", count), split)
             assert np.array_equal(run.cost, expected.cost)
             assert np.array_equal(run.executions, expected.executions)
     assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)

@@ -20,7 +20,7 @@ from agents.offline.dataset import alone, holds, make_dataset, recorded
 from agents.offline.writer import PLACE, Content, Recorded, write, write_apart
 from grind_env.errors import GrindError
 from grind_env.files import FileError
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
@@ -51,7 +51,7 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
     name = f"grind/{task}/{policy.replace('_', '-')}-v0"
     assert path == folder / name
     loaded = minari.load_dataset(name)
-    steps = np.count_nonzero(~np.isnan(evaluate(make_policy(policy, simulation), simulation, SEEDS).speeds))
+    steps = np.count_nonzero(~np.isnan(run_seeds(make_policy(policy, simulation), simulation, SEEDS).speeds))
     assert (loaded.total_episodes, loaded.total_steps) == (3, steps)
     assert steps == 3 * simulation.task.blocks or task == "stroke"
     env = loaded.recover_environment()
@@ -72,7 +72,7 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
 
 def test_episodes_of_different_lengths_make_a_dataset(folder: Path):
     problem, policy = changed(find_problem("stroke"), blocks=2), Handbook()
-    data, run = recorded(policy, problem, SEEDS), evaluate(policy, problem.simulation(), SEEDS)
+    data, run = recorded(policy, problem, SEEDS), run_seeds(policy, problem.simulation(), SEEDS)
     lengths = (~np.isnan(run.speeds)).sum(axis=1).tolist()
     assert data.steps.tolist() == lengths
     assert len(set(lengths)) > 1
@@ -91,7 +91,7 @@ def test_a_dataset_is_what_the_evaluation_of_its_policy_was():
     problem = find_problem("power_limited")
     simulation = problem.simulation()
     policy = make_policy("adaptive_rule", simulation)
-    data, run = recorded(policy, problem, SEEDS), evaluate(policy, simulation, SEEDS)
+    data, run = recorded(policy, problem, SEEDS), run_seeds(policy, simulation, SEEDS)
     assert -simulation.task.reference_cost * data.rewards.sum(axis=1) == pytest.approx(run.cost)
     assert data.scrap.sum(axis=1) == pytest.approx(run.finished - run.good)
 

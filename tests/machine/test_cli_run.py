@@ -268,11 +268,6 @@ def test_a_program_without_a_job_beside_it(tmp_path: Path, capsys: pytest.Captur
     assert "lonely.toml" in capsys.readouterr().err
 
 
-def test_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
-    assert grind("run", "--help") == 0
-    assert "Example: grind run" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("command", ["run", "check", "trace"])
 def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_path: Path) -> None:
     """For it looks for none: what refers to itself would stay in memory until the end."""

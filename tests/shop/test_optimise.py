@@ -15,7 +15,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.statistics import bootstrap
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import finding
@@ -28,6 +27,7 @@ from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.trials import trials_of
+from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, write
 
 PARTS = 4
@@ -198,7 +198,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wishes, found = wishes_of("D", ["D=0..1"], keep=["70"]), []
+    wishes, found = wishes_of(("D",), {"D": (0, 1)}, kept=[70]), []
     monkeypatch.setattr(finding, "JUDGED", 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
@@ -236,7 +236,7 @@ def test_options_that_cannot_be_read_are_told(
 def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
     path = EXAMPLES / "rail_g83.nc"
     job = load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of("E,J,L"), 2, 1)
+    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of(("E", "J", "L")), 2, 1)
     assert {each.name for each in variation.choices.variables} == {"E"}
     assert "J and L are kept as they are" in variation.choices.remarks[0]
 

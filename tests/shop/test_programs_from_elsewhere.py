@@ -130,7 +130,7 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
 @pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
-    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of("D"))
+    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of(("D",)))
     part = grind(read(found.after), load_job(path.with_suffix(".toml"))).parts[0]
     assert found.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
     assert found.quantity("seconds").expected[1] == pytest.approx(part["seconds"], rel=1e-9)

@@ -27,7 +27,7 @@ HASTE_WIDTH = 0.1
 
 SECONDS = Outcome._fields.index("seconds")
 SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
-MATERIAL, ROUGHNESS = (TapeRow._fields.index(name) for name in ("material", "ra_scale"))
+ROUGHNESS = TapeRow._fields.index("ra_scale")
 
 
 class Prices(NamedTuple):

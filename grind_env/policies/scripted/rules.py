@@ -83,8 +83,7 @@ class ConstantPerKind:
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Prepare to read the kind of the coming block."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Look up."""
@@ -219,8 +218,7 @@ class AdaptiveRule(SharpnessRule):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide."""

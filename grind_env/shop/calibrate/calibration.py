@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,7 +81,7 @@ def calibrate(
     *,
     gauge: Path | None = None,
     map_file: Path | None = None,
-    names: str = "auto",
+    names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a log of the spindle's power.
@@ -92,7 +92,7 @@ def calibrate(
         job: what was ground on which machine.
         gauge: text with a row for every part that was measured.
         map_file: what the columns are, where their names do not say it.
-        names: of the constants to fit, with commas between; `auto` for those of the usual ones that the log tells.
+        names: of the constants to fit; None for those of the usual ones that the log tells.
         told: is told what is being done.
 
     Raises:

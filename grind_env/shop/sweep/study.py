@@ -180,7 +180,8 @@ def sweep(
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])
         ranges = Ranges(
-            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)), every=(1, min(20, parts)) if study.dresses else None
+            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)),
+            every=(1, min(LONGEST, parts)) if study.dresses else None,
         )
     study.refuse(ranges)
     own = study.points("the program as it is", [Setting()])[0]
