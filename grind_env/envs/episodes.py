@@ -6,12 +6,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 
-Table = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.memory import belief_entries
 from grind_env.envs.simulation import Simulation
@@ -34,8 +35,6 @@ MOST_MARKED = 400
 """Visited states that are marked."""
 NAMES = tuple(entry.name for entry in belief_entries())
 AREA, GROWTH = NAMES.index("belief_wear_flat"), NAMES.index("belief_growth")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

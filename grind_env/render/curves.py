@@ -7,17 +7,15 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, Limits
-
-Array = NDArray[Any]
 
 SPARKING = 0.001
 """mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""

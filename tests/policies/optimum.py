@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
-from grind_env.policies.choices import Array, all_choices
+from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import SPEEDS
 

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
@@ -22,7 +23,7 @@ from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given, without_effect
-from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written

@@ -6,12 +6,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import IN_BOX, ActionError, check_shape, illegal, real_numbers
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
-
-Array = NDArray[Any]
 
 LOW, HIGH = np.array(LOWEST), np.array(HIGHEST)
 """Bounds of a setting."""

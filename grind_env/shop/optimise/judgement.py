@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.variables import Variable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.trials import LIMITS, Array, Measures, Trials
+from grind_env.shop.trials import LIMITS, Measures, Trials
 
 WORTH_NAMING = 0.01
 """Share of the cost of a part that a limit costs at least if it is said to bind."""

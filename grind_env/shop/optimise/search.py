@@ -12,10 +12,10 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.extras import needing
 from grind_env.shop.optimise.budget import TimeUp
 
-Array = NDArray[np.float64]
 Point = tuple[int, ...]
 
 PER_VARIABLE, LEAST_POPULATION, MOST_POPULATION = 10, 24, 120

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
-from grind_env.shop.trials import Array, LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
