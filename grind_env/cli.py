@@ -194,6 +194,12 @@ def run(
     and expected scrap). Below it the mean size error is split: wheel wear since the wheel was last gauged or dressed,
     deflection of wheel and machine, and the rest, which the program leaves.
 
+    The second table is what engineers compare blocks by, a row each: Q'w (highest specific removal rate), V'w (specific
+    volume of one run), vs/vw (speed ratio), aggr. (highest aggressiveness, 10^6 (vw/vs) (ae/ds)^0.5) and ec (specific
+    energy: all energy over all volume). Below it each dress program has its lead, its overlap ratio Ud (active width of
+    the diamond over the lead) and its severity over that of a medium dress (0.02 mm deep, 0.1 mm lead). With --json
+    each execution of a block has them in `cycles`, each dress in `dresses`.
+
     Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
     line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
     (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
