@@ -22,7 +22,7 @@ from grind_env.shop.commands.arguments import (
     ProgramFile,
     Variables,
 )
-from grind_env.terminal import BAD_INPUT, command
+from grind_env.terminal import BAD_INPUT, command, table_console
 
 if TYPE_CHECKING:
     from grind_env.control import Control, Programs, Report
@@ -210,8 +210,6 @@ def run(
     (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
     the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
-    from rich.console import Console
-
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file
     from grind_env.process.cost import SCRAP_BELOW
@@ -235,7 +233,7 @@ def run(
     if as_json:
         print(json.dumps(as_data(result, result.job, program.name)))
     else:
-        print_record(result, result.job, program.name, Console())
+        print_record(result, result.job, program.name, table_console())
     if result.parts["survival"].min() < SCRAP_BELOW:
         raise typer.Exit(GROUND_SCRAP)
 
@@ -249,7 +247,6 @@ def facts(
     """List what the control is built on: statements of the manuals, decisions, and the tests that hold them."""
     from dataclasses import asdict
 
-    from rich.console import Console
     from rich.padding import Padding
 
     from grind_env.control.facts import MARKS, load_facts
@@ -264,12 +261,12 @@ def facts(
     if as_json:
         print(json.dumps([asdict(fact) for fact in chosen]))
         return
-    console = Console(markup=False, highlight=False)
+    console = table_console()
     for fact in chosen:
         console.print("  ".join(filter(None, (fact.id, fact.page and f"page {fact.page}", fact.mark))), style="bold")
-        console.print(Padding(fact.text, (0, 0, 0, 4)))
+        console.print(Padding(fact.text, (0, 0, 0, 4), expand=False))
         if fact.outside:
-            console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4)))
+            console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4), expand=False))
         for test in fact.tests:  # to be copied: never broken
             console.print(f"    {test}", soft_wrap=True)
 
@@ -298,7 +295,6 @@ def tasks(
     from dataclasses import asdict
 
     from rich.box import SIMPLE
-    from rich.console import Console
     from rich.table import Column, Table
 
     from grind_env.envs.blocks.program import check_task
@@ -334,7 +330,7 @@ def tasks(
     for row in rows:
         score = "" if row.scripted is None else f"{row.scripted:.0f}"
         table.add_row(row.id, str(row.steps or "-"), str(row.observation), score, row.hard)
-    Console(markup=False, highlight=False).print(table)
+    table_console().print(table)
 
 
 def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:
