@@ -91,16 +91,22 @@ def check(
 ) -> None:
     """Read every block of a program, execute it, and report errors or a summary.
 
+    Every block that cannot be read (of very many the first 1000) is told with line, column and remedy, whether it is
+    reached or not. The execution
+    ends with the first error that it meets, which is told, too; where that is not the only error, a last line says that
+    the program was not executed further.
+
     With --job the program is ground as by `grind run`: the time is that of its parts, with loading, travel and dresses,
     and what it does not do on this machine as it should is told.
     """
     from grind_env import control
-    from grind_env.control.check import report_record, summary
+    from grind_env.control.check import ended_at, report_record, summary
 
     try:
         settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
-        programs = control.read_file(program)
-        report = control.check(programs, settings)
+        faults: list[control.ControlError] = []
+        programs = control.read_file(program, faults)
+        report = control.check(programs, settings, faults)
         if not report.blocks and not report.errors:
             raise control.ControlError("file", f"{program} has no blocks; name a part program")
         if job is not None and not report.errors:
@@ -113,6 +119,8 @@ def check(
         print(printable(summary(report)))
     for found in report.errors:
         print(printable(f"grind: {found}"), file=sys.stderr)
+    if ended_at(report):
+        print(printable(f"grind: {ended_at(report)}"), file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 
