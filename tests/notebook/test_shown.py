@@ -223,7 +223,19 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
                 name="cost", unit="$", before=same, after=same, difference=Interval(-0.1, -0.2, 0.0), expected=(2, 1.9)
             ),
         ),
-        limits=(LimitUse(name="Ra", limit=0.5, unit="um", margin=1.0, before=0.6, after=0.7, price=None, binds=False),),
+        limits=(
+            LimitUse(
+                name="Ra",
+                limit=0.5,
+                unit="um",
+                margin=1.0,
+                before=0.6,
+                after=0.7,
+                price=None,
+                without=None,
+                binds=False,
+            ),
+        ),
         remarks=(HOSTILE,),
         before="",
         after="",
