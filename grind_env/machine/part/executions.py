@@ -41,8 +41,8 @@ def executions_of(strokes: Table) -> Table:
     if not firsts.size:
         return rows
     ae, Lw, Q, cuts = strokes["ae"], strokes["Lw"], strokes["Q"], strokes["ae"] > 0.0
-    # an infeed has the F of its block in E: its work speed is that of the process model (`part.grooving`)
-    vw = np.divide(Q, ae, out=strokes["E"] / 60.0, where=cuts & (strokes["groove"] > 0))
+    # the work speed is that of the process model: an infeed has the F of its block in E (`part.grooving`)
+    vw = np.divide(Q, ae, out=strokes["E"] / 60.0, where=cuts)
     ratio, aggressiveness = np.zeros(ae.size), np.zeros(ae.size)
     cutting, of_cutting = strokes[cuts], vw[cuts]
     ratio[cuts] = comparison.speed_ratio(cutting["vs"], of_cutting)
