@@ -1,16 +1,16 @@
 """Numbers by which engineers compare cycles on other wheels and machines; the process model computes with none of them.
 
-Arguments are numbers or arrays that broadcast; units are mm, s, W and J, except the wheel speed `vs` in m/s. Sources:
+Arguments and results are of shape (strokes,), in mm, s, W and J, but the wheel speed `vs` in m/s. Sources:
 [M] Malkin, Grinding Technology; [B] Badger, The Grinding Doc, and Drazumeric, Badger, Roininen & Krajnik 2020, On
 geometry and kinematics of abrasive processes: the theory of aggressiveness.
 """
 
-from typing import TypeVar
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+Numbers: TypeAlias = NDArray[np.float64]
 
 
 def ground_volume(ae: Numbers, b: Numbers, Lw: Numbers) -> Numbers:
@@ -37,4 +37,4 @@ def aggressiveness(vw: Numbers, vs: Numbers, ae: Numbers, ds: Numbers) -> Number
         ae: depth of cut, mm.
         ds: wheel diameter, mm.
     """
-    return 1e6 * (vw / (1000.0 * vs)) * (ae / ds) ** 0.5
+    return 1e6 * (vw / (1000.0 * vs)) * np.sqrt(ae / ds)
