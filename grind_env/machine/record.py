@@ -173,7 +173,10 @@ class GrindingRecord:
 
     @property
     def executions(self) -> Table:
-        """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec), dtype `part.executions.EXECUTION_ROW`."""
+        """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec).
+
+        Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.
+        """
         return executions_of(self.strokes)
 
     @property
