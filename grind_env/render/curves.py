@@ -3,7 +3,6 @@
 The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -148,14 +147,11 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 
 def spans(record: GrindingRecord) -> list[Span]:
     """The executions of blocks in the order in which they were run."""
-    strokes = record.strokes
-    numbers = strokes["number"]  # 0 of a stroke between two cycles
-    again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
-    changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
-    firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
+    rows = record.executions
+    ends = (rows["first"] + rows["strokes"]).tolist()
     return [
-        Span(first, after, block_name(record, int(strokes["line"][first])))
-        for first, after in itertools.pairwise(firsts)
+        Span(first, after, block_name(record, line))
+        for first, after, line in zip(rows["first"].tolist(), ends, rows["line"].tolist(), strict=True)
     ]
 
 

@@ -258,3 +258,29 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
     search = Search(costs, [4, 2] * 6)
     best = search.costs[search.run((0, 0) * 6, seed=1)]
     assert optimum.cost - 1e-9 <= best <= 1.001 * optimum.cost
+
+
+def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optimised) -> None:
+    for limit in found.limits:
+        if limit.price is not None:
+            worth = 0.01 * found.quantity("cost").after.value
+            assert limit.without is not None
+            assert limit.binds == (limit.price.low > worth and limit.without > limit.margin)
+    said = [sentence for sentence in sentences(found) if "binds" in sentence]
+    assert len(said) == sum(limit.binds for limit in found.limits)
+
+
+def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not() -> None:
+    wishes = wishes_of(vary="E", bounds=["E=5000..30000"], margins=["Ra=.68"])
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=PARTS, seconds=1000.0)
+    limits = {limit.name: limit for limit in found.limits}
+    assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
+    assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8
+
+
+def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
+    wishes = wishes_of(vary="E", bounds=["E=5000..9000"], margins=["Ra=.2"])
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
+    assert found.verdict is Verdict.INFEASIBLE
+    assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]
+    assert any(sentence.startswith("the limit of Ra binds: ") for sentence in sentences(found))

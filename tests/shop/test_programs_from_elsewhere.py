@@ -122,7 +122,7 @@ def test_a_report_shows_the_letters_of_latin_1(tmp_path: Path) -> None:
 def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
     path = FOLDER / "step_grind.nc"
     programs = read_file(path)
-    rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))), programs)
+    rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))))
     runs, strokes = HEADINGS.index("runs"), HEADINGS.index("strokes")
     assert [(row.line, row.cells[runs], row.cells[strokes]) for row in rows] == [(19, "4", "8"), (22, "1", "8")]
 

@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import ReportFile
+from grind_env.terminal import table_console
 
 
 def calibrate(
@@ -65,7 +66,7 @@ def calibrate(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        show(found, Console(markup=False, highlight=False))
+        show(found, table_console())
     if report is not None:
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))

@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, ReportFile, Runs, Seed
+from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
 """Exit statuses beside those of every command."""
@@ -59,8 +60,6 @@ def optimise(
 
     Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
     """
-    from rich.console import Console
-
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
@@ -89,7 +88,7 @@ def optimise(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_optimised(found, Console(markup=False))
+        print_optimised(found, table_console())
         if found.verdict is Verdict.BETTER:
             print("name a file with -o to have it" if output is None else f"written to {output}")
     if report is not None:

@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
+from grind_env.terminal import table_console
 
 
 def sweep(
@@ -36,8 +37,6 @@ def sweep(
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
     limit; if not, what they keep of the worst one.
     """
-    from rich.console import Console
-
     from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
@@ -61,4 +60,4 @@ def sweep(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_sweep(found, Console(markup=False))
+        print_sweep(found, table_console())
