@@ -271,7 +271,7 @@ def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optim
 
 
 def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not() -> None:
-    wishes = wishes_of(vary="E", bounds=["E=5000..30000"], margins=["Ra=.68"])
+    wishes = wishes_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
     found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=PARTS, seconds=1000.0)
     limits = {limit.name: limit for limit in found.limits}
     assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
@@ -279,7 +279,7 @@ def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that
 
 
 def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
-    wishes = wishes_of(vary="E", bounds=["E=5000..9000"], margins=["Ra=.2"])
+    wishes = wishes_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
     found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
     assert found.verdict is Verdict.INFEASIBLE
     assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]

@@ -79,7 +79,7 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 def test_other_words_leave_every_other_byte(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text, job, wishes_of("E,D"), 1, 1)
+    variation = variation_of(read_file(path), text, job, wishes_of(("E", "D")), 1, 1)
     assert {(each.place, each.name) for each in variation.choices.variables}
     new = variation.with_words([0] * len(variation.choices.variables)).bytes()
     old = path.read_bytes()
