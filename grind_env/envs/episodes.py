@@ -37,11 +37,16 @@ class Episodes:
 
     def wheel(self, i: int) -> WheelState:
         """The wheel of episode i."""
-        return WheelState(*self.wheels[i, :OWN_FROM].tolist())
+        return self.wheel_and_own(i)[0]
 
     def own(self, i: int) -> tuple[float, ...]:
         """What process and gauge of episode i remember besides."""
-        return tuple(self.wheels[i, OWN_FROM:].tolist())
+        return self.wheel_and_own(i)[1]
+
+    def wheel_and_own(self, i: int) -> tuple[WheelState, tuple[float, ...]]:
+        """Both."""
+        row = self.wheels[i].tolist()
+        return WheelState(*row[:OWN_FROM]), tuple(row[OWN_FROM:])
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
