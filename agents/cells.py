@@ -20,7 +20,7 @@ from agents.provenance import ROOT
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, split_ranges
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
@@ -87,7 +87,7 @@ def kept_evaluation(
         path, fingerprint = place / f"{part.start}.npz", f"{code} {part}" + (f" {drawn_from}" if drawn_from else "")
         result = None if fresh else kept(path, fingerprint)
         if result is None:
-            result = evaluate(policy, simulation, part, split)
+            result = run_seeds(policy, simulation, part, split)
             keep(path, fingerprint, result)
         chunks.append(result)
         advance(len(part))

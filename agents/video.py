@@ -17,7 +17,7 @@ from grind_env.files import write_atomically
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
-from grind_env.render.view import Motion, View
+from grind_env.render.view import Instant, View
 
 COLOURS = 128
 """Colours of an animation: the picture has few, and their mixtures at the edges."""
@@ -83,7 +83,7 @@ def _in_motion(before: View, after: View, k: int, frames: int) -> View:
     depth = max(stock - part.left, 0.0) if goes_on else stock
     due = [dresses_due(share * depth, depth, float(block.executions)) for share in (k / frames, (k + 1) / frames)]
     number = len(before.ground) * frames + k
-    motion = Motion(
+    instant = Instant(
         table=0.8 * (-1.0) ** number,
         spin=TURNS * number,
         dressing=due[1] > due[0],
@@ -91,7 +91,7 @@ def _in_motion(before: View, after: View, k: int, frames: int) -> View:
         executions=block.executions,
     )
     left = stock - (k + 1) / frames * depth
-    return replace(before, part=replace(part, left=left), text=after.text, motion=motion)
+    return replace(before, part=replace(part, left=left), text=after.text, instant=instant)
 
 
 def record(

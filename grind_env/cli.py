@@ -22,7 +22,7 @@ from grind_env.shop.commands.arguments import (
     ProgramFile,
     Variables,
 )
-from grind_env.terminal import BAD_INPUT, command
+from grind_env.terminal import BAD_INPUT, command, table_console
 
 if TYPE_CHECKING:
     from grind_env.control import Control, Programs, Report
@@ -91,16 +91,22 @@ def check(
 ) -> None:
     """Read every block of a program, execute it, and report errors or a summary.
 
+    Every block that cannot be read (of very many the first 1000) is told with line, column and remedy, whether it is
+    reached or not. The execution
+    ends with the first error that it meets, which is told, too; where that is not the only error, a last line says that
+    the program was not executed further.
+
     With --job the program is ground as by `grind run`: the time is that of its parts, with loading, travel and dresses,
     and what it does not do on this machine as it should is told.
     """
     from grind_env import control
-    from grind_env.control.check import report_record, summary
+    from grind_env.control.check import ended_at, report_record, summary
 
     try:
         settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
-        programs = control.read_file(program)
-        report = control.check(programs, settings)
+        faults: list[control.ControlError] = []
+        programs = control.read_file(program, faults)
+        report = control.check(programs, settings, faults)
         if not report.blocks and not report.errors:
             raise control.ControlError("file", f"{program} has no blocks; name a part program")
         if job is not None and not report.errors:
@@ -113,6 +119,8 @@ def check(
         print(printable(summary(report)))
     for found in report.errors:
         print(printable(f"grind: {found}"), file=sys.stderr)
+    if ended_at(report):
+        print(printable(f"grind: {ended_at(report)}"), file=sys.stderr)
     if report.errors:
         raise typer.Exit(BAD_INPUT)
 
@@ -194,6 +202,12 @@ def run(
     and expected scrap). Below it the mean size error is split: wheel wear since the wheel was last gauged or dressed,
     deflection of wheel and machine, and the rest, which the program leaves.
 
+    The second table is what engineers compare blocks by, a row each: Q'w (highest specific removal rate), V'w (specific
+    volume of one run), vs/vw (speed ratio), aggr. (highest aggressiveness, 10^6 (vw/vs) (ae/ds)^0.5) and ec (specific
+    energy: all energy over all volume). Below it each dress program has its lead, its overlap ratio Ud (active width of
+    the diamond over the lead) and its severity over that of a medium dress (0.02 mm deep, 0.1 mm lead). With --json
+    each execution of a block has them in `cycles`, each dress in `dresses`.
+
     Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
     line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
     (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
@@ -204,8 +218,6 @@ def run(
     (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
     the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
     """
-    from rich.console import Console
-
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file
     from grind_env.process.cost import SCRAP_BELOW
@@ -229,7 +241,7 @@ def run(
     if as_json:
         print(json.dumps(as_data(result, result.job, program.name)))
     else:
-        print_record(result, result.job, program.name, Console())
+        print_record(result, result.job, program.name, table_console())
     if result.parts["survival"].min() < SCRAP_BELOW:
         raise typer.Exit(GROUND_SCRAP)
 
@@ -243,7 +255,6 @@ def facts(
     """List what the control is built on: statements of the manuals, decisions, and the tests that hold them."""
     from dataclasses import asdict
 
-    from rich.console import Console
     from rich.padding import Padding
 
     from grind_env.control.facts import MARKS, load_facts
@@ -258,12 +269,12 @@ def facts(
     if as_json:
         print(json.dumps([asdict(fact) for fact in chosen]))
         return
-    console = Console(markup=False, highlight=False)
+    console = table_console()
     for fact in chosen:
         console.print("  ".join(filter(None, (fact.id, fact.page and f"page {fact.page}", fact.mark))), style="bold")
-        console.print(Padding(fact.text, (0, 0, 0, 4)))
+        console.print(Padding(fact.text, (0, 0, 0, 4), expand=False))
         if fact.outside:
-            console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4)))
+            console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4), expand=False))
         for test in fact.tests:  # to be copied: never broken
             console.print(f"    {test}", soft_wrap=True)
 
@@ -292,7 +303,6 @@ def tasks(
     from dataclasses import asdict
 
     from rich.box import SIMPLE
-    from rich.console import Console
     from rich.table import Column, Table
 
     from grind_env.envs.blocks.program import check_task
@@ -328,7 +338,7 @@ def tasks(
     for row in rows:
         score = "" if row.scripted is None else f"{row.scripted:.0f}"
         table.add_row(row.id, str(row.steps or "-"), str(row.observation), score, row.hard)
-    Console(markup=False, highlight=False).print(table)
+    table_console().print(table)
 
 
 def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:

@@ -6,14 +6,30 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from grind_env.errors import GrindError, printable
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 BAD_INPUT = 2
 INTERRUPTED = 128 + signal.SIGINT
 CLOSED_PIPE = 128 + 13
 """Exit status where nobody reads on, as of any command that SIGPIPE ends: it is the reader's right, and no error."""
+
+UNBROKEN = 100_000
+"""Columns of output that no terminal takes: no table or sentence is as wide."""
+
+
+def table_console() -> "Console":
+    """Where commands print tables: fitted to a terminal, and whole, without a line broken, into a pipe or a file."""
+    from rich.console import Console
+
+    made = Console(markup=False, highlight=False)
+    if not made.file.isatty():
+        made.width = UNBROKEN
+    return made
 
 
 @contextmanager

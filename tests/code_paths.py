@@ -69,7 +69,7 @@ def main(names: list[str]) -> int:
     for name in names or known:
         variables, tests = known[name]
         print(f"\n{name}: {' '.join(f'{key}={value:.40}' for key, value in variables.items())}", flush=True)
-        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "bits", *tests]
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "worksteal", "-m", "bits", *tests]
         if subprocess.run(command, cwd=ROOT, env={**os.environ, **variables}, check=False).returncode != 0:
             failed.append(name)
     print(f"\nequal bits on {len(names or known) - len(failed)} paths; not on: {', '.join(failed) or 'none'}")

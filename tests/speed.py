@@ -104,7 +104,7 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     motions = np.zeros((2 * (most + 1) * machines, len(Motion._fields)))
     for first in range(0, len(motions), 2 * (most + 1)):
         speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
-        infeed = infeed_of(kind, kind.stock, speed, executions, shop, rate)
+        infeed = infeed_of(kind, kind.stock, speed, shop.dwell, executions, shop.acceleration, rate)
         write_motions(motions, first, infeed)
         rows.append((*infeed_stroking(kind, shop, speed, infeed), *feeding_of(infeed, 0.0, first)))
 

@@ -12,8 +12,10 @@ from rich.table import Table
 import grind_env
 from grind_env.envs.blocks import step
 from grind_env.envs.blocks.tables import shop_row
+from grind_env.envs.gauge import GAUGE
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
 from grind_env.machine.loops.tally import Tally
+from grind_env.process.process import PROCESS
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those of G82 blocks, which are timed beside their kernel."""
@@ -71,6 +73,7 @@ def vector_episode(
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
     shops = np.array([shop_row(env.task)])
+    prepare = step.blocks_work(PROCESS, GAUGE).prepare
     tables = step.Tables(simulation.kinds, simulation.branches.base, shops, cycles, parameters)
 
     def kernel() -> None:
@@ -85,7 +88,7 @@ def vector_episode(
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
             choices = step.Choices(*env.codec.decode(action), nothing)
             results[:] = 0.0
-            step.prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, results)
+            prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, results)
             cores[k] = min(cores[k], seconds(clock, kernel))
             episodes.wheels[:], episodes.parts[:] = wheels, parts
             steps[k] = min(steps[k], seconds(clock, env.step, action))

@@ -28,7 +28,7 @@ VECTORS = {
 }
 """Environments beside each other, and steps."""
 
-SEARCHES = ("1s", "4s")
+SEARCHES = (1.0, 4.0)
 """Budgets; what is tried in the time between them costs what a trial costs, without what comes before and after."""
 
 BLOCKS = 20_000

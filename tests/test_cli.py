@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from grind_env.cli import main
+from grind_env.control import ControlError, read
+from grind_env.control.check import MOST_ERRORS
 
 DRESSED = """G71 G94 G90 G19
 N10 G00 X-30.
@@ -183,12 +185,45 @@ def test_check_reads_blocks_that_are_never_executed(grind) -> None:
 
 def test_check_reports_reading_and_execution_once_each(grind) -> None:
     _, _, err = grind("check", "G01 X1\nM30\nX-")
-    assert [line.rsplit(" ", 1)[1] for line in err.splitlines()] == ["[number-format]", "[no-feedrate]"]
+    *errors, remark = err.splitlines()
+    assert [line.rsplit(" ", 1)[1] for line in errors] == ["[no-feedrate]", "[number-format]"]
+    assert remark.startswith("grind: the program was not executed further than part.nc:1;")
     status, out, err = grind("check", "X-", "--json")
     assert (status, len(json.loads(out)["errors"]), err.count("\n")) == (2, 1, 1)
 
 
-@pytest.mark.parametrize("command", ["check", "trace"])
+def test_check_tells_every_faulty_block_with_its_remedy(grind, tmp_path: Path) -> None:
+    (tmp_path / "O9.nc").write_text("G999\nM99\n")
+    text = "G71 G90\nM98 P9\nG00 X- Y1\nG82 X1.\nX#[\nM30\nO5\nY1 Q\nM99\n"
+    status, out, err = grind("check", text)
+    *errors, remark = err.splitlines()
+    found = [line.removeprefix("grind: ").partition(" ")[0] for line in errors]
+    assert (status, out) == (2, "")
+    assert found == ["part.nc:3:5:", "part.nc:5:3:", "part.nc:8:4:", "O9.nc:1:1:"]
+    assert remark.startswith("grind: the program was not executed further than O9.nc:1;")
+    said = json.loads(grind("check", text, "--json")[1])
+    assert [error["line"] for error in said["errors"]] == [3, 5, 8, 1]
+    assert said["stopped"] == said["errors"][3]
+
+
+def test_check_goes_on_after_faulty_program_names_and_does_not_execute(grind) -> None:
+    text = "G01 X1\nO5\nX-\nM99\nO5\nM99\nO6 G00\nY-\nM99\n"
+    status, _, err = grind("check", text)
+    *errors, remark = err.splitlines()
+    assert (status, [int(line.split(":")[2]) for line in errors]) == (2, [3, 5, 7, 8])
+    assert "O5 is named twice; every program needs its own number" in err
+    assert "no-feedrate" not in err
+    assert remark == "grind: the program was not executed; check it again once its program names are mended"
+    with pytest.raises(ControlError, match="named twice"):
+        read(text)
+
+
+def test_check_of_what_is_no_program_ends(grind) -> None:
+    _, _, err = grind("check", "X-\n" * 3000)
+    assert err.count("\n") == MOST_ERRORS + 1
+
+
+@pytest.mark.parametrize("command", ["check", "trace", "run"])
 def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
         main([command, "--help"])

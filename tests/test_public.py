@@ -61,28 +61,33 @@ def test_sweep_is_grind_sweep(grind: Grind) -> None:
     words = ("--E", "12000..20000", "--dress-every", "1..2", "--parts", 2)
     said = json.loads(grind("sweep", PLATE, *words, "--json")[1])
     pairs = grind_env.sweep(PLATE, E=(12_000, 20_000), dress_every=(1, 2), parts=2)
-    texts = grind_env.sweep(PLATE, E="12000..20000", dress_every="1..2", parts=2)
-    assert pairs == texts
     assert said["best"]["cost"]["value"] == pairs.best.cost.value
 
 
-def test_wishes_may_be_texts_or_values_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = pytest.importorskip("grind_env.shop.optimise.finding")
-    asked = []
-    monkeypatch.setattr(module, "find_words", lambda program, job, wishes, **others: asked.append((wishes, others)))
-    grind_env.optimise(
-        PLATE, vary="E,J", bounds="E=5000..25000,J=.002...02", margin=["power=.85", "Ra=0.9"], keep="N80", budget="2min"
-    )
-    grind_env.optimise(
-        PLATE,
-        vary="E,J",
-        bounds={"E": (5000, 25000.0), "J": (0.002, 0.02)},
-        margin={"power": 0.85, "Ra": 0.9},
-        keep=["N80"],
-        budget=120,
-    )
-    assert asked[0][0] == asked[1][0]
-    assert asked[0][1]["seconds"] == asked[1][1]["seconds"] == 120.0
+def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Asked(Exception):
+        pass
+
+    def find_words(program: Path, job: Path | None, wishes: object, **others: object) -> None:
+        asked.append((wishes, others["seconds"]))
+        raise Asked
+
+    asked: list[tuple[object, object]] = []
+    monkeypatch.setattr(pytest.importorskip("grind_env.shop.optimise.finding"), "find_words", find_words)
+    words = ("--vary", "E,J", "--bounds", "E=5000..25000,J=.002...02", "--round", "E=100", "--keep", "N80")
+    with pytest.raises(Asked):
+        grind("optimise", PLATE, *words, "--margin", "power=.85", "--margin", "Ra=0.9", "--budget", "2min")
+    with pytest.raises(Asked):
+        grind_env.optimise(
+            PLATE,
+            vary=("E", "J"),
+            bounds={"E": (5000, 25000.0), "J": (0.002, 0.02)},
+            rounding={"E": 100},
+            margin={"power": 0.85, "Ra": 0.9},
+            keep=[80],
+            budget=120,
+        )
+    assert asked[0] == asked[1]
 
 
 def test_report_is_grind_report(grind: Grind, tmp_path: Path) -> None:

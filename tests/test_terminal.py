@@ -1,6 +1,9 @@
 """Commands whose output nobody takes, and commands that are interrupted: no traceback, and a status that says so."""
 
 import errno
+import io
+import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import grind_env
+from grind_env.cli import main
 from grind_env.errors import GrindError
 from grind_env.terminal import command
 
@@ -105,3 +109,75 @@ def test_how_a_command_ends(error: BaseException, status: int, said: str, capsys
 
 def test_the_console_script_is_the_command_whose_imports_are_guarded() -> None:
     assert 'grind = "grind_env.__main__:main"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+
+
+TABLES = {
+    "run": ["run", PLATE],
+    "tasks": ["tasks"],
+    "catalogue": ["catalogue"],
+    "entry": ["catalogue", "wheel", "a60j"],
+    "facts": ["facts", "--page", "16-13"],
+    "optimise": ["optimise", PLATE, "--vary", "E", "--bounds", "E=15000..15500", "--round", "E=500", "--parts", "1"],
+    "sweep": ["sweep", PLATE, "--E", "12000..15000", "--dress-every", "1..2", "--lead", ".08...12", "--parts", "2"],
+    "calibrate": ["calibrate", "log.csv", "--program", "part.nc", "--job", "part.toml"],
+}
+
+
+def printed(words: list[str], columns: str, monkeypatch: pytest.MonkeyPatch, out: io.StringIO) -> list[str]:
+    """The lines that a command prints where it is told that there are so many columns."""
+    monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setattr(sys, "stdout", out)
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code in (0, 3)
+    return out.getvalue().splitlines()
+
+
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("shop")
+    with pytest.raises(SystemExit):
+        main(["init", str(folder)])
+    return folder
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_are_whole_in_a_pipe(name: str, sample: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(sample)
+    narrow, wide = (printed(TABLES[name], columns, monkeypatch, io.StringIO()) for columns in ("40", "2000"))
+    assert narrow == wide
+    assert len(wide) > 1
+    assert not any("…" in line for line in wide)
+    assert max(map(len, wide)) < 1000  # nothing is drawn over all that there is
+
+
+def test_a_description_of_a_table_stands_in_one_line_of_a_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
+    from grind_env.pages import summaries
+
+    lines = printed(["tasks"], "40", monkeypatch, io.StringIO())
+    for row in summaries():
+        assert any(row.id in line and row.hard in line for line in lines)
+
+
+@pytest.mark.parametrize("name", ["tasks", "catalogue", "facts"])
+def test_tables_fit_a_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = re.compile(r"\x1b\[[\d;]*m")
+    lines = printed(TABLES[name], "60", monkeypatch, Screen())
+    assert max(len(text.sub("", line)) for line in lines if "::" not in line) <= 60
+
+
+def test_tables_of_agents_are_whole_in_a_pipe() -> None:
+    words = [*AGENTS, "scores", "--compare"]
+    said = {
+        subprocess.run(words, cwd=ROOT, env=os.environ | {"COLUMNS": columns}, capture_output=True, check=True).stdout
+        for columns in ("40", "2000")
+    }
+    (table,) = said
+    assert b"power_limited" in table and "…".encode() not in table

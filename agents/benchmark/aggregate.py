@@ -8,8 +8,8 @@ import numpy as np
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
+from grind_env.arrays import Array
 from grind_env.policies.statistics import (
-    Array,
     Interval,
     improvement,
     interquartile_mean,

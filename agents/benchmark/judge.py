@@ -8,16 +8,10 @@ from typing import Any
 import numpy as np
 
 from agents.benchmark.results import Result
+from grind_env.arrays import Array
 from grind_env.envs.names import environment_id
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
-from grind_env.policies.statistics import (
-    Array,
-    Interval,
-    percentile_interval,
-    resampled_means,
-    resampled_runs,
-    score_of_means,
-)
+from grind_env.policies.statistics import Interval, percentile_interval, resampled_means, resampled_runs, score_of_means
 from grind_env.scores import find_reference
 
 CLIP = -100.0

@@ -15,10 +15,10 @@ from pyarrow import parquet
 
 from agents.benchmark.measure import Measured
 from agents.provenance import provenance, shown_seeds
+from grind_env.arrays import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
 from grind_env.policies.evaluation import Evaluation, episode_seeds
-from grind_env.policies.statistics import Array
 from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION

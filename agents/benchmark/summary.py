@@ -26,8 +26,6 @@ HEADINGS = (
     "training s",
 )
 NONE = "–"
-WIDTH = 160
-"""Columns of a printed table where the output is not a terminal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

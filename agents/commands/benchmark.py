@@ -16,6 +16,7 @@ from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
 from grind_env.targets import check_own
 from grind_env.task_version import TASK_VERSION
+from grind_env.terminal import table_console
 
 if TYPE_CHECKING:
     from agents.benchmark.results import Result
@@ -74,10 +75,10 @@ def benchmark(
     from agents.benchmark.judge import judged
     from agents.benchmark.measure import measure
     from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
-    from agents.benchmark.summary import WIDTH, rich_table
+    from agents.benchmark.summary import rich_table
     from agents.pool import work_on_all
 
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = table_console()
     if report:
         rebuild(results or RESULTS, console, html)
         return

@@ -1,17 +1,16 @@
 """`python -m agents gaps`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from agents.budgets import GAP_EPISODES
 from agents.cells import RESULTS, RUNS
 from grind_env.arguments import PROBLEM, Keeps
 from grind_env.commands import Configs
 from grind_env.policies.problem import find_problem
+from grind_env.terminal import table_console
 
 
 def register(app: typer.Typer) -> None:
@@ -40,11 +39,11 @@ def gaps(
     The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows what is to
     come, too.
     """
-    from agents.reference.gap_table import WIDTH, check_gaps, rich_tables, write_gaps
+    from agents.reference.gap_table import check_gaps, rich_tables, write_gaps
     from agents.reference.gaps import measure_gaps
     from agents.reference.scores import scored_problems
 
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = table_console()
     problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()
     results = results or (runs if task else RESULTS)
     check_gaps(results)

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from agents.cells import RESULTS, RUNS
 from grind_env.arguments import Keeps
+from grind_env.terminal import table_console
 
 
 def register(app: typer.Typer) -> None:
@@ -28,7 +28,7 @@ def recipe(
     """
     from agents.recipe import page, run_recipe
 
-    console = Console(highlight=False)
+    console = table_console()
     found = run_recipe(seeds, steps, jobs=jobs, console=console, runs=runs, results=results)
-    console.print(page(found), markup=False, soft_wrap=True)
+    console.print(page(found), soft_wrap=True)
     console.print(f"written to {results}: recipe.csv and recipe.md")

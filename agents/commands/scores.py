@@ -1,11 +1,9 @@
 """`python -m agents scores`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
@@ -15,6 +13,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS
 from grind_env.scores import FILE as SCORES
 from grind_env.scores import REFERENCES
+from grind_env.terminal import table_console
 
 WEN = "wen"
 """The problem of one step, which chooses no E and D."""
@@ -45,7 +44,6 @@ def scores(
     from agents.reference.compare import compare as compare_published
     from agents.reference.compare import comparison_table
     from agents.reference.scores import score, score_wen, scored_problems
-    from agents.reference.table import WIDTH
 
     if task in (None, WEN) and not compare:
         score_wen(data)
@@ -57,7 +55,7 @@ def scores(
         )
     if compare:
         table = comparison_table(compare_published([problem.name for problem in problems], results))
-        Console(width=None if sys.stdout.isatty() else WIDTH).print(table)
+        table_console().print(table)
         return
     for problem in problems:
         score(problem, episodes=episodes, results=results, runs=runs, configs=configs, data=data, jobs=jobs)

@@ -22,11 +22,12 @@ from agents.budgets import STUDY_EPISODES
 from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
 from agents.provenance import provenance
 from agents.tuning.search import Found, refine
+from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Array, speed_bounds, speed_grid
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate, start_episodes
+from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import JOB, Problem
@@ -162,7 +163,7 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
         # a fixed plan looks at nothing
         decided.append([plan.act(np.zeros((1, 0), np.float32), None) for _ in range(steps)])
     # of plans, blocks, E and D, one episode
-    table = np.array(decided).transpose(2, 0, 3, 1)
+    table: Array = np.array(decided).transpose(2, 0, 3, 1)
     speeds, executions = np.broadcast_to(table, (2, len(plans), n, steps))
     costs: Array = plan_cost(simulation, episodes, speeds, executions).mean(axis=1)
     return costs
@@ -177,7 +178,7 @@ def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range
     with suppress(OSError, ValueError, TypeError):
         return Finding(**json.loads(path.read_text(encoding="utf-8")))
     plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
-    result = finding(simulation, question, plan, evaluate(plan, simulation, seeds), plan.every)
+    result = finding(simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
     write_whole(path, json.dumps(asdict(result)))
     return result
 

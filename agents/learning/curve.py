@@ -36,11 +36,6 @@ class Point:
     aside: float
     """Validation, checkpoints and logs."""
 
-    @property
-    def environment_share(self) -> float:
-        """Share of the environment in the time of training."""
-        return self.environment / max(self.seconds - self.aside, 1e-9)
-
 
 SPENT = ("environment", "features", "policy", "optimisation", "aside")
 """What wall time is spent on: fields of `Point`."""

@@ -29,15 +29,15 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.learning.training_env import LearnerVecEnv
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Array, Decision, all_choices
+from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.policy import reveal
 from grind_env.policies.tuned import ConfigError, tuned_arguments
 
-Table = NDArray[np.float32]
 Loss = Callable[[torch.Tensor, torch.Tensor, float], torch.Tensor]
 """Of features, targets and the share of the fit that is done."""
 
@@ -112,7 +112,7 @@ class Teacher:
         """N episodes begin."""
         self.planner.begin(self.simulation, n)
 
-    def labels(self, episodes: Episodes) -> Table:
+    def labels(self, episodes: Episodes) -> Array:
         """How much worse than the best choice every other one is, in costs of a block of the best fixed plan.
 
         Shape (N, levels, most executions + 1), cut at `WORST`.
@@ -125,7 +125,7 @@ class Teacher:
         worse = (costs - costs.min(axis=(1, 2), keepdims=True)) / self.task.reference_cost
         return np.asarray(np.minimum(worse, WORST), np.float32)
 
-    def _of_rule(self, decision: Decision) -> Table:
+    def _of_rule(self, decision: Decision) -> Array:
         """As if probabilities followed from costs: E between two levels has a share of each, in ln E."""
         grid = np.log(np.unique(self.choices.speeds))
         wanted = np.clip(np.log(decision.speeds), grid[0], grid[-1])
@@ -173,8 +173,8 @@ class ClonedPPO(PPO):
         self.labels = labels
         levels = int(env.action_space.nvec[0])
         self.teacher = Teacher(env.env.simulation, levels, int(horizon), float(temperature), bool(foresight))
-        self.features: list[Table] = []
-        self.labelled: list[Table] = []
+        self.features: list[Array] = []
+        self.labelled: list[Array] = []
         self.returns = np.empty(0, np.float32)
         self.noise = np.random.default_rng(self.seed)
 
@@ -223,7 +223,7 @@ class ClonedPPO(PPO):
         self.logger.record("cloning/actor_loss", cost)
         self.logger.record("cloning/critic_loss", error)
 
-    def _fit(self, parameters: list[Any], features: Table, targets: Table, loss_of: Loss) -> float:
+    def _fit(self, parameters: list[Any], features: Array, targets: Array, loss_of: Loss) -> float:
         """Fit parameters by Adam; the mean loss of the last epoch."""
         optimiser = torch.optim.Adam(parameters)
         n = len(features)
@@ -260,7 +260,7 @@ class ClonedPPO(PPO):
         speeds, executions = (part.logits for part in parts)
         return speeds, executions
 
-    def _draw(self, features: Table) -> NDArray[np.int64]:
+    def _draw(self, features: Array) -> NDArray[np.int64]:
         """The student's actions, `GREEDY` of them the likeliest ones."""
         with torch.no_grad():
             known = [part.numpy() for part in self._log_probabilities(torch.as_tensor(features))]
@@ -270,7 +270,7 @@ class ClonedPPO(PPO):
         return np.stack([part.argmax(axis=1) for part in noisy], axis=1)
 
 
-def cheapest(worse: Table) -> NDArray[np.int64]:
+def cheapest(worse: Array) -> NDArray[np.int64]:
     """The best choice of each label, shape (N, 2)."""
     best = worse.reshape(len(worse), -1).argmin(axis=1)
     return np.stack(np.unravel_index(best, worse.shape[1:]), axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
+from grind_env.arrays import Table
 from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.learning import WORST_REWARD, eased
 from grind_env.envs.tasks import Task
@@ -15,8 +16,6 @@ from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import FORMS, Actions, LearnerView, MemoryKind
 from grind_env.policies.problem import Problem
 from grind_env.sb3.adapter import SB3VecEnv
-
-Table = NDArray[np.float64]
 
 BURN, COST, FINISHED, GOOD = (Outcome._fields.index(name) for name in ("burn_ratio", "cost", "finished", "good"))
 BURNT = 1.0

@@ -8,7 +8,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
@@ -59,7 +59,7 @@ class Validation:
             plans = [make_policy(name, self.simulation) for name in names]
         except GrindError:
             return
-        self.fixed = min(float(evaluate(plan, self.simulation, self.seeds).cost.mean()) for plan in plans)
+        self.fixed = min(float(run_seeds(plan, self.simulation, self.seeds).cost.mean()) for plan in plans)
         self.least = self.fixed * scale.J_plan / scale.J_fix
 
     def score(self, agent: Policy) -> tuple[float, float]:
@@ -68,5 +68,5 @@ class Validation:
         The fixed plan is run on the same episodes. What the planner, too slow for that, would save of its cost is taken
         from the reference scores; the score is NaN in a problem that has none.
         """
-        cost = float(evaluate(agent, self.simulation, self.seeds).cost.mean())
+        cost = float(run_seeds(agent, self.simulation, self.seeds).cost.mean())
         return cost, 100.0 * (self.fixed - cost) / (self.fixed - self.least)

@@ -22,8 +22,6 @@ from grind_env.targets import Own, check_own
 
 TABLE, PAGE = "gaps.csv", "gaps.md"
 VERDICTS = ("promise", "held", "by", "not by")
-WIDTH = 170
-"""Columns of a printed table where the output is not a terminal."""
 
 
 def check_gaps(folder: Path) -> None:

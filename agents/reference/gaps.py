@@ -13,7 +13,7 @@ from agents.reference.measuring import Places, measure_all
 from agents.reference.scores import tune_missing
 from agents.reference.table import best_plan
 from agents.tuning.rules import tunable
-from grind_env.policies.choices import Array
+from grind_env.arrays import Array
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import Problem

@@ -2,7 +2,6 @@
 
 import io
 import re
-import sys
 from collections.abc import Mapping, Sequence
 from csv import writer
 from pathlib import Path
@@ -13,7 +12,7 @@ from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
 from agents.provenance import provenance
 from agents.reference.measuring import Places, measure_all
-from agents.reference.table import WIDTH, Row, best_plan, flat, rich_table, spread_names, table_rows
+from agents.reference.table import Row, best_plan, flat, rich_table, spread_names, table_rows
 from agents.reference.wen_scores import wen_reference
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, WEN, environment_id, task_names
@@ -25,6 +24,7 @@ from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, write_whole
 from grind_env.scores import FILE, Mean, Reference, read_references, write_text
 from grind_env.targets import Own, check_own
+from grind_env.terminal import table_console
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
@@ -63,7 +63,7 @@ def score(
         console: where to print.
         jobs: processes.
     """
-    console = console or Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = console or table_console()
     name, simulation = problem.name, problem.simulation()
     check_own(results / f"{name}.csv", TABLE, "--results")
     tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs)

@@ -12,8 +12,6 @@ from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 from grind_env.policies.statistics import Interval
 
 HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
-WIDTH = 110
-"""Columns of a printed table where the output is not a terminal."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from agents.tuning.search import Found, evolve
+from grind_env.arrays import Array
 from grind_env.envs.wen.actions import decode
 from grind_env.envs.wen.judging import OBJECTIVE, VIOLATION, judged
 from grind_env.envs.wen.model import CASES, Setting
-from grind_env.policies.statistics import Array
 from grind_env.scores import Mean, Reference
 
 DRAWS = 50_000

@@ -18,7 +18,7 @@ from agents.learning.train import fingerprint, train
 from agents.tuning.studies import open_study, sqlite_url
 from grind_env.errors import quoted, reason
 from grind_env.files import ReadError
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import ConfigError, write_whole
@@ -157,7 +157,7 @@ def validation_cost(problem: Problem, kind: str, settings: Settings, search: Sea
     """Mean cost of a validation episode, $, after a training with the settings."""
     path = train(problem, kind, search.seed, settings, search.runs, quiet=True)
     simulation, seeds = problem.simulation(), episode_seeds("validation", EPISODES)
-    return float(evaluate(load_policy(path, simulation=simulation), simulation, seeds).cost.mean())
+    return float(run_seeds(load_policy(path, simulation=simulation), simulation, seeds).cost.mean())
 
 
 def write_settings(path: Path, kind: str, settings: Settings, default: Settings) -> None:

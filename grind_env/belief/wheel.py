@@ -19,12 +19,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.belief.filter import follow, write_factors
 from grind_env.belief.hidden import FACTORS, Belief, Hidden, Signals
 from grind_env.errors import GrindError
-
-Table = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 DRAWS = 64
 """Samples of the hypercube after which the filter begins again with the first."""

@@ -1,6 +1,8 @@
 """Reads every block of a program and executes it, to report what is wrong or what it does."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from grind_env.control.control import Control
@@ -10,7 +12,11 @@ from grind_env.control.execution import execute
 from grind_env.control.expressions import foreseen
 from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
 from grind_env.control.reader import Programs, read_block
+from grind_env.control.source import SourceText
 from grind_env.control.trace import error_record
+
+MOST_ERRORS = 1000
+"""Of reading that are told: a file that is no part program may have one in each line."""
 
 
 @dataclass(slots=True)
@@ -26,7 +32,9 @@ class Report:
         between: strokes that the table makes after a G82 or G83, until the next cycle or G80.
         messages: what the control told the operator.
         warnings: with a job, what the program does not do on its machine as it should.
-        errors: the first error of reading and the first of execution, once if they are the same.
+        errors: every error of reading (at most `MOST_ERRORS`), and the one that has ended the execution, by place.
+        stopped: this last one; None if the program was executed to its end, or not at all.
+        executed: whether it was, which it is not with faulty program names.
     """
 
     programs: int = 0
@@ -38,10 +46,17 @@ class Report:
     messages: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     errors: list[ControlError] = field(default_factory=list)
+    stopped: ControlError | None = None
+    executed: bool = True
 
 
-def check(programs: Programs, control: Control | None = None) -> Report:
+def check(programs: Programs, control: Control | None = None, faults: Sequence[ControlError] = ()) -> Report:
     r"""Execute the main program and read every block, including those that are not reached.
+
+    Args:
+        programs: the program.
+        control: its settings.
+        faults: that reading the program names has shown (`read_file`); a program with such is not executed.
 
     Example:
         >>> from grind_env.control import check, read
@@ -50,23 +65,52 @@ def check(programs: Programs, control: Control | None = None) -> Report:
         >>> report.errors, round(report.seconds, 2)
         ([], 10.85)
     """
-    report = Report()
-    executed = _execution_error(programs, control, report)
+    report = Report(executed=not faults)
+    if report.executed:
+        report.stopped = _execution_error(programs, control, report)
     for program in programs:
         report.programs += 1
         report.blocks += len(program.blocks)
-    read = _reading_error(programs, control or Control())
-    report.errors = [error for error in (read, executed) if error is not None]
-    if read is not None and executed is not None and str(read) == str(executed):
-        report.errors.pop()
+    # what a block says wrong may be what has ended the execution: the same sentence is told once
+    ended = [] if report.stopped is None else [report.stopped]
+    read = islice(_reading_errors(programs, control or Control()), MOST_ERRORS)
+    found = {str(error): error for error in (*read, *faults, *ended)}
+    report.errors = sorted(found.values(), key=lambda error: _place(error, programs.name))
     return report
 
 
-def _reading_error(programs: Programs, control: Control) -> ControlError | None:
-    try:
-        for program in programs:
+def ended_at(report: Report) -> str:
+    """A sentence on where the execution has ended, if that is not the only error; else empty."""
+    error = report.stopped
+    if len(report.errors) < 2:
+        return ""
+    if not report.executed:
+        return "the program was not executed; check it again once its program names are mended"
+    if error is None:
+        return ""
+    return f"the program was not executed further than {error.file}:{error.line}; check it again once that is mended"
+
+
+def _place(error: ControlError, main: str) -> tuple[bool, str, int, int]:
+    """By which errors are sorted: those in the file of the main program come first."""
+    return error.file != main, error.file, error.line or 0, error.column or 0
+
+
+def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlError]:
+    """What every block says wrong that cannot be read; of a file that cannot, one error."""
+    for program in programs:
+        try:
             for source in program.blocks:
-                recognise(foreseen(read_block(source)), control.number_format)
+                fault = _fault(source, control)
+                if fault is not None:
+                    yield fault
+        except ControlError as error:
+            yield error
+
+
+def _fault(source: SourceText, control: Control) -> ControlError | None:
+    try:
+        recognise(foreseen(read_block(source)), control.number_format)
     except ControlError as error:
         return error
     return None
@@ -110,6 +154,7 @@ def report_record(report: Report, file: str) -> dict[str, Any]:
         "messages": report.messages,
         "warnings": report.warnings,
         "errors": [error_record(error, file) for error in report.errors],
+        "stopped": None if report.stopped is None else error_record(report.stopped, file),
     }
 
 

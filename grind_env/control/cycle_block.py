@@ -200,57 +200,61 @@ def _feed_and_dress(command: Command, memory: ModalWords, pre_dress: bool) -> tu
 def _add_plunge(
     plan: CyclePlan, command: Command, memory: ModalWords, situation: Situation, axis: int
 ) -> tuple[CyclePlan, ModalWords]:
-    letter, pick = AXES[axis], INTEGRANDS[axis]
-    start = situation.position[axis]
-    if letter in command.words:
-        memory = replace(memory, depth_target=coordinate(command, letter, start))
-    if pick in command.words:
-        memory = replace(memory, primary_pick=command.lengths[pick].mm)
-    if memory.depth_target is None:
-        raise _missing(command, letter, "the plunge depth")
-    if memory.primary_pick is None:
-        raise _missing(command, pick, "the plunge pick")
+    start, letter = situation.position[axis], INTEGRANDS[axis]
+    target, pick = _end_and_pick(
+        command, axis, start, memory.depth_target, memory.primary_pick, ("the plunge depth", "the plunge pick")
+    )
     feed = command.modes.feed
     if feed is None:
         raise command.error("no-feedrate", f"{plan.code} has no feed for its picks; F is needed")
     words = command.words
-    way = memory.depth_target - start
+    way = target - start
     plan = replace(
         plan,
         plunge_axis=axis,
         plunge_start=start,
-        depth_target=memory.depth_target,
-        primary_pick=_magnitude(command, pick, memory.primary_pick, way, zero=False),
-        secondary_pick=_other_pick(command, "Q", pick, memory.primary_pick, way),
+        depth_target=target,
+        primary_pick=_magnitude(command, letter, pick, way, zero=False),
+        secondary_pick=_other_pick(command, "Q", letter, pick, way),
         spark_out=numbers.integer(command.block, words["L"], 0, MOST) if "L" in words else 0,
         pick_feed=min(feed, situation.maximum_feed),
     )
-    return plan, memory
+    return plan, replace(memory, depth_target=target, primary_pick=pick)
 
 
 def _add_crossover(
     plan: CyclePlan, command: Command, memory: ModalWords, situation: Situation, axis: int
 ) -> tuple[CyclePlan, ModalWords]:
-    letter, pick = AXES[axis], INTEGRANDS[axis]
-    start = situation.position[axis]
-    if letter in command.words:
-        memory = replace(memory, cross_end=coordinate(command, letter, start))
-    if pick in command.words:
-        memory = replace(memory, primary_cross_pick=command.lengths[pick].mm)
-    if memory.cross_end is None:
-        raise _missing(command, letter, "the crossover amount")
-    if memory.primary_cross_pick is None:
-        raise _missing(command, pick, "the cross pick")
-    way = memory.cross_end - start
+    start, letter = situation.position[axis], INTEGRANDS[axis]
+    end, pick = _end_and_pick(
+        command, axis, start, memory.cross_end, memory.primary_cross_pick, ("the crossover amount", "the cross pick")
+    )
+    way = end - start
     plan = replace(
         plan,
         cross_axis=axis,
         cross_start=start,
-        cross_end=memory.cross_end,
-        primary_cross_pick=_magnitude(command, pick, memory.primary_cross_pick, way, zero=way == 0.0),
-        secondary_cross_pick=_other_pick(command, "R", pick, memory.primary_cross_pick, way),
+        cross_end=end,
+        primary_cross_pick=_magnitude(command, letter, pick, way, zero=way == 0.0),
+        secondary_cross_pick=_other_pick(command, "R", letter, pick, way),
     )
-    return plan, memory
+    return plan, replace(memory, cross_end=end, primary_cross_pick=pick)
+
+
+def _end_and_pick(
+    command: Command, axis: int, start: float, end: float | None, pick: float | None, missing: tuple[str, str]
+) -> tuple[float, float]:
+    """Where an axis goes to and its pick, mm, as the block says or as blocks before it did."""
+    letter, integrand = AXES[axis], INTEGRANDS[axis]
+    if letter in command.words:
+        end = coordinate(command, letter, start)
+    if integrand in command.words:
+        pick = command.lengths[integrand].mm
+    if end is None:
+        raise _missing(command, letter, missing[0])
+    if pick is None:
+        raise _missing(command, integrand, missing[1])
+    return end, pick
 
 
 def _other_pick(command: Command, letter: str, first: str, default: float, way: float) -> float:

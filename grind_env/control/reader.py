@@ -145,8 +145,13 @@ class Programs:
         return html("programs", self)
 
 
-def read_file(path: str | Path) -> Programs:
+def read_file(path: str | Path, faults: list[ControlError] | None = None) -> Programs:
     """Read a part program; programs that it calls may be in files ``O<number>.nc`` beside it.
+
+    Args:
+        path: of the file.
+        faults: takes the errors of program names, and reading goes on; what is read then is not to be executed. None
+            to raise the first of them.
 
     Raises:
         ControlError: the file cannot be read as text, or its program names are faulty.
@@ -155,7 +160,7 @@ def read_file(path: str | Path) -> Programs:
     if path.suffix.lower() == ".toml":
         message = f"{path} is a TOML file, such as a job or a task; name the part program, and the job with --job"
         raise ControlError("file", message)
-    return _split(text_in(path), path.parent)
+    return _split(text_in(path), path.parent, faults)
 
 
 def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
@@ -197,8 +202,8 @@ def read(text: str, name: str = "program", folder: Path | None = None) -> Progra
     return _split(text_of(text, name), folder)
 
 
-def _split(text: Text, folder: Path | None) -> Programs:
-    """Find the programs of a text in one pass."""
+def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = None) -> Programs:
+    """Find the programs of a text in one pass; `faults` as of `read_file`."""
     number: int | None = None
     place = Place(text.name, 1, 1, 1)
     start, count, last, begun = Mark(), 0, None, False
@@ -213,11 +218,15 @@ def _split(text: Text, folder: Path | None) -> Programs:
                 continue
             if begun:
                 programs.append(Program(number, place, Blocks(text, start, count, last)))
-            number, place, begun = _program_number(source), source.place, True
+            place, begun = source.place, True
             start, count, last = scanner.mark, 0, None
-            if number in taken:
-                raise place.error("block-format", f"O{number} is named twice; every program needs its own number")
-            taken.add(number)
+            try:
+                number = _new_number(source, taken)
+            except ControlError as error:
+                if faults is None:
+                    raise
+                number = None
+                faults.append(error)
     programs.append(Program(number, place, Blocks(text, start, count, last)))
     return Programs(text.name, programs, folder)
 
@@ -228,6 +237,15 @@ def _has_words(source: SourceText) -> bool:
         return bool(read_block(source).words)
     except ControlError:
         return True
+
+
+def _new_number(source: SourceText, taken: set[int]) -> int:
+    """The number in the name of a program, which joins those that are taken."""
+    number = _program_number(source)
+    if number in taken:
+        raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")
+    taken.add(number)
+    return number
 
 
 def _program_number(source: SourceText) -> int:

@@ -23,6 +23,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.arrays import Table
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError, listed, quoted
 from grind_env.kernel import entry, exp, inlined, log
@@ -42,8 +43,6 @@ IN_BOX = "lie between -1 and 1: clip it first"
 
 LONGEST = 200
 """Characters of what a message repeats."""
-
-Table = NDArray[np.float64]
 
 
 class ActionError(GrindError):

@@ -6,7 +6,8 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+from grind_env.arrays import Numbers, Table
+from grind_env.envs.episodes import Episodes, EpisodesT
 
 
 class Branches(Protocol):

@@ -157,7 +157,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         info = self.infos.single(outcome, choice)
         if self.show_block:
             info["block"] = simulation.text(block)
-        self.over = bool(simulation.over(episodes)[0])
+        self.over = simulation.over(episodes).item()
         return simulation.observe(episodes)[0], outcome.reward, self.over, False, info
 
     def view(self) -> View:

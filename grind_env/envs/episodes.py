@@ -6,12 +6,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 
-Table = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
@@ -38,11 +37,16 @@ class Episodes:
 
     def wheel(self, i: int) -> WheelState:
         """The wheel of episode i."""
-        return WheelState(*self.wheels[i, :OWN_FROM].tolist())
+        return self.wheel_and_own(i)[0]
 
     def own(self, i: int) -> tuple[float, ...]:
         """What process and gauge of episode i remember besides."""
-        return tuple(self.wheels[i, OWN_FROM:].tolist())
+        return self.wheel_and_own(i)[1]
+
+    def wheel_and_own(self, i: int) -> tuple[WheelState, tuple[float, ...]]:
+        """Both."""
+        row = self.wheels[i].tolist()
+        return WheelState(*row[:OWN_FROM]), tuple(row[OWN_FROM:])
 
     def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""

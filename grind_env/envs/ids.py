@@ -4,6 +4,8 @@
 docstrings here are what the pages of the ids say.
 """
 
+import inspect
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
@@ -12,7 +14,6 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.showing import METADATA
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.strokes.simulation import StrokeSimulation
@@ -23,6 +24,8 @@ Make = TypeVar("Make")
 
 SIMULATIONS = {"G81": InfeedSimulation, "G82": BlockSimulation, "G83": StripSimulation}
 """What steps the blocks of a task, by their cycle."""
+OF_VECTORS = inspect.signature(GrindVectorEnv).parameters.keys() - {"simulation", "num_envs"}
+"""Arguments that a vector environment takes for itself."""
 
 
 def renders(make: Make) -> Make:
@@ -45,23 +48,16 @@ def simulation_of(
     return SIMULATIONS[task.cycle](task, full=full, pre_dress=predress)
 
 
-def _strokes(observation: str, predress: bool, cycle: str | None) -> StrokeSimulation:
-    full = is_full(observation)
-    check_flags(predress=predress)
-    refuse_predress(predress, "D = 1 in grind/Stroke-v0 is the dress before the stroke, also the first one's G81.1")
-    refuse_cycle(cycle, "every part of grind/Stroke-v0 is ground by G81 and the picks of the agent's steps")
-    task = read_task("stroke")
-    check_task(task)
-    return StrokeSimulation(task, full=full)
+def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]:
+    """The vector form of an id: arguments as for the id, and those of `GrindVectorEnv`."""
 
+    def vector(num_envs: int = 1, **arguments: Any) -> GrindVectorEnv:
+        shown = {name: arguments.pop(name) for name in OF_VECTORS & arguments.keys()}
+        return GrindVectorEnv(make(**arguments).simulation, num_envs, **shown)
 
-def _program(
-    program: str | None, job: str | None, parts: int, spread: float, observation: str, predress: bool, cycle: str | None
-) -> JobSimulation:
-    check_flags(predress=predress)
-    refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
-    refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
-    return load_simulation(program, job, parts, spread, observation)
+    vector.__name__ = vector.__qualname__ = f"{make.__name__}_vector"
+    vector.__doc__ = f"As `{make.__name__}`, many times side by side; further arguments as for `GrindVectorEnv`."
+    return vector
 
 
 @renders
@@ -138,16 +134,7 @@ def task(
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 
-def task_vector(
-    num_envs: int = 1,
-    task: str = "power_limited",
-    observation: str | None = None,
-    predress: bool = False,
-    cycle: str | None = None,
-    **shown: Any,
-) -> GrindVectorEnv:
-    """As `task`, many times side by side; `shown` as for `GrindVectorEnv`."""
-    return GrindVectorEnv(simulation_of(load_task(task), observation, predress, cycle), num_envs, **shown)
+task_vector = side_by_side(task)
 
 
 @renders
@@ -185,11 +172,7 @@ def reciprocation(
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 
-def reciprocation_vector(
-    num_envs: int = 1, observation: str | None = None, predress: bool = False, **shown: Any
-) -> GrindVectorEnv:
-    """As `reciprocation`, many times side by side; `shown` as for `GrindVectorEnv`."""
-    return GrindVectorEnv(simulation_of(read_task("reciprocation"), observation, predress), num_envs, **shown)
+reciprocation_vector = side_by_side(reciprocation)
 
 
 @renders
@@ -229,11 +212,7 @@ def wide_plates(
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 
-def wide_plates_vector(
-    num_envs: int = 1, observation: str | None = None, predress: bool = False, cycle: str = "G83", **shown: Any
-) -> GrindVectorEnv:
-    """As `wide_plates`, many times side by side; `shown` as for `GrindVectorEnv`."""
-    return GrindVectorEnv(simulation_of(read_task("wide_plates"), observation, predress, cycle), num_envs, **shown)
+wide_plates_vector = side_by_side(wide_plates)
 
 
 @renders
@@ -287,15 +266,17 @@ def stroke(
         render_mode: as for `GrindEnv`.
         cycle: None; there is no cycle to choose.
     """
-    simulation = _strokes(observation, predress, cycle)
+    full = is_full(observation)
+    check_flags(predress=predress)
+    refuse_predress(predress, "D = 1 in grind/Stroke-v0 is the dress before the stroke, also the first one's G81.1")
+    refuse_cycle(cycle, "every part of grind/Stroke-v0 is ground by G81 and the picks of the agent's steps")
+    task = read_task("stroke")
+    check_task(task)
+    simulation = StrokeSimulation(task, full=full)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 
-def stroke_vector(
-    num_envs: int = 1, observation: str = "measured", predress: bool = False, cycle: str | None = None, **shown: Any
-) -> GrindVectorEnv:
-    """As `stroke`, many times side by side; `shown` as for `GrindVectorEnv`."""
-    return GrindVectorEnv(_strokes(observation, predress, cycle), num_envs, **shown)
+stroke_vector = side_by_side(stroke)
 
 
 @renders
@@ -373,23 +354,11 @@ def job(
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
     """
-    simulation = _program(program, job, parts, spread, observation, predress, cycle)
+    check_flags(predress=predress)
+    refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
+    refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
+    simulation = load_simulation(program, job, parts, spread, observation)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 
-def job_vector(
-    program: str | None = None,
-    job: str | None = None,
-    num_envs: int = 1,
-    observation: str = "measured",
-    spread: float = 1.0,
-    predress: bool = False,
-    cycle: str | None = None,
-    parts: int = 1,
-    **shown: Any,
-) -> GrindVectorEnv:
-    """As `job`, many times side by side, in one compiled step if the program has a script.
-
-    `shown` as for `GrindVectorEnv`.
-    """
-    return GrindVectorEnv(_program(program, job, parts, spread, observation, predress, cycle), num_envs, **shown)
+job_vector = side_by_side(job)

@@ -3,13 +3,11 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
-
-Array = NDArray[Any]
 
 RATIOS = ("burn_ratio", "power_ratio", "roughness_ratio")
 """Entries that say how near to its limit a block came, for agents that learn to keep limits: 1 is at the limit."""

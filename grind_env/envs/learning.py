@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.memory import Array
 from grind_env.envs.shown import MemoryForm, Standard, memories_of, remembered
 from grind_env.envs.simulation import Simulation
 

@@ -10,13 +10,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.model import MemberModel
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 
-Array = NDArray[Any]
 Flags = NDArray[np.bool_]
 
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
 from grind_env.envs.blocks.tables import KindRow
 from grind_env.envs.blocks.tape import TapeRow
-from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 
 JUDGED = [KindRow._fields.index(name) for name in Judged._fields]

@@ -11,7 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 from gymnasium import spaces
 
-from grind_env.envs.memory import Array, BeliefMemory, EpisodeMemory, Flags, StackMemory
+from grind_env.arrays import Array
+from grind_env.envs.memory import BeliefMemory, EpisodeMemory, Flags, StackMemory
 from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.simulation import Simulation
 from grind_env.task_version import TASK_VERSION

@@ -7,8 +7,8 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.arguments import check_steps
 from grind_env.envs.contexts import option_items
 from grind_env.envs.tasks import TaskError
@@ -16,8 +16,6 @@ from grind_env.errors import GrindError
 from grind_env.render import ansi, frames
 from grind_env.render.sheet import Sheet
 from grind_env.render.view import View
-
-Array = NDArray[Any]
 
 VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 

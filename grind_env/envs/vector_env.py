@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.blocks.tables import Outcome
@@ -31,7 +31,6 @@ from grind_env.envs.vector_common import (
 )
 from grind_env.envs.view import History
 
-Array = NDArray[Any]
 REWARD = Outcome._fields.index("reward")
 
 

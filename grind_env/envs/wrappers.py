@@ -12,10 +12,11 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
+from grind_env.arrays import Array
 from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.learning import eased, usual
-from grind_env.envs.memory import Array, Flags, WrapperError, belief_entries
+from grind_env.envs.memory import Flags, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import Belief, MemoryForm, ShownBox, Stack, Standard, behind
 from grind_env.envs.simulation import Simulation

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import FILE, JOB, PROGRAM, Application, Writes
+from grind_env.arguments import FILE, Application, Writes
 from grind_env.commands import NamedProblem
+from grind_env.shop.commands.arguments import JobFile, ProgramFile
 
 app = Application(
     no_args_is_help=True,
@@ -14,8 +15,6 @@ app = Application(
     help="Figures for papers: vector formats, as wide as a column or a page, readable in grey.",
 )
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
-JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
 Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()]
 
 
@@ -68,10 +67,13 @@ def interval(
     """What a part costs over the dress interval, as `grind sweep` finds it, 85 mm wide."""
     from grind_env.figures.interval import interval_figure
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop.calls import sweep
+    from grind_env.shop import calls
+    from grind_env.shop.commands import texts
 
     prepare_figure(output)
-    found = sweep(program, job, E=speed, dress_every=every, parts=parts, seed=seed)
+    intervals = texts.ends("--dress-every", "intervals", every)
+    speeds = None if speed is None else texts.ends("--E", "E", speed)
+    found = calls.sweep(program, job, E=speeds, dress_every=intervals, parts=parts, seed=seed)
     write_figure(interval_figure(found), output)
 
 

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.memory import belief_entries
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy, best_actions
 from grind_env.policies.learned.view import FEATURE_BOUND, LEAST_AREA, LearnerForm
 from grind_env.policies.naming import chosen_policy
@@ -34,8 +35,6 @@ MOST_MARKED = 400
 """Visited states that are marked."""
 NAMES = tuple(entry.name for entry in belief_entries())
 AREA, GROWTH = NAMES.index("belief_wear_flat"), NAMES.index("belief_growth")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -102,7 +101,7 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
             f"{agent.name} has no map over a belief: name a learned agent that sees one and remembers nothing else"
         )
     watched = _Recorder(agent)
-    evaluate(watched, simulation, episode_seeds("evaluation", episodes))
+    run_seeds(watched, simulation, episode_seeds("evaluation", episodes))
     seen = np.concatenate(watched.features).astype(np.float64)
     first = seen.shape[1] - len(NAMES) - 1
     scale = belief_entries()[AREA].scale

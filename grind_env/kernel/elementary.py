@@ -104,9 +104,3 @@ def logistic(x: float) -> float:
 def tanh(x: float) -> float:
     """Hyperbolic tangent; near 0 its error is 2e-16 of 1, not of the result."""
     return 2.0 * logistic(2.0 * x) - 1.0
-
-
-@inlined
-def softplus(x: float) -> float:
-    """ln(1 + e**x), without overflow for large x."""
-    return max(x, 0.0) + log(1.0 + exp(-abs(x)))

@@ -13,9 +13,11 @@ from grind_env.errors import GrindError, quoted
 from grind_env.extras import needing
 from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
+from grind_env.machine.dress.sharpening import Sharpening
 from grind_env.machine.job import Job
 from grind_env.machine.loops.compiled import PartVerdict
 from grind_env.machine.loops.rows import Table
+from grind_env.machine.part.executions import executions_of
 from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.presenter import html, presenter
@@ -37,8 +39,10 @@ UNITS = {
     "T": "K",
     "worn": "mm3",
     "V": "mm3/mm",
-    **dict.fromkeys(("removed", "dressed_off"), "mm3"),
-    **dict.fromkeys(("stock", "S"), "mm"),
+    "peak_Q": "mm2/s",
+    "energy": "J",
+    **dict.fromkeys(("removed", "dressed_off", "ground"), "mm3"),
+    **dict.fromkeys(("stock", "S", "lead"), "mm"),
     **dict.fromkeys(
         ("size_error", "taper", "worst_error", "size_wear", "size_deflection", "size_rest"),
         "um",
@@ -47,7 +51,7 @@ UNITS = {
     "rise": "K",
     **dict.fromkeys(("time_cost", "wheel_cost", "dress_cost", "scrap_cost", "total_cost"), "$"),
 }
-"""Units of the fields of `STROKE_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
+"""Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
 
 DIGITS = {"time": ".3f", "seconds": ".3f", "ds": ".5f"}
 """How fields are rounded in a CSV file; the others have six digits."""
@@ -62,6 +66,7 @@ DRESS_ROW = np.dtype(
         ("seconds", np.float64),
         ("ds", np.float64),  # wheel diameter after it, mm
         ("removed", np.float64),  # wheel volume, mm3
+        *dtype_of(Sharpening).descr,
     ]
 )
 
@@ -167,6 +172,14 @@ class GrindingRecord:
     job: Job
 
     @property
+    def executions(self) -> Table:
+        """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec).
+
+        Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.
+        """
+        return executions_of(self.strokes)
+
+    @property
     def seconds(self) -> float:
         """Time of the whole run, s."""
         return float(self.parts["seconds"].sum())
@@ -177,19 +190,19 @@ class GrindingRecord:
         good = float(self.parts["survival"].sum())
         return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
 
-    def to_dataframe(self, table: Literal["strokes", "dresses", "parts"] = "strokes") -> Any:
+    def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
         """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
         Raises:
             RecordError: there is no such table.
             MissingExtra: pandas is not installed.
         """
-        tables = {"strokes": self.strokes, "dresses": self.dresses, "parts": self.parts}
+        tables = ("strokes", "executions", "dresses", "parts")
         if table not in tables:
             raise RecordError(f"a record has no table {quoted(table)}: its tables are {', '.join(tables)}")
         with needing("data", "data frames need"):
             import pandas
-        rows = tables[table]
+        rows = getattr(self, table)
         return pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
 
     def plot(self) -> "Figure":

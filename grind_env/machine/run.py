@@ -43,6 +43,7 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
+from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of, sharpenings_of
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
@@ -318,10 +319,12 @@ class GrindingRun:
             )
         plan, began, way = self.dressing.end(event, self.axis)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
-        removed = 0.0
+        removed, sharpening = 0.0, NO_SHARPENING
         if not self._misses(number):
             self.watch.cuts.dress(self._line, plan)
             self.mount.pass_time(self.clock(began), self.part.p)
+            before = self.mount.present(self.part.p)
+            sharpening = sharpening_of(plan, before, self.job.setup.dresser, self.part.p)
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
@@ -329,7 +332,7 @@ class GrindingRun:
         self.part.dress(plan.seconds, removed)
         ds = self.mount.diameter
         row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
-        self.dresses.add(row)
+        self.dresses.add((*row, *sharpening))
         self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
@@ -373,10 +376,17 @@ class GrindingRun:
         if stalls:  # as the clock has it stroke by stroke, to the bit
             stalled = int(np.argmax(rows["torque"] >= STALL))
             rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
-        for after, time, (_, ds, removed) in zip(due, began, dressed.tolist(), strict=True):
+        taken = [(ds, removed) for _, ds, removed in dressed.tolist()]
+        sharpenings = (
+            [NO_SHARPENING] * len(due)
+            if misses
+            else list(sharpenings_of(dress, before, taken, self.job.setup.dresser, part.p))
+        )
+        for after, time, (ds, removed), sharpening in zip(due, began, taken, sharpenings, strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
             made = len(self.strokes) + after
-            self.dresses.add((part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed))
+            row = part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed
+            self.dresses.add((*row, *sharpening))
         self._add(rows, plunged.tobytes(), stalls)
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
         self.position = event.end
@@ -415,7 +425,6 @@ class GrindingRun:
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
             self._take_up_running(event.line)
-        if self.job.setup.grooving_wheel:
             self.mount.take_up(None, self.part.p)
         self.mount.pass_time(self.clock(event.begin), self.part.p, loads=loads)
         before, had_stalled = self.mount.present(self.part.p), self.part.stalled

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from grind_env.machine.record import GrindingRecord
 from grind_env.notebook.markup import Cell, fragment, items, paragraphs, table
+from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
 from grind_env.render.plots import draw_record
 from grind_env.render.tables import faults, part_table, totals
 
@@ -23,6 +24,8 @@ def html(record: GrindingRecord) -> str:
     return fragment(
         record.programs.name,
         table(headings, rows),
+        table([heading.replace("\n", " ") for heading in HEADINGS], compared_blocks(record)),
+        paragraphs(compared_dresses(record)),
         paragraphs([totals(record)]),
         "".join(
             paragraphs([fault.sentence], bad=True) + paragraphs([fault.why] if fault.why else []) for fault in found

@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from grind_env.arrays import Array
 from grind_env.envs.tasks import Task
-
-Array = NDArray[np.float64]
 
 
 class Decision(NamedTuple):

@@ -5,13 +5,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted
-from grind_env.policies.choices import Array, Decision
+from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.presenter import html
@@ -117,7 +118,7 @@ def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EV
     return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
 
 
-def evaluate(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
+def run_seeds(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
     """Run the policy once through the episode of each seed, with contexts of a split.
 
     Raises:

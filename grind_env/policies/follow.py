@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.actions import ActionCodec
@@ -14,7 +15,7 @@ from grind_env.envs.contexts import EVERY
 from grind_env.envs.model import MemberModel
 from grind_env.errors import GrindError, quoted
 from grind_env.extras import needing
-from grind_env.policies.choices import Array, Decision
+from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
 from grind_env.policies.naming import named_policy

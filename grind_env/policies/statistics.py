@@ -11,9 +11,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from grind_env.arrays import Array
 
 RESAMPLES = 4000
 COVERAGE = 0.95

@@ -3,21 +3,18 @@
 The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, Limits
-
-Array = NDArray[Any]
 
 SPARKING = 0.001
 """mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""
@@ -150,14 +147,11 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 
 def spans(record: GrindingRecord) -> list[Span]:
     """The executions of blocks in the order in which they were run."""
-    strokes = record.strokes
-    numbers = strokes["number"]  # 0 of a stroke between two cycles
-    again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
-    changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
-    firsts = [0, *(np.flatnonzero(changes) + 1).tolist(), strokes.size] if strokes.size else []
+    rows = record.executions
+    ends = (rows["first"] + rows["strokes"]).tolist()
     return [
-        Span(first, after, block_name(record, int(strokes["line"][first])))
-        for first, after in itertools.pairwise(firsts)
+        Span(first, after, block_name(record, line))
+        for first, after, line in zip(rows["first"].tolist(), ends, rows["line"].tolist(), strict=True)
     ]
 
 

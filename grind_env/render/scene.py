@@ -34,7 +34,7 @@ PATCHES = 7
 """Burn marks along a part."""
 
 
-class Stage(NamedTuple):
+class Placement(NamedTuple):
     """Where things stand in the panel, px."""
 
     panel: Box
@@ -55,7 +55,7 @@ def drawn_radius(view: View, new_radius: float) -> float:
     return new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
 
 
-def stage(view: View, panel: Box) -> Stage:
+def placement(view: View, panel: Box) -> Placement:
     """Where things stand."""
     middle, part = 0.5 * (panel.left + panel.right), view.part
     surface = panel.top + SURFACE * panel.height
@@ -64,7 +64,7 @@ def stage(view: View, panel: Box) -> Stage:
     table = _table_offset(view, panel, half)
     new_radius = min(0.29 * panel.height, 0.21 * panel.width)
     radius = drawn_radius(view, new_radius)
-    return Stage(
+    return Placement(
         panel=panel,
         centre=(middle, top - radius),
         new_radius=new_radius,
@@ -77,7 +77,7 @@ def stage(view: View, panel: Box) -> Stage:
 
 def draw_machine(canvas: Canvas, panel: Box, view: View) -> None:
     """The machine in its panel."""
-    place = stage(view, panel)
+    place = placement(view, panel)
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     _draw_guard(canvas, place)
     _draw_table(canvas, place)
@@ -90,18 +90,18 @@ def draw_machine(canvas: Canvas, panel: Box, view: View) -> None:
 
 def _table_offset(view: View, panel: Box, half: float) -> float:
     """How far the middle of the part stands from below the wheel, px."""
-    if view.motion is None:
+    if view.instant is None:
         return 0.0
-    if view.motion.dressing:
+    if view.instant.dressing:
         return half + DRESSER_GAP * panel.width
-    return view.motion.table * TRAVEL * panel.width
+    return view.instant.table * TRAVEL * panel.width
 
 
-def _draw_guard(canvas: Canvas, place: Stage) -> None:
+def _draw_guard(canvas: Canvas, place: Placement) -> None:
     canvas.arc(place.centre, place.new_radius + 12.0, 9.0, (188.0, 352.0), ink.GUARD)
 
 
-def _draw_table(canvas: Canvas, place: Stage) -> None:
+def _draw_table(canvas: Canvas, place: Placement) -> None:
     panel, part = place.panel, place.part
     table = Box(
         max(part.left - 0.13 * panel.width, panel.left + 1.0),
@@ -117,7 +117,7 @@ def _draw_table(canvas: Canvas, place: Stage) -> None:
     canvas.rectangle(bed, ink.BED, radius=1.0)
 
 
-def _draw_part(canvas: Canvas, place: Stage, view: View) -> None:
+def _draw_part(canvas: Canvas, place: Placement, view: View) -> None:
     part = place.part
     canvas.rectangle(part, ink.STEEL)
     if place.surface - place.top >= 0.5:
@@ -145,11 +145,11 @@ def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:
             canvas.polygon([(x + across * math.cos(a), part.top + deep * math.sin(a)) for a in rim], colour)
 
 
-def _draw_dresser(canvas: Canvas, place: Stage, view: View) -> None:
+def _draw_dresser(canvas: Canvas, place: Placement, view: View) -> None:
     """The diamond on the table; its tip is as wide as its wear flat, much enlarged."""
     panel, part = place.panel, place.part
     x = part.left - DRESSER_GAP * panel.width
-    dressing = view.motion is not None and view.motion.dressing
+    dressing = view.instant is not None and view.instant.dressing
     tip = place.centre[1] + place.radius if dressing else place.surface - 2.0
     canvas.polygon(
         [(x - 11.0, part.bottom), (x - 8.0, tip + 8.0), (x + 8.0, tip + 8.0), (x + 11.0, part.bottom)], ink.FLANGE
@@ -160,11 +160,11 @@ def _draw_dresser(canvas: Canvas, place: Stage, view: View) -> None:
     canvas.line([*diamond, diamond[0]], ink.INK, 0.7)
 
 
-def _draw_coolant(canvas: Canvas, place: Stage, view: View) -> None:
+def _draw_coolant(canvas: Canvas, place: Placement, view: View) -> None:
     """The nozzle and, while the wheel cuts, its jet into the gap between wheel and part."""
     x, y = place.centre[0], place.centre[1] + place.radius
     tip = (x + 0.95 * place.new_radius, place.surface - 0.36 * place.new_radius)
-    if view.motion is not None and not view.motion.dressing:
+    if view.instant is not None and not view.instant.dressing:
         canvas.polygon([(tip[0] - 4.0, tip[1] - 1.0), (tip[0] + 1.0, tip[1] + 4.0), (x + 3.0, y)], ink.COOLANT)
     canvas.polygon(
         [
@@ -178,9 +178,9 @@ def _draw_coolant(canvas: Canvas, place: Stage, view: View) -> None:
     canvas.rectangle(Box(tip[0] + 23.0, tip[1] - 18.0, tip[0] + 44.0, tip[1] - 5.0), ink.FLANGE)
 
 
-def _draw_wheel(canvas: Canvas, place: Stage, view: View) -> None:
+def _draw_wheel(canvas: Canvas, place: Placement, view: View) -> None:
     (x, y), radius = place.centre, place.radius
-    spin = 2.0 * math.pi * (view.motion.spin if view.motion else 0.0)
+    spin = 2.0 * math.pi * (view.instant.spin if view.instant else 0.0)
     for k in range(0, 60, 2):
         ghost = 2.0 * math.pi * k / 60.0
         ends = [(x + place.new_radius * math.cos(a), y + place.new_radius * math.sin(a)) for a in (ghost, ghost + 0.05)]
@@ -205,7 +205,7 @@ def _draw_wheel(canvas: Canvas, place: Stage, view: View) -> None:
             (x + 0.25 * place.new_radius * math.cos(a), y + 0.25 * place.new_radius * math.sin(a)), 2.0, ink.BED
         )
     canvas.disc((x, y), 0.13 * place.new_radius, ink.BED)
-    if view.motion is not None and not view.motion.dressing:
+    if view.instant is not None and not view.instant.dressing:
         _draw_sparks(canvas, (x, y + radius), spin)
 
 
@@ -219,8 +219,8 @@ def _draw_sparks(canvas: Canvas, at: Point, spin: float) -> None:
         canvas.line(ends, ink.mix(ink.SPARK, ink.BRICK, 0.5 * phase), 1.0)
 
 
-def _label_machine(canvas: Canvas, place: Stage, view: View) -> None:
-    panel, block = place.panel, view.motion or view.last
+def _label_machine(canvas: Canvas, place: Placement, view: View) -> None:
+    panel, block = place.panel, view.instant or view.last
     left, right, top, base = panel.left + 12.0, panel.right - 12.0, panel.top + 19.0, panel.bottom - 9.0
     canvas.text((left, top), f"wheel radius {0.5 * view.wheel.ds:.2f} mm", 12)
     canvas.text((left, top + 16.0), f"{view.radius_lost:.2f} mm gone (drawn larger)", 11, ink.GREY)

@@ -1,16 +1,18 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from grind_env.errors import printable
 from grind_env.machine.job import Job
+from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.unjudged import Unjudged, lines_said, runs, unjudged_lines
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
+from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
 from grind_env.render.reasons import reason, shares
 
 if TYPE_CHECKING:
@@ -148,16 +150,15 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
     from rich.text import Text
 
-    table = part_table(record, job)
-    cells = [[row.number for row in table.rows], *zip(*(row.texts for row in table.rows), strict=True)]
-    places = _places(table.headings, cells)
+    parts = part_table(record, job)
     console.print(Text(printable(title), "italic"), soft_wrap=True)
-    height = max(heading.count("\n") for heading in table.headings)
-    headings = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading in table.headings]
-    for line in zip(*headings, strict=True):
-        console.print(Text(_aligned(line, places), "bold"), soft_wrap=True)
-    console.print("─" * places[-1], soft_wrap=True)
-    _print_rows(table.rows, table.fields, places, console)
+    red = [{parts.fields.index(name) for name in row.red} for row in parts.rows]
+    _print_table(parts.headings, [(row.number, *row.texts) for row in parts.rows], red, console)
+    console.print()
+    compared = compared_blocks(record)
+    _print_table(HEADINGS, compared, [set()] * len(compared), console)
+    for sentence in compared_dresses(record):
+        console.print(Text(sentence), soft_wrap=True)
     console.print()
     console.print(totals(record), highlight=False)
     console.print(Text(_size(record)), soft_wrap=True)
@@ -183,20 +184,27 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
     return rows
 
 
-def _print_rows(rows: Sequence[Row], columns: Sequence[str], places: Sequence[int], console: "Console") -> None:
-    """Print rows of a table, of very many the first and the last."""
+def _print_table(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], red: Sequence[Collection[int]], console: "Console"
+) -> None:
+    """Print a table, of very many rows the first and the last; `red` has the columns of each row that are so."""
     from rich.text import Text
 
+    places = _places(headings, list(zip(*rows, strict=True)))
+    height = max(heading.count("\n") for heading in headings)
+    lines = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading in headings]
+    for words in zip(*lines, strict=True):
+        console.print(Text(_aligned(words, places), "bold"), soft_wrap=True)
+    console.print("─" * places[-1], soft_wrap=True)
     text, left_out = Text(), max(len(rows) - MOST_ROWS, 0)
     for k, row in enumerate(rows):
         if left_out and MOST_ROWS // 2 <= k < MOST_ROWS // 2 + left_out:
             if k == MOST_ROWS // 2:
                 text.append(f"... {left_out} more rows, which --json has\n")
             continue
-        line = Text(_aligned((row.number, *row.texts), places))
-        for name, cell, end in zip(columns, (row.number, *row.texts), places, strict=True):
-            if name in row.red:
-                line.stylize("red", end - len(cell), end)
+        line = Text(_aligned(row, places))
+        for column in red[k]:
+            line.stylize("red", places[column] - len(row[column]), places[column])
         text.append(line).append("\n")
     text.right_crop()
     console.print(text, soft_wrap=True)
@@ -267,8 +275,9 @@ def not_judged(found: Sequence[Unjudged]) -> str:
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
-    Each part has a list `beyond` besides, of what keeps it from being good; `reasons` says by the word in it where the
-    parts have been most beyond a limit, and what to do.
+    `cycles` are the executions of blocks (`part.executions.EXECUTION_ROW`). Each part has a list `beyond` besides, of
+    what keeps it from being good; `reasons` says by the word in it where the parts have been most beyond a limit, and
+    what to do.
     """
     bad: dict[str, list[int]] = {}
     for part, unjudged in zip(record.parts, record.unjudged, strict=True):
@@ -284,13 +293,19 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
             dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(causes(part, job), stages, unjudged)}
             for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True)
         ],
-        "dresses": [dict(zip(record.dresses.dtype.names or (), row, strict=True)) for row in record.dresses.tolist()],
+        "cycles": _rows(record.executions),
+        "dresses": _rows(record.dresses),
         "reasons": {
             CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := reason(cause, numbers, record, job))
         }
         | _unjudged(record),
         "warnings": list(record.warnings),
     }
+
+
+def _rows(table: Table) -> list[dict[str, Any]]:
+    """A table of a record as JSON objects."""
+    return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]
 
 
 def _shown(values: Any, form: str) -> bool:

@@ -94,7 +94,7 @@ class Workpiece:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
+class Instant:
     """An instant within a block, for an animation; a picture without one shows the machine at rest."""
 
     table: float
@@ -119,8 +119,8 @@ class View:
     wheel: WheelState
     part: Workpiece
     text: str
-    """The block last run or, with `motion`, running; empty before the first."""
-    motion: Motion | None = None
+    """The block last run or, with `instant`, running; empty before the first."""
+    instant: Instant | None = None
 
     @property
     def title(self) -> str:
@@ -130,12 +130,12 @@ class View:
     @property
     def last(self) -> GroundBlock | None:
         """The block ground last: the one whose marks the part bears, unless another is running."""
-        return self.ground[-1] if self.ground and self.motion is None else None
+        return self.ground[-1] if self.ground and self.instant is None else None
 
     @property
     def number(self) -> int:
         """Number of the block that the picture shows, from 1; 0 before the first."""
-        return len(self.ground) + (self.motion is not None)
+        return len(self.ground) + (self.instant is not None)
 
     @property
     def cost(self) -> float:

@@ -1,12 +1,10 @@
 """What the commands `report`, `optimise`, `sweep` and `calibrate` do, as one call each, with their defaults.
 
-Whatever is a text on the command line may be the same text here; a range may also be a pair of numbers, and a list of
-values by name a mapping: `bounds="E=5000..25000"` is `bounds={"E": (5000, 25000)}`. What needs libraries of the extra
-[shop] is imported by the call that needs it.
+What is typed as a text on the command line is a value here: `--bounds E=5000..25000` is `bounds={"E": (5000, 25000)}`.
+What needs libraries of the extra [shop] is imported by the call that needs it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -17,7 +15,7 @@ from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job.file import files_of_job, job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
-from grind_env.shop.optimise.wishes import range_of, seconds_of, whole_range_of, wishes_of
+from grind_env.shop.optimise.wishes import Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.shop.progress import progress
 from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
 from grind_env.shop.report.own import PAGE
@@ -30,8 +28,6 @@ if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
 
 File: TypeAlias = str | Path
-Range: TypeAlias = str | Sequence[float]
-Named: TypeAlias = str | Sequence[str] | Mapping[str, Range | float]
 
 
 def report(
@@ -91,14 +87,14 @@ def optimise(
     program: File,
     job: File | None = None,
     *,
-    vary: str | None = None,
-    bounds: Named = (),
-    rounding: Named = (),
-    margin: Named = (),
-    keep: str | Sequence[str] = (),
+    vary: Collection[str] | None = None,
+    bounds: Mapping[str, Ends] = {},
+    rounding: Mapping[str, Number] = {},
+    margin: Mapping[str, Number] = {},
+    keep: Collection[int] = (),
     unroll: bool = False,
     parts: int = 50,
-    budget: str | float = "60s",
+    budget: Number = 60.0,
     seed: int = 1,
 ) -> Optimised:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
@@ -106,24 +102,23 @@ def optimise(
     Args:
         program: file of the part program.
         job: its job file; the program's name with `.toml` if None.
-        vary: what may change, as `E,D,J`: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; those E
-            and D that are there if None.
+        vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; words that a block
+            lacks are then added. Those E and D that are there if None.
         bounds: lowest and highest value by word, in units of the program.
         rounding: of what values are multiples, by word.
         margin: share of a limit that 95 of 100 parts must keep, by name: power, temp, Ra, size.
-        keep: cycle blocks that stay as they are, as `N80`.
+        keep: N words of the cycle blocks that stay as they are.
         unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
-        budget: time of the search: `2min`, or s.
+        budget: time of the search, s.
         seed: of lots and search; the same seed finds the same.
 
     Raises:
-        GrindError: the program cannot be run, there is nothing to vary in it, or a wish cannot be read.
+        GrindError: the program cannot be run, there is nothing to vary in it, or a wish is none.
     """
     from grind_env.shop.optimise.finding import find_words
 
-    wishes = wishes_of(vary, _named(bounds), _named(rounding), _named(keep), _named(margin))
-    seconds = seconds_of(str(budget))
+    wishes, seconds = wishes_of(vary, bounds, rounding, keep, margin), seconds_of(budget)
     with progress() as advance:
         return find_words(
             program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance
@@ -134,10 +129,10 @@ def sweep(
     program: File,
     job: File | None = None,
     *,
-    E: Range | None = None,
-    dress_every: Range | None = None,
-    lead: Range | None = None,
-    depth: Range | None = None,
+    E: Ends | None = None,
+    dress_every: Ends | None = None,
+    lead: Ends | None = None,
+    depth: Ends | None = None,
     parts: int = 50,
     seed: int = 1,
 ) -> Sweep:
@@ -155,11 +150,11 @@ def sweep(
         seed: of the lots.
 
     Raises:
-        GrindError: the program cannot be run so, or a range cannot be read.
+        GrindError: the program cannot be run so, or a range is none.
     """
     ranges = Ranges(
         E=_ends("E", E),
-        every=None if dress_every is None else whole_range_of("--dress-every", "intervals", _text(dress_every)),
+        every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),
         lead=_ends("lead", lead),
         depth=_ends("depth", depth),
     )
@@ -174,7 +169,7 @@ def calibrate(
     program: File | None = None,
     gauge: File | None = None,
     map_file: File | None = None,
-    fit: str = "auto",
+    fit: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> "Calibration":
     """Fit the process model to a log of the spindle's power, or to a table of settings.
@@ -185,7 +180,7 @@ def calibrate(
         program: part program that was logged; without it `log` is a table of settings.
         gauge: file of what was measured of the parts, a row each.
         map_file: which column is what, where their names do not say it.
-        fit: constants to fit, with commas between; `auto` for those that the log tells.
+        fit: constants to fit; None for those that the log tells.
         told: is told what is being done.
 
     Raises:
@@ -201,21 +196,8 @@ def calibrate(
     return from_log(Path(log), Path(program), Path(job), gauge=gauged, map_file=mapped, names=fit, told=told)
 
 
-def _ends(name: str, asked: Range | None) -> tuple[float, float] | None:
+def _ends(name: str, asked: Ends | None) -> tuple[float, float] | None:
     if asked is None:
         return None
-    low, high = range_of(f"--{name}", name, _text(asked))
+    low, high = ends_of(f"--{name}", name, asked)
     return float(low), float(high)
-
-
-def _named(asked: Named) -> Sequence[str]:
-    """Values by name as the command line has them."""
-    if isinstance(asked, Mapping):
-        return [f"{name}={_text(value)}" for name, value in asked.items()]
-    return [asked] if isinstance(asked, str) else asked
-
-
-def _text(asked: Range | float) -> str:
-    if isinstance(asked, str):
-        return asked
-    return "..".join(map(_text, asked)) if isinstance(asked, Sequence) else f"{Decimal(str(asked)):f}"

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control import Programs
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.outline import JobProgramError
@@ -20,7 +21,6 @@ from grind_env.machine.script.settings import SETTINGS, D, E, own_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
-Array = NDArray[np.float64]
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""
 

@@ -2,27 +2,19 @@
 
 import sys
 
-from rich.console import Console
-
 from grind_env.process.catalogue import load_catalogue
-from grind_env.terminal import command
+from grind_env.terminal import command, table_console
 from grind_env.validation import Rig, is_as_known, validate
 from grind_env.validation.neighbours import neighbours
 from grind_env.validation.report import print_report
 from grind_env.validation.valve_alloys import predictions
-
-WIDTH = 200
-"""Columns of the table where the output is no terminal."""
 
 
 def main() -> int:
     """Print the report; returns the exit status."""
     catalogue = load_catalogue()
     rows = validate(catalogue)
-    console = Console(markup=False, highlight=False)
-    if not console.is_terminal:
-        console.width = WIDTH
-    print_report(rows, predictions(Rig(catalogue)), neighbours(catalogue, rows), console)
+    print_report(rows, predictions(Rig(catalogue)), neighbours(catalogue, rows), table_console())
     return 0 if all(map(is_as_known, rows)) else 1
 
 

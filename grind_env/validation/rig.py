@@ -32,7 +32,7 @@ class RigError(GrindError):
     """A set-up that this version of the catalogue or of the process cannot make."""
 
 
-class Course(NamedTuple):
+class RigState(NamedTuple):
     """A wheel and a part after some strokes."""
 
     wheel: WheelState
@@ -48,8 +48,8 @@ class Course(NamedTuple):
 
 @entry
 def grind_strokes(
-    before: Course, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters
-) -> tuple[Course, StrokeResult]:
+    before: RigState, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters
+) -> tuple[RigState, StrokeResult]:
     """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
 
     Returns:
@@ -63,7 +63,7 @@ def grind_strokes(
         Z += downfeed
         wheel, done = stroke.grind_stroke(wheel, S, done.Ra, Z, b, constants)
         S, worn = S + done.ae, worn + done.worn
-    return Course(wheel, S, done.Ra, Z, worn), done
+    return RigState(wheel, S, done.Ra, Z, worn), done
 
 
 @entry
@@ -140,12 +140,12 @@ class Grinder:
 
     def grind(self, count: int = 1, downfeed: float | None = None) -> StrokeResult:
         """Grind strokes with the downfeed of the set-up, or another; returns the last one."""
-        course = Course(self.wheel, self.S, self.Rs, self.Z, 0.0)
+        state = RigState(self.wheel, self.S, self.Rs, self.Z, 0.0)
         setup = self.setup
         feed = setup.downfeed if downfeed is None else downfeed
-        course, done = grind_strokes(course, feed, count, setup.table_speed, setup.width, setup.length, self.p)
-        self.wheel, self.S, self.Rs, self.Z = course.wheel, course.S, course.Rs, course.Z
-        self.worn += course.worn
+        state, done = grind_strokes(state, feed, count, setup.table_speed, setup.width, setup.length, self.p)
+        self.wheel, self.S, self.Rs, self.Z = state.wheel, state.S, state.Rs, state.Z
+        self.worn += state.worn
         return done
 
     def grind_volume(self, volume: float) -> StrokeResult:
@@ -154,9 +154,9 @@ class Grinder:
 
     def trial(self, interference: float) -> StrokeResult:
         """The stroke that this wheel would make with so much interference, mm; nothing is changed."""
-        course, setup = Course(self.wheel, 0.0, self.Rs, 0.0, 0.0), self.setup
+        state, setup = RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0), self.setup
         at = interference + self.wheel.W
-        return grind_strokes(course, at, 1, setup.table_speed, setup.width, setup.length, self.p)[1]
+        return grind_strokes(state, at, 1, setup.table_speed, setup.width, setup.length, self.p)[1]
 
     def cut(self, depth: float) -> StrokeResult:
         """The stroke that removes just `depth` mm; the interference that it needs is found by bisection."""

@@ -11,14 +11,12 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.validation import data
 from grind_env.validation.check import Check, around
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
-
-Array = NDArray[np.float64]
 
 WIDTH = 20.0
 """mm; the width that volumes are taken to be ground on."""

@@ -13,13 +13,14 @@ def kill_until_done(work, watch, growth):
         growth: how much later each time, as a share of the steps, beside one step.
     """
     kills, step = 0, 1
-    while (ended := _ended(work, watch, step)) != 0:
-        assert ended == -signal.SIGKILL, f"it failed after {kills} kills"
+    while (status := ended(work, watch, step)) != 0:
+        assert status == -signal.SIGKILL, f"it failed after {kills} kills"
         kills, step = kills + 1, step + 1 + int(growth * step)
     return kills
 
 
-def _ended(work, watch, step):
+def ended(work, watch, step):
+    """Run `work` in a process that is killed before a step, counted from 1; the exit status."""
     process = os.fork()
     if process:
         return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])

@@ -17,7 +17,7 @@ from agents.learning.settings import (
 from agents.learning.train import new_model
 from agents.learning.training_env import LearnerVecEnv
 from agents.learning.validation import LiveAgent
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import ConfigError
@@ -45,8 +45,8 @@ def test_every_kind_learns_and_acts_the_same_when_saved(kind: str, tmp_path: Pat
     path = tmp_path / "agent.safetensors"
     save_policy(path, model, SIMULATION, kind, settings)
     seeds = episode_seeds("validation", 4)
-    live = evaluate(LiveAgent(model, settings.memory, settings.actions), SIMULATION, seeds)
-    saved = evaluate(load_policy(path), SIMULATION, seeds)
+    live = run_seeds(LiveAgent(model, settings.memory, settings.actions), SIMULATION, seeds)
+    saved = run_seeds(load_policy(path), SIMULATION, seeds)
     assert np.array_equal(live.speeds, saved.speeds)
     assert np.array_equal(live.executions, saved.executions)
 

@@ -1,35 +1,25 @@
-import os
-import signal
-import subprocess
 import sys
-import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents import __main__, pool
+from agents import __main__
 from agents.benchmark.judge import judged
 from agents.benchmark.measure import Measured, measure
 from agents.benchmark.plan import CORE, Cell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
 from agents.learning.curve import Point
-from agents.pool import KILLED, work_on_all
 from grind_env.envs.names import task_names
-from grind_env.errors import GrindError
-from grind_env.policies.evaluation import Evaluation, episode_seeds, evaluate
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
-from tests.patience import PATIENCE, wait_until
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
 ORACLE = PROBLEM.simulation()
 TINY = Request(episodes=3, interpolation_episodes=2)
-QUIET = Console(quiet=True)
 
 
 def evaluation(*cost):
@@ -63,29 +53,6 @@ def run(monkeypatch, *arguments):
     return stopped.value.code or 0
 
 
-def eventful(cell, request, advance):
-    """What may happen to a cell."""
-    if cell.policy == "mistake":
-        raise GrindError("this is\na mistake")
-    if cell.policy == "defect":
-        raise ValueError("this is a defect")
-    if cell.policy == "killed":
-        os.kill(os.getpid(), signal.SIGKILL)
-    print("a worker prints nothing")
-    advance(request.episodes)
-    return Measured(cell=cell, sees="measurements", evaluation=evaluation(1.0))
-
-
-def lasting(cell, request, advance):
-    """Work that lasts, but for a cell that leaves its worker idle; it says who does it."""
-    (request.runs / cell.policy).write_text(str(os.getpid()), encoding="utf-8")
-    while cell.policy != "idle":
-        time.sleep(0.001)
-        if cell.policy == "sending":
-            advance(0)
-    return Measured(cell=cell, sees="measurements", evaluation=evaluation(1.0))
-
-
 def test_the_cells_of_a_plan():
     cells = planned(chosen_problems("slot, oracle6"), ["random", "constant_per_kind"], ["ppo", "dqn"], 2)
     # a slot is of one kind of block
@@ -100,7 +67,7 @@ def test_the_cells_of_a_plan():
     assert {cell for cell in cells if cell.seed is not None} == {
         Cell(problem, kind, seed) for problem in (SLOT, PROBLEM) for kind in ("ppo", "dqn") for seed in (0, 1)
     }
-    assert [cell.policy for cell in cells[:2]] == ["hindsight", "hindsight"]
+    assert list(map(str, cells[:2])) == ["slot hindsight", "oracle6 hindsight"]
     assert len(cells) == len(set(cells))
 
 
@@ -139,7 +106,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     # what is kept of one split is not taken for another on the same seeds
     for found in (measured, measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
-            expected = evaluate(policy, ORACLE, episode_seeds("evaluation", count), split)
+            expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", count), split)
             assert np.array_equal(run.cost, expected.cost)
             assert np.array_equal(run.executions, expected.executions)
     assert (measured.steps, measured.train_seconds, measured.seconds_to_95) == (None, None, None)
@@ -243,82 +210,22 @@ def test_new_results_replace_old_ones():
     assert [each.key for each in merged(old, [found("ppo", 1.0, 1.0, 1.0, seed=2)])] == [("oracle6", "ppo", 2)]
 
 
-def test_one_cell_that_fails_does_not_stop_the_others(capsys):
-    names = ["mistake", "good", "killed", "defect", "fine", "better"]
-    cells = [Cell(PROBLEM, name) for name in names]
-    measured, failed = work_on_all(cells, TINY, 2, Console(width=100), eventful)
-    assert [each.cell.policy for each in measured] == ["good", "fine", "better"]
-    assert {cell.policy: sentence for cell, sentence in failed.items()} == {
-        "mistake": "this is a mistake",
-        "defect": "ValueError: this is a defect",
-        "killed": KILLED,
-    }
-    printed = capsys.readouterr().out
-    assert "oracle6 mistake: this is a mistake\n" in printed
-    assert "a worker prints nothing" not in printed
-
-
-@pytest.mark.parametrize("policy", [None, "idle", "sending"])
-def test_a_worker_whose_parent_has_gone_ends_and_says_nothing(tmp_path, capfd, policy):
-    worker = pool._start(lasting, Request(runs=tmp_path))
-    if policy is not None:
-        worker.pipe.send(Cell(SLOT, policy))
-        assert worker.pipe.poll(PATIENCE)
-    worker.pipe.close()
-    worker.process.join()
-    assert worker.process.exitcode == 0
-    assert capfd.readouterr() == ("", "")
-
-
-# a kill, a terminal that is closed, a Ctrl-C; the last two reach the workers, too
-@pytest.mark.parametrize(("name", "kill"), [("SIGKILL", os.kill), ("SIGHUP", os.killpg), ("SIGINT", os.killpg)])
-def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, kill):
-    program = (
-        "import signal; from pathlib import Path; from rich.console import Console\n"
-        "from agents.benchmark.plan import Cell, Request; from agents.pool import work_on_all\n"
-        "from grind_env.policies.problem import find_problem\n"
-        "from tests.agents.test_benchmark import lasting\n"
-        "if __name__ == '__main__':\n"
-        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        # nohup leaves it ignored
-        "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
-        f"    request = Request(runs=Path({str(tmp_path)!r}))\n"
-        "    try:\n"
-        "        work_on_all([Cell(find_problem('slot'), name) for name in ('idle', 'busy', 'sending')], request, 3,"
-        " Console(quiet=True), lasting)\n"
-        "    except KeyboardInterrupt:\n"
-        "        raise SystemExit(130) from None\n"
-    )
-    script = tmp_path / "script.py"
-    script.write_text(program, encoding="utf-8")
-    root = Path(__file__).parents[2]
-    with (tmp_path / "said").open("w+", encoding="utf-8") as said:
-        parent = subprocess.Popen(
-            [sys.executable, script],
-            cwd=root,
-            env={**os.environ, "PYTHONPATH": str(root)},
-            stdout=said,
-            stderr=said,
-            start_new_session=True,
-        )
-        files = [tmp_path / name for name in ("idle", "busy", "sending")]
-        wait_until(lambda: parent.poll() is not None or all(map(told, files)))
-        workers = [int(file.read_text(encoding="utf-8")) for file in files]
-        number = getattr(signal, name)
-        kill(parent.pid, number)
-        assert parent.wait(PATIENCE) == (130 if name == "SIGINT" else -number)
-        wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
-        said.seek(0)
-        assert said.read() == ""
-
-
-def told(file):
-    return file.exists() and file.read_text(encoding="utf-8")
-
-
 def test_command_line(tmp_path, monkeypatch, capsys):
     runs = ("--runs", tmp_path)
-    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", "--episodes", 3, "--interpolation-episodes", 2, *runs)
+    tiny = (
+        "benchmark",
+        "--tasks",
+        "oracle6",
+        "--kinds",
+        "",
+        "--episodes",
+        3,
+        "--interpolation-episodes",
+        2,
+        *runs,
+        "--jobs",
+        1,
+    )
     assert run(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed

@@ -12,7 +12,7 @@ from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation, sour
 from grind_env.belief import filter as filter_
 from grind_env.belief import wheel
 from grind_env.envs import model
-from grind_env.policies.evaluation import Evaluation, evaluate
+from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.planners import dynamic_programming, hindsight, known_state
 from grind_env.policies.planners.hindsight import Hindsight
@@ -40,15 +40,15 @@ def evaluated(monkeypatch):
 
     def counted(policy, simulation, seeds, split):
         runs.append(seeds)
-        return evaluate(policy, simulation, seeds, split)
+        return run_seeds(policy, simulation, seeds, split)
 
-    monkeypatch.setattr(cells, "evaluate", counted)
+    monkeypatch.setattr(cells, "run_seeds", counted)
     return runs
 
 
 def test_a_kept_evaluation_is_the_evaluation(tmp_path):
     # of a deterministic policy the chunks cannot matter
-    whole = evaluate(PLAN, ORACLE, SEEDS)
+    whole = run_seeds(PLAN, ORACLE, SEEDS)
     for _ in range(2):
         result = kept_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
         for each in fields(Evaluation):
@@ -153,7 +153,7 @@ def test_every_policy_stands_on_the_module_that_it_is_defined_in() -> None:
 def test_chunks_of_different_lengths_are_kept_and_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cells, "CHUNK", 2)
     problem = changed(find_problem("stroke"), blocks=1)
-    whole = evaluate(Handbook(), problem.simulation(), range(5))
+    whole = run_seeds(Handbook(), problem.simulation(), range(5))
     assert np.isnan(whole.speeds).any()
     for _ in range(2):
         found = kept_evaluation(Handbook(), problem, range(5), tmp_path)

@@ -3,31 +3,35 @@
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
+from agents.learning import train as training
 from agents.learning.checkpoint import CheckpointError, Training, checkpoint_path, read_checkpoint, write_checkpoint
 from agents.learning.curve import curve_path, read_curve
 from agents.learning.settings import DEFAULTS
 from agents.learning.train import new_model, train
+from agents.learning.training_env import LearnerVecEnv
 from grind_env.policies.problem import find_problem
 
 PROBLEM = find_problem("oracle6")
 TINY = {
     "ppo": replace(
         DEFAULTS["ppo"],
-        steps=24 * 48,
+        steps=24 * 16,
         envs=4,
         hidden=(8,),
         hyper={**DEFAULTS["ppo"].hyper, "n_steps": 6, "batch_size": 24, "n_epochs": 2},
     ),
     "dqn": replace(
         DEFAULTS["dqn"],
-        steps=24 * 20,
+        steps=24 * 16,
         envs=4,
         hidden=(8,),
         hyper={
@@ -39,42 +43,76 @@ TINY = {
         },
     ),
 }
+"""Settings of trainings of 96 steps of four environments, with a checkpoint every twelve."""
 
-CHILD = """
-import os, signal, sys
+
+def trained(kind: str, folder: Path, fresh: bool = False) -> Path:
+    """The file of an agent that was trained a little."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(training, "POINTS", 8)
+        return train(PROBLEM, kind, 3, TINY[kind], folder, fresh=fresh, quiet=True)
+
+
+def at_steps(count: Callable[[], None]) -> None:
+    """Call a function before every step."""
+    step = LearnerVecEnv.step_wait
+
+    def counted(self: LearnerVecEnv) -> Any:
+        count()
+        return step(self)
+
+    LearnerVecEnv.step_wait = counted
+
+
+def at_writes(count: Callable[[], None]) -> None:
+    """Call a function before every checkpoint takes the place of the last one."""
+    replaced = Path.replace
+
+    def counted(self: Path, target: Path) -> Path:
+        if self.suffix == ".partial":
+            count()
+        return replaced(self, target)
+
+    Path.replace = counted
+
+
+KINDS = ["ppo", "dqn"]
+
+KILLED = """
+import sys
+from functools import partial
 from pathlib import Path
-from agents.learning.training_env import LearnerVecEnv
-from tests.agents.test_checkpoint import PROBLEM, TINY
-from agents.learning.train import train
+from torch.utils.tensorboard import SummaryWriter
+from tests.agents.killing import ended
+from tests.agents.test_checkpoint import KINDS, PROBLEM, TINY, at_steps, at_writes, new_model, trained
 
-kind, folder, moment, count = sys.argv[1], Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])
-owner, name = {"step": (LearnerVecEnv, "step_wait"), "write": (Path, "replace")}[moment]
-plain, calls = getattr(owner, name), [0]
-
-def mortal(self, *arguments):
-    calls[0] += moment == "step" or str(self).endswith(".partial")
-    if calls[0] == count:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return plain(self, *arguments)
-
-setattr(owner, name, mortal)
-train(PROBLEM, kind, 3, TINY[kind], folder, quiet=True)
+step, write = map(int, sys.argv[2:])
+new_model(PROBLEM, "ppo", 0, TINY["ppo"])  # what is loaded here is not loaded again in every process
+for kind in KINDS:
+    work = partial(trained, kind, Path(sys.argv[1]) / kind)
+    print(ended(work, at_steps, step), ended(work, at_writes, write))
 """
+"""Begins a training of every kind, which is killed at a step, and again at a write."""
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with trainings that were killed twice."""
+    folder, moments = tmp_path_factory.mktemp("killed"), np.random.default_rng()
+    command = [sys.executable, "-c", KILLED, folder, str(moments.integers(30, 60)), str(moments.integers(1, 4))]
+    run = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True)
+    assert set(run.stdout.split()) == {str(-signal.SIGKILL)}, run.stderr
+    return folder
 
 
 @pytest.mark.bits
-@pytest.mark.parametrize("kind", ["ppo", "dqn"])
-def test_a_killed_training_goes_on_bit_by_bit(kind: str, tmp_path: Path):
-    whole = train(PROBLEM, kind, 3, TINY[kind], tmp_path / "whole", quiet=True)
-    moments = np.random.default_rng()
-    for moment, count in (("step", moments.integers(30, 60)), ("write", moments.integers(1, 8))):
-        command = [sys.executable, "-c", CHILD, kind, str(tmp_path / "killed"), moment, str(count)]
-        killed = subprocess.run(command, check=False, capture_output=True)
-        assert killed.returncode == -signal.SIGKILL, killed.stderr
-    (checkpoint,) = (tmp_path / "killed" / PROBLEM.name).glob("*.checkpoint")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_killed_training_goes_on_bit_by_bit(kind: str, killed: Path, tmp_path: Path):
+    whole = trained(kind, tmp_path)
+    (checkpoint,) = (killed / kind / PROBLEM.name).glob("*.checkpoint")
     steps = read_checkpoint(checkpoint).model.num_timesteps
     assert 0 < steps < TINY[kind].steps
-    resumed = train(PROBLEM, kind, 3, TINY[kind], tmp_path / "killed", quiet=True)
+    resumed = trained(kind, killed / kind)
     assert resumed.name == whole.name
     assert resumed.read_bytes() == whole.read_bytes()
     for one, other in zip(read_curve(curve_path(whole)), read_curve(curve_path(resumed)), strict=True):
@@ -83,7 +121,7 @@ def test_a_killed_training_goes_on_bit_by_bit(kind: str, tmp_path: Path):
     assert left == sorted([resumed.name, curve_path(resumed).name, "tensorboard"])
 
 
-@pytest.mark.parametrize("kind", ["ppo", "dqn"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_checkpoint_changes_nothing_and_holds_everything(kind: str, tmp_path: Path):
     model = new_model(PROBLEM, kind, 0, TINY[kind])
     model.learn(48)
@@ -123,7 +161,7 @@ def test_a_checkpoint_that_cannot_be_written_is_told_and_stops_nothing_else(tmp_
 
 
 def test_a_checkpoint_of_other_code_is_not_taken_up(tmp_path: Path):
-    path = train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
+    path = trained("ppo", tmp_path)
     whole = path.read_bytes()
     path.unlink()
     stem = path.with_suffix("")
@@ -132,15 +170,15 @@ def test_a_checkpoint_of_other_code_is_not_taken_up(tmp_path: Path):
     for left in (other, other.with_name(f".{other.name}.partial")):
         left.write_bytes(b"objects of other code")
     assert other != ours
-    assert train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True).read_bytes() == whole
+    assert trained("ppo", tmp_path).read_bytes() == whole
     left_over = [each.name for each in path.parent.iterdir() if "checkpoint" in each.name]
     assert not left_over
 
 
 def test_a_damaged_checkpoint_does_not_stop_a_fresh_training(tmp_path: Path):
-    path = train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
+    path = trained("ppo", tmp_path)
     path.unlink()
     checkpoint_path(path.with_suffix("")).write_bytes(b"damaged")
     with pytest.raises(CheckpointError, match="train with --fresh"):
-        train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, quiet=True)
-    assert train(PROBLEM, "ppo", 3, TINY["ppo"], tmp_path, fresh=True, quiet=True).exists()
+        trained("ppo", tmp_path)
+    assert trained("ppo", tmp_path, fresh=True).exists()

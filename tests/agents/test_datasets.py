@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 
 import gymnasium as gym
@@ -20,11 +21,12 @@ from agents.offline.dataset import alone, holds, make_dataset, recorded
 from agents.offline.writer import PLACE, Content, Recorded, write, write_apart
 from grind_env.errors import GrindError
 from grind_env.files import FileError
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.scores import normalise
+from tests.agents.killing import kill_until_done
 from tests.policies.harness import changed
 
 NAME = "grind/oracle6/adaptive-rule-v0"
@@ -36,10 +38,23 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    monkeypatch.setenv(PLACE, str(tmp_path))
     return tmp_path
 
 
+def write_here(content: Content, folder: Path, _lock: int) -> None:
+    """In place of `write_apart`: writes in this process, for a start of Minari in another takes seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(PLACE, str(folder))
+        write(content)
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(datasets, "write_apart", write_here)
+
+
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("task", "policy"),
     [("oracle6", "adaptive_rule"), ("rush", "random"), ("wide_plates", "handbook"), ("stroke", "handbook")],
@@ -51,7 +66,7 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
     name = f"grind/{task}/{policy.replace('_', '-')}-v0"
     assert path == folder / name
     loaded = minari.load_dataset(name)
-    steps = np.count_nonzero(~np.isnan(evaluate(make_policy(policy, simulation), simulation, SEEDS).speeds))
+    steps = np.count_nonzero(~np.isnan(run_seeds(make_policy(policy, simulation), simulation, SEEDS).speeds))
     assert (loaded.total_episodes, loaded.total_steps) == (3, steps)
     assert steps == 3 * simulation.task.blocks or task == "stroke"
     env = loaded.recover_environment()
@@ -70,9 +85,10 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
         assert terminated
 
 
+@pytest.mark.usefixtures("here")
 def test_episodes_of_different_lengths_make_a_dataset(folder: Path):
     problem, policy = changed(find_problem("stroke"), blocks=2), Handbook()
-    data, run = recorded(policy, problem, SEEDS), evaluate(policy, problem.simulation(), SEEDS)
+    data, run = recorded(policy, problem, SEEDS), run_seeds(policy, problem.simulation(), SEEDS)
     lengths = (~np.isnan(run.speeds)).sum(axis=1).tolist()
     assert data.steps.tolist() == lengths
     assert len(set(lengths)) > 1
@@ -91,11 +107,12 @@ def test_a_dataset_is_what_the_evaluation_of_its_policy_was():
     problem = find_problem("power_limited")
     simulation = problem.simulation()
     policy = make_policy("adaptive_rule", simulation)
-    data, run = recorded(policy, problem, SEEDS), evaluate(policy, simulation, SEEDS)
+    data, run = recorded(policy, problem, SEEDS), run_seeds(policy, simulation, SEEDS)
     assert -simulation.task.reference_cost * data.rewards.sum(axis=1) == pytest.approx(run.cost)
     assert data.scrap.sum(axis=1) == pytest.approx(run.finished - run.good)
 
 
+@pytest.mark.usefixtures("here")
 def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
     policy = make_policy("full_state_rule", ORACLE)
     make_dataset(policy, PROBLEM, SEEDS)
@@ -113,6 +130,7 @@ def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored():
     assert gym.make(loaded.env_spec).observation_space != gym.make("grind/Oracle6-v0").observation_space
 
 
+@pytest.mark.usefixtures("here")
 def test_a_dataset_is_replaced_on_request_only(folder: Path):
     policy = make_policy("adaptive_rule", ORACLE)
     make_dataset(policy, PROBLEM, SEEDS)
@@ -134,12 +152,14 @@ def test_a_folder_that_cannot_be_is_told_in_a_sentence(tmp_path: Path, monkeypat
         make_dataset(make_policy("handbook", ORACLE), PROBLEM, SEEDS)
 
 
+@pytest.mark.usefixtures("here")
 def test_a_dataset_that_is_there_already_stays_as_it_is(folder: Path):
     policy = make_policy("adaptive_rule", ORACLE)
     before = files(make_dataset(policy, PROBLEM, SEEDS))
     assert files(make_dataset(policy, PROBLEM, SEEDS)) == before
 
 
+@pytest.mark.usefixtures("here")
 def test_other_numbers_under_the_same_id_are_another_dataset(folder: Path):
     path = make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
     data = recorded(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS)
@@ -172,9 +192,10 @@ def largest_file(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("seen", ["before the recording", "while it is written"])
 def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
-    policy, many = make_policy("adaptive_rule", ORACLE), episode_seeds("training", 200)
+    policy, many = make_policy("adaptive_rule", ORACLE), episode_seeds("training", 50)
     path = make_dataset(policy, PROBLEM, SEEDS)
     before, asked = files(folder), []
 
@@ -186,10 +207,11 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path
     if seen == "while it is written":
         # somebody else was quicker to fill it
         monkeypatch.setattr(datasets, "reserved", lambda path, size: nullcontext())
+        monkeypatch.setattr(datasets, "write_apart", write_apart)
     with (
-        largest_file(2_000_000),
+        largest_file(500_000),
         pytest.raises(
-            FileError, match=r"cannot be written to .* \(File too large\): it needs about 4\.\d MB"
+            FileError, match=r"cannot be written to .* \(File too large\): it needs about 1\.\d MB"
         ) as caught,
     ):
         make_dataset(policy, PROBLEM, many, fresh=True)
@@ -198,9 +220,10 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(seen: str, folder: Path
     assert bool(asked) == (seen == "while it is written")
     assert files(folder) == before
     assert make_dataset(policy, PROBLEM, many, fresh=True) == path
-    assert minari.load_dataset(NAME).total_episodes == 200
+    assert minari.load_dataset(NAME).total_episodes == 50
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("task", "policy"), [("oracle6", "adaptive_rule"), ("power_limited", "random"), ("rush", "random")]
 )
@@ -237,40 +260,33 @@ def watch(count: Callable[..., None]) -> None:
         setattr(module, name, counted)
 
 
-def made(folder: Path, fresh: bool) -> None:
+def made(folder: Path, fresh: bool, seeds: range = SEEDS) -> None:
     """A dataset, written in the process itself, so that it can be killed there."""
-
-    def write_here(content: Content, folder: Path, lock: int) -> None:
-        os.environ["MINARI_DATASETS_PATH"] = str(folder)
-        write(content)
-
     datasets.write_apart = write_here
-    os.environ["MINARI_DATASETS_PATH"] = str(folder)
-    make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS, fresh=fresh)
+    os.environ[PLACE] = str(folder)
+    make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, seeds, fresh=fresh)
 
 
-@pytest.mark.parametrize("fresh", [False, True])
-def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(
-    fresh: bool, folder: Path, monkeypatch: pytest.MonkeyPatch
-):
+def kills(folder: Path, fresh: bool) -> int:
+    """How often a dataset was killed, once at every step, before it was made."""
+    return kill_until_done(partial(made, folder, fresh), watch, 0.0)
+
+
+def test_a_dataset_killed_at_every_step_ends_as_one_that_was_not(folder: Path):
     script = (
-        "import sys; from functools import partial; from pathlib import Path\n"
-        "from agents.offline import dataset as datasets; from grind_env.policies.registry import make_policy\n"
-        "from tests.agents.killing import kill_until_done\n"
-        "from tests.agents.test_datasets import SEEDS, made, watch\n"
+        "import sys; from pathlib import Path\n"
+        "from tests.agents.test_datasets import SEEDS, kills, made\n"
         "folder = Path(sys.argv[1])\n"
         "made(folder / 'whole', False)\n"
-        f"print(kill_until_done(partial(made, folder / 'killed', {fresh}), watch, 0.0))\n"
+        "made(folder / 'replaced', False, SEEDS[:2])\n"
+        "print(kills(folder / 'new', False), kills(folder / 'replaced', True))\n"
     )
-    if fresh:
-        monkeypatch.setenv("MINARI_DATASETS_PATH", str(folder / "killed"))
-        make_dataset(make_policy("adaptive_rule", ORACLE), PROBLEM, SEEDS[:2])
     run = subprocess.run([sys.executable, "-c", script, folder], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert int(run.stdout) > 20
-    whole, killed = (
-        {path: content for path, (content, _) in files(folder / name).items()} for name in ("whole", "killed")
+    assert min(map(int, run.stdout.split())) > 20
+    whole, *killed = (
+        {path: content for path, (content, _) in files(folder / name).items()} for name in ("whole", "new", "replaced")
     )
-    assert whole == killed
+    assert killed == [whole, whole]
 
 
 KILLED = """
@@ -299,29 +315,32 @@ main()
 """The command, which ends itself as soon as a part of the dataset is on the disk, however busy the machine is."""
 
 
-def test_a_command_killed_while_its_dataset_is_written_goes_on(folder: Path):
-    words = ["agents", "dataset", "--task", "oracle6", "--episodes", "50"]
-    command = [sys.executable, "-m", *words]
-    place = {**os.environ, "MINARI_DATASETS_PATH": str(folder)}
-    first = subprocess.run(
-        [sys.executable, "-c", KILLED.format(folder=str(folder), words=words)], cwd=ROOT, env=place, check=False
-    )
+@pytest.mark.usefixtures("here")
+def test_a_command_killed_while_its_dataset_is_written_goes_on(folder: Path, capsys: pytest.CaptureFixture[str]):
+    words = ["--task", "oracle6", "--episodes", "50"]
+    script = KILLED.format(folder=str(folder), words=["agents", "dataset", *words])
+    first = subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=False)
     assert first.returncode == -signal.SIGKILL
     assert list(folder.rglob(".grind-*"))
-    again = subprocess.run(command, cwd=ROOT, env=place, capture_output=True, text=True, check=True)
-    assert "300 steps" in again.stdout
+    again = said(capsys, *words)
+    assert "300 steps" in again
     assert minari.load_dataset(NAME).total_episodes == 50
     assert list(folder.rglob(".grind-*")) == []
     # and behind its end, too
-    after = subprocess.run(command, cwd=ROOT, env=place, capture_output=True, text=True, check=True)
-    assert after.stdout == again.stdout
+    assert said(capsys, *words) == again
 
 
-def test_the_command(folder: Path, capsys: pytest.CaptureFixture[str]):
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    """What the command prints."""
     app = typer.Typer()
     command.register(app)
-    app(["--task", "oracle6", "--episodes", "2", "--policy", "E21D1"], standalone_mode=False)
-    printed = capsys.readouterr().out
+    app(words, standalone_mode=False)
+    return capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("here")
+def test_the_command(folder: Path, capsys: pytest.CaptureFixture[str]):
+    printed = said(capsys, "--task", "oracle6", "--episodes", "2", "--policy", "E21D1")
     assert "12 steps" in printed
     assert str(folder) in printed
     (name,) = minari.list_local_datasets()

@@ -7,7 +7,7 @@ from agents.dressing import study as studies
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
 from grind_env.policies.choices import speed_bounds
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
@@ -29,11 +29,11 @@ def test_overlap_of_a_round_diamond_by_hand():
 def test_the_best_plan_is_the_cheapest_of_all():
     plan = best_plan(ORACLE, (1, 2, 3))
     least = min(
-        float(evaluate(Fixed(E, 1, every), ORACLE, [0]).cost[0])
+        float(run_seeds(Fixed(E, 1, every), ORACLE, [0]).cost[0])
         for E in TASK.action.speed_levels
         for every in (1, 2, 3)
     )
-    assert float(evaluate(plan, ORACLE, [0]).cost[0]) == least
+    assert float(run_seeds(plan, ORACLE, [0]).cost[0]) == least
 
 
 def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
@@ -43,7 +43,7 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
     low, high = speed_bounds(simulation.task)
     grid = [Fixed(0.001 * E, 1, every) for E in np.geomspace(low, high, 30) for every in (1, 2)]
     near = [Fixed(plan.E * factor, 1, plan.every) for factor in (0.98, 1.0, 1.02)]
-    least, *costs = (float(evaluate(each, simulation, seeds).cost.mean()) for each in (plan, *near, *grid))
+    least, *costs = (float(run_seeds(each, simulation, seeds).cost.mean()) for each in (plan, *near, *grid))
     assert least <= min(costs[:3])
     # a grid as fine as this may find a hollow that the search passed by
     assert least <= 1.01 * min(costs)
@@ -64,7 +64,7 @@ def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path,
     assert len(csv_text(found, range(2)).splitlines()) == len(found) + 1
 
     monkeypatch.setattr(studies, "plan_cost", None)
-    monkeypatch.setattr(studies, "evaluate", None)
+    monkeypatch.setattr(studies, "run_seeds", None)
     assert dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
 
 

@@ -26,7 +26,7 @@ from agents.reference.gaps import (
 from agents.reference.measuring import Places, measure_all
 from agents.reference.promises import PROMISES
 from agents.tuning.rules import tune
-from grind_env.policies.evaluation import Evaluation, evaluate
+from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
@@ -129,9 +129,9 @@ def test_promises():
 
 
 def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
-    alone = {name: evaluate(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
+    alone = {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
     # the processes import it anew: here nothing is left to evaluate
-    monkeypatch.setattr(cells, "evaluate", None)
+    monkeypatch.setattr(cells, "run_seeds", None)
     found = measure_all({ORACLE: PAIR}, 3, Places(runs=tmp_path), 2, Console(quiet=True))[ORACLE]
     assert list(found) == list(PAIR)
     for name in PAIR:
@@ -160,6 +160,6 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
     written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")
     # what was evaluated is kept
-    monkeypatch.setattr(cells, "evaluate", None)
+    monkeypatch.setattr(cells, "run_seeds", None)
     assert command() == 0
     assert (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8") == written

@@ -13,13 +13,13 @@ from agents.learning.training_env import LearnerVecEnv
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices
-from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import reveal
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from tests.policies.optimum import exact_optimum
 
 PROBLEM, RUSH = find_problem("oracle6"), find_problem("rush")
 ORACLE, PLATES = PROBLEM.simulation(), find_problem("power_limited").simulation()
@@ -114,8 +114,8 @@ def test_a_clone_of_the_planner_finds_the_optimum_of_oracle6(tmp_path: Path, mon
     model = cloned(rounds * envs * ORACLE.task.blocks, rounds * envs * ORACLE.task.blocks, envs)
     assert model.num_timesteps == rounds * envs * ORACLE.task.blocks
     save_policy(tmp_path / "clone.safetensors", model, ORACLE, "bc", settings_for("ppo", PROBLEM.name, tmp_path))
-    cost = evaluate(load_policy(tmp_path / "clone.safetensors"), ORACLE, [0]).cost[0]
-    planner = evaluate(make_policy("mpc", ORACLE), ORACLE, [0]).cost[0]
+    cost = run_seeds(load_policy(tmp_path / "clone.safetensors"), ORACLE, [0]).cost[0]
+    planner = run_seeds(make_policy("mpc", ORACLE), ORACLE, [0]).cost[0]
     assert planner == pytest.approx(exact_optimum(ORACLE).cost)
     assert cost <= 1.01 * planner
 

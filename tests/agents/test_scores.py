@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from agents import __main__, cells
-from agents.cells import RESULTS, behaviour
+from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
@@ -20,7 +20,6 @@ from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
 from grind_env.task_version import TASK_VERSION
-from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
@@ -82,26 +81,19 @@ def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, mon
 
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
-    evaluate = cells.evaluate
+    run_seeds = cells.run_seeds
 
     def counted(policy, *arguments):
         evaluated.append(policy.name)
-        return evaluate(policy, *arguments)
+        return run_seeds(policy, *arguments)
 
-    monkeypatch.setattr(cells, "evaluate", counted)
+    monkeypatch.setattr(cells, "run_seeds", counted)
     run(tmp_path)
     assert evaluated == policy_names(ORACLE)
     (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()
     evaluated.clear()
     run(tmp_path)
     assert evaluated == ["handbook"]
-
-
-def test_behaviour_follows_the_task_but_not_its_reference_cost():
-    code = behaviour(ORACLE)
-    assert behaviour(changed(PROBLEM, reference_cost=1.0).simulation()) == code
-    assert behaviour(changed(PROBLEM, factors={"kA": 2.5001}).simulation()) != code
-    assert behaviour(changed(PROBLEM, dress=replace(ORACLE.task.dress, setup=8.001)).simulation()) != code
 
 
 def test_references_are_anchored_on_the_episodes_of_the_planner():

@@ -6,7 +6,7 @@ from PIL import Image
 
 from agents.video import Film, record, watch
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import evaluate
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
@@ -21,7 +21,7 @@ SEED = 2_000_003
 def test_the_film_ends_as_the_evaluation_does() -> None:
     simulation = PLATES.simulation()
     (*_, last) = watch(make_policy("adaptive_rule", simulation), PLATES, SEED, 1)
-    result = evaluate(make_policy("adaptive_rule", simulation), simulation, [SEED])
+    result = run_seeds(make_policy("adaptive_rule", simulation), simulation, [SEED])
     assert last.cost == pytest.approx(result.cost[0])
     assert last.good_parts == pytest.approx(result.good[0])
     assert [block.speed for block in last.ground] == result.speeds[0].tolist()
@@ -37,11 +37,11 @@ def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(ex
         *moving, rest = views[start : start + frames]
         left = [view.part.left for view in moving]
         assert np.diff(left) == pytest.approx(-rest.part.stock / frames)
-        assert sum(view.motion.dressing for view in moving) == executions
+        assert sum(view.instant.dressing for view in moving) == executions
         assert {view.text for view in moving} == {rest.text}
         assert {view.number for view in moving} == {rest.number}
         assert {view.wheel for view in moving} == {views[start - 1].wheel}
-        assert rest.motion is None and rest.part.left < min(left)
+        assert rest.instant is None and rest.part.left < min(left)
 
 
 def test_both_see_the_same_stock() -> None:
@@ -76,7 +76,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
 def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
     problem, plan, frames = find_problem(name), Fixed(6.0, 1, 3), 3
     views = list(watch(plan, problem, SEED, frames))
-    result = evaluate(plan, problem.simulation(), [SEED])
+    result = run_seeds(plan, problem.simulation(), [SEED])
     assert len(views) == 1 + frames * result.speeds.shape[1]
     assert views[-1].cost == pytest.approx(result.cost[0])
     assert views[-1].good_parts == pytest.approx(result.good[0])
@@ -85,7 +85,7 @@ def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
         *moving, rest = views[k : k + frames]
         left = [view.part.left for view in moving]
         assert left == sorted(left, reverse=True)
-        assert sum(view.motion.dressing for view in moving) == rest.ground[-1].executions
+        assert sum(view.instant.dressing for view in moving) == rest.ground[-1].executions
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Table
+
 RECORDS = Path(__file__).with_name("records")
 
 AXES = ("X", "Y", "Z")
@@ -18,7 +20,6 @@ PLACES = ("step", "env", "event", "part", "line", "number")
 SHOWN = 8
 """Columns of a table that are told of; more are counted."""
 
-Table = NDArray[np.void]
 Tables = dict[str, Table]
 """By name, such as `box` or `plate_g82/strokes`."""
 

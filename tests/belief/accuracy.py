@@ -70,8 +70,7 @@ def stacked(data: Experiment, task: Task) -> Array:
 
 def formula(data: Experiment, task: Task) -> Array:
     """Apparent wear-flat area from mean power and nominal constants."""
-    estimator = SharpnessEstimator(BlockSimulation(task))
-    estimator.begin(EPISODES)
+    estimator = SharpnessEstimator(BlockSimulation(task), EPISODES)
     return np.array([estimator.update(observation).wear_flat for observation in data.measured])
 
 

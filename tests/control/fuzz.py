@@ -6,37 +6,27 @@ file, so that a run which was interrupted goes on where it stopped. Exit status 
 interruption.
 """
 
-import argparse
 import gc
-import json
 import os
 import resource
 import sys
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
+from tests.campaign import Record, run
 from tests.control.fuzz_cases import case
 from tests.control.fuzz_examine import Finding, examine, smallest
 
 CHUNK = 1000
-STREAM = 1 << 32
-"""Programs of one --seed; those of different seeds do not meet."""
 WARM = 5
 """Chunks after which the caches of a worker are full."""
 MOST_GROWTH = 50.0
 """MB by which a worker may grow after that."""
 MEGABYTE = 1 << 20
-INTERRUPTED = 130
-
-Record = dict[str, Any]
 
 
 def run_chunk(seeds: range) -> Record:
@@ -76,42 +66,12 @@ def growth(records: list[Record]) -> dict[int, float]:
 
 def main() -> int:
     """Run what is not yet done, and report all of it."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--programs", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("build/fuzz"), help="folder of the results")
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    path = options.out / f"seed-{options.seed}.jsonl"
-    console = Console(stderr=True)
-    records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    known = {(record["first"], record["programs"]) for record in records}
-    origin = options.seed * STREAM
-    end = origin + options.programs
-    chunks = [range(start, min(start + CHUNK, end)) for start in range(origin, end, CHUNK)]
-    left = [chunk for chunk in chunks if (chunk.start, len(chunk)) not in known]
-    with (
-        Progress(console=console) as progress,
-        ProcessPoolExecutor(options.jobs) as pool,
-        path.open("a") as results,
-    ):
-        done = options.programs - sum(map(len, left))
-        task = progress.add_task("programs", total=options.programs, completed=done)
-        futures = [pool.submit(run_chunk, chunk) for chunk in left]
-        try:
-            for future in as_completed(futures):
-                record = future.result()
-                records.append(record)
-                results.write(json.dumps(record) + "\n")
-                results.flush()
-                progress.advance(task, record["programs"])
-                for finding in record["findings"]:
-                    progress.console.print(f"[red]{finding['signature']}[/red], seed {finding['seed']}")
-        except (KeyboardInterrupt, BrokenProcessPool):
-            pool.shutdown(wait=False, cancel_futures=True)
-            console.print("interrupted; the same command goes on from here")
-            return INTERRUPTED
+
+    def tell(record: Record, console: Console) -> None:
+        for finding in record["findings"]:
+            console.print(f"[red]{finding['signature']}[/red], seed {finding['seed']}")
+
+    records, console = run(__doc__, Path("build/fuzz"), run_chunk, CHUNK, tell=tell)
     grown = growth(records)
     _report(records, grown, console)
     return int(any(record["counts"] for record in records) or any(mb > MOST_GROWTH for mb in grown.values()))

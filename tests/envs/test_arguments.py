@@ -104,6 +104,13 @@ def test_the_numbers_of_numpy_are_as_good_as_those_of_python(env_id: str) -> Non
         assert vector(spread=np.float64(0.5)).simulation.spread == 0.5
 
 
+@every_environment
+def test_an_argument_that_there_is_not_is_named(env_id: str) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TypeError, match="unexpected keyword argument 'obervation'"):
+            make(env_id, obervation="full")
+
+
 def test_the_task_of_an_id_can_be_overridden_as_its_class_says() -> None:
     env = gym.make("grind/Slot-v0", task="rush").unwrapped
     assert env.task.name == "rush" and native("grind/Slot-v0", 2, task="rush").unwrapped.task.name == "rush"

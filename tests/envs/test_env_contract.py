@@ -1,6 +1,7 @@
 """The contract of every registered environment with every kind of action."""
 
 import copy
+import functools
 import json
 import pickle
 import warnings
@@ -49,9 +50,6 @@ SHORT = {"stroke": 1, "wide_plates": 2}
 THIN = {"stroke": 0.1}
 """Stock of that form, mm, where a step is a stroke."""
 
-OF_NO_TASK = ("grind/Job-v0", "grind/Wen-v0")
-"""Environments whose episodes are not those of a task."""
-
 SPACES = dict(zip(FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
 BOX_ALONE = {"grind/Wen-v0": "its four settings are continuous, and none is E or D"}
@@ -88,24 +86,31 @@ every_clone = pytest.mark.parametrize(
 )
 
 
+@functools.cache
 def short_simulation(env_id: str, predress: bool = False) -> Simulation:
-    """That of an environment with few blocks: what happens at the end of its episodes is the same, but comes sooner."""
-    task = gym.make(env_id).unwrapped.task
+    """That of an environment with few blocks: what happens at the end of its episodes is the same, but comes sooner.
+
+    It is made once: what happens in an environment is in its episodes, and the simulation stays as it is.
+    """
+    simulation: Simulation = gym.make(env_id).unwrapped.simulation
+    if env_id == "grind/Job-v0":
+        return simulation
+    task = simulation.task
     kinds = tuple(replace(kind, stock=THIN.get(task.name, kind.stock)) for kind in task.kinds)
     task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)), kinds=kinds)
     return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else ids.simulation_of(task, predress=predress)
 
 
 def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:
-    """The native vector form of an environment with such episodes, where its episodes are those of a task."""
-    if env_id in OF_NO_TASK:
+    """The native vector form of an environment with such episodes, where E and D are chosen."""
+    if env_id in BOX_ALONE:
         return native(env_id, 2, mode, **kwargs)
     return GrindVectorEnv(short_simulation(env_id, predress), 2, autoreset_mode=mode, **kwargs)
 
 
 def short_single(env_id: str, predress: bool = False, **kwargs: Any) -> gym.Env[Any, Any]:
     """The single form, likewise."""
-    if env_id in OF_NO_TASK:
+    if env_id in BOX_ALONE:
         return gym.make(env_id, **kwargs).unwrapped
     return GrindEnv(short_simulation(env_id, predress), **kwargs)
 
@@ -228,9 +233,10 @@ def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: di
 @pytest.mark.bits
 @pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/Job-v0"])
 def test_workers_that_share_nothing_with_this_process_give_the_same_bits(env_id: str) -> None:
-    plan = sampled(env_id, 3, 2)
-    native_env = native(env_id, 2)
-    workers = gym.make_vec(env_id, 2, vectorization_mode="async", vector_kwargs={"context": "spawn"}, **quiet(env_id))
+    # one worker: each takes seconds to start
+    plan = sampled(env_id, 3, 1)
+    native_env = native(env_id, 1)
+    workers = gym.make_vec(env_id, 1, vectorization_mode="async", vector_kwargs={"context": "spawn"}, **quiet(env_id))
     try:
         assert_same(native_env.reset(seed=5), workers.reset(seed=5))
         for batch in plan:

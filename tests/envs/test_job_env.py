@@ -366,7 +366,7 @@ def test_a_copy_goes_on_identically_and_alone(batch: str, clone: Callable[[Any],
 
 def test_the_vector_form_keeps_the_contract(batch: str) -> None:
     check_vector_env(
-        lambda mode: ids.job_vector(batch, num_envs=2, autoreset_mode=mode),
+        lambda mode: ids.job_vector(2, program=batch, autoreset_mode=mode),
         single=lambda: ids.job(batch, show_block=False),
         steps=14,
     )
@@ -395,7 +395,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
     for action in (np.zeros(3), [np.nan, 0.0], [0.0, 1.5], "fast"):
         refusal(ActionError, env.step, action)
     assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
-    vector = ids.job_vector(batch, num_envs=2)
+    vector = ids.job_vector(2, program=batch)
     vector.reset(seed=1)
     assert "shape (3, 2)" in refusal(ActionError, vector.step, np.zeros((3, 2)))
 
@@ -503,7 +503,7 @@ def test_another_job_file_can_be_named(tmp_path: Path) -> None:
 
 def test_a_pre_dress_is_left_to_the_program(batch: str) -> None:
     for make in (ids.job, ids.job_vector):
-        assert "the program says where" in refusal(ActionError, make, batch, predress=True)
+        assert "the program says where" in refusal(ActionError, make, program=batch, predress=True)
 
 
 def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> None:
@@ -516,8 +516,8 @@ def test_arguments_out_of_range_are_refused(batch: str) -> None:
     for spread in (-0.1, float("nan"), 3.0):
         assert "from 0 to 2" in refusal(GrindError, ids.job, batch, spread=spread)
     assert "'svg'" in refusal(GrindError, ids.job, batch, render_mode="svg")
-    assert "0" in refusal(GrindError, ids.job_vector, batch, num_envs=0)
-    assert "'Sometimes'" in refusal(GrindError, ids.job_vector, batch, autoreset_mode="Sometimes")
+    assert "0" in refusal(GrindError, ids.job_vector, program=batch, num_envs=0)
+    assert "'Sometimes'" in refusal(GrindError, ids.job_vector, program=batch, autoreset_mode="Sometimes")
 
 
 # --- a batch of parts ---------------------------------------------------------------------------------
@@ -557,7 +557,7 @@ def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Pa
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
     assert len(ids.job(path).simulation.blocks) == 2
     for make in (ids.job, ids.job_vector):
-        message = refusal(GrindError, make, path, parts=3)
+        message = refusal(GrindError, make, program=path, parts=3)
         assert "part.nc:11: the program ends in a subprogram" in message and "main program" in message
 
 
@@ -651,7 +651,7 @@ def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
 def test_the_vector_form_has_the_bits_of_single_environments(tmp_path: Path, program: str) -> None:
     path = written(tmp_path, program)
     singles = [ids.job(path, observation="full", show_block=False) for _ in range(3)]
-    vector = ids.job_vector(path, num_envs=3, observation="full", autoreset_mode="Disabled")
+    vector = ids.job_vector(3, program=path, observation="full", autoreset_mode="Disabled")
     assert (singles[0].simulation.why is None) == (program == BATCH)
     observations, _ = vector.reset(seed=[5, 6, 7])
     for i, env in enumerate(singles):

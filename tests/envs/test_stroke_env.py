@@ -1,7 +1,4 @@
-import copy
 import dataclasses
-import pickle
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
@@ -19,14 +16,16 @@ from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.gauge import GAUGE
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from grind_env.scores import reference
 from tests.envs.harness import Array, assert_same, native, row_of
@@ -185,7 +184,7 @@ def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> 
 
 def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> None:
     simulation, seeds = find_problem("stroke").simulation(), range(3)
-    env, run = ids.stroke(show_block=False), evaluate(make_policy("interval", simulation), simulation, seeds)
+    env, run = ids.stroke(show_block=False), run_seeds(make_policy("interval", simulation), simulation, seeds)
     assert (run.executions == 1).any(axis=1).all()
     for episode in seeds:
         env.reset(seed=episode)
@@ -199,7 +198,7 @@ def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> Non
 
 def test_the_best_fixed_plan_earns_minus_one_a_stroke() -> None:
     scale, simulation = reference("grind/Stroke-v0"), find_problem("stroke").simulation()
-    run = evaluate(make_policy(scale.fixed_plan, simulation), simulation, episode_seeds("evaluation", 256))
+    run = run_seeds(make_policy(scale.fixed_plan, simulation), simulation, episode_seeds("evaluation", 256))
     strokes = np.isfinite(run.speeds).sum(axis=1).mean()
     assert run.cost.mean() / strokes == pytest.approx(simulation.task.reference_cost, rel=0.01)
 
@@ -211,19 +210,6 @@ def test_the_noise_does_not_depend_on_the_policy() -> None:
     assert_same(noise_of(envs[0]), noise_of(envs[1]))
     assert envs[0].np_random.random() == envs[1].np_random.random()
     assert len(noise_of(envs[0])) >= len(envs[0].blocks)
-
-
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_identically_and_alone(clone: Callable[[Any], Any]) -> None:
-    env = gym.make(ID)
-    env.reset(seed=7)
-    plan = np.random.default_rng(0).uniform(-1, 1, (30, 2)).astype(np.float32)
-    for action in plan[:15]:
-        env.step(action)
-    twin = clone(env)
-    ahead = [twin.step(action) for action in plan[15:]]
-    assert_same([env.step(action) for action in plan[15:]], ahead)
-    assert env.unwrapped.part_program() == twin.unwrapped.part_program()
 
 
 def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
@@ -330,8 +316,8 @@ def test_episodes_that_are_stepped_apart_are_each_what_it_is_alone() -> None:
 def test_all_episodes_are_stepped_by_one_call(monkeypatch: pytest.MonkeyPatch) -> None:
     env: Any = native(ID, 5).unwrapped
     calls = []
-    grind_all = env.simulation._grind
-    monkeypatch.setattr(env.simulation, "_grind", lambda *arguments: calls.append(grind_all(*arguments)))
+    step = env.simulation._step_of(PROCESS, GAUGE)
+    monkeypatch.setattr(env.simulation, "_step_of", lambda *_: lambda *arguments: calls.append(step(*arguments)))
     env.reset(seed=0)
     for _ in range(3):
         env.step(np.zeros((5, 2), np.float32))

@@ -4,6 +4,7 @@ import itertools
 import json
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -20,7 +21,7 @@ import grind_env
 from grind_env.kernel import cache, entry, inlined
 
 DAY = 24 * 3600.0
-PLATE = str(Path(grind_env.__file__).parent / "examples" / "plate_g82.nc")
+KEYWAY = str(Path(grind_env.__file__).parent / "examples" / "keyway_g81.nc")
 
 TOY = """
 import sys
@@ -35,7 +36,7 @@ def scaled(factor):
 if "full" in sys.argv:
     import resource
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-kernels = [scaled(factor) for factor in range(6)]
+kernels = [scaled(factor) for factor in range(KERNELS)]
 print([kernel(2.0) for kernel in kernels])
 print(sum(sum(kernel.stats.cache_hits.values()) for kernel in kernels if hasattr(kernel, "stats")))
 """
@@ -59,7 +60,7 @@ print(0)
 """.replace("SINES", " + ".join(f"sin({k} * x)" for k in range(2, 60)))
 """A kernel that calls one that is too long to be inlined."""
 
-RESULTS = "[1.0, 3.0, 5.0, 7.0, 9.0, 11.0]"
+RESULTS = "[1.0, 3.0]"
 
 DAMAGES: list[Callable[[bytes], bytes]] = [
     lambda content: content[: len(content) // 2],
@@ -80,12 +81,12 @@ class Start(NamedTuple):
 
 
 class Toy:
-    """Six kernels in a file, started in fresh processes."""
+    """Kernels in a file, started in fresh processes."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, kernels: int = 2) -> None:
         self.cache = folder / "cache"
         self.script = folder / "toy.py"
-        self.script.write_text(TOY, encoding="utf-8")
+        self.script.write_text(TOY.replace("KERNELS", str(kernels)), encoding="utf-8")
 
     def begin(self, *arguments: str, **environment: str) -> "subprocess.Popen[str]":
         place = {"NUMBA_CACHE_DIR": str(self.cache), "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -111,42 +112,58 @@ def toy(tmp_path: Path) -> Toy:
     return Toy(tmp_path)
 
 
-def test_damaged_files_are_said_once_and_written_anew(toy: Toy) -> None:
+@pytest.fixture(scope="module")
+def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
+    """One that has been started once."""
+    toy = Toy(tmp_path_factory.mktemp("toy"))
     assert toy.start() == (RESULTS, 0, [])
+    return toy
+
+
+@pytest.fixture
+def again(toy: Toy, started: Toy) -> Toy:
+    """A copy of it, to do with as one likes."""
+    shutil.copytree(started.cache, toy.cache)
+    return toy
+
+
+def test_damaged_files_are_said_once_and_written_anew(tmp_path: Path) -> None:
+    toy = Toy(tmp_path, len(DAMAGES))
+    made = toy.start()
+    assert (made.hits, made.lines) == (0, [])
     files = toy.files()
     for path, damage in zip(files, itertools.cycle(DAMAGES), strict=False):
         path.write_bytes(damage(path.read_bytes()))
     results, hits, lines = toy.start()
-    assert (results, hits) == (RESULTS, 0)
+    assert (results, hits) == (made.results, 0)
     assert len(lines) == len(files) == len(DAMAGES)
     assert all(sum(str(path) in line for line in lines) == 1 for path in files)
-    assert toy.start() == (RESULTS, 6, [])
+    assert toy.start() == (made.results, len(DAMAGES), [])
 
 
-def test_a_file_under_the_name_of_another_kernel_is_not_loaded(toy: Toy) -> None:
-    toy.start()
-    one, other = toy.files()[:2]
+def test_a_file_under_the_name_of_another_kernel_is_not_loaded(again: Toy) -> None:
+    one, other = again.files()
     other.write_bytes(one.read_bytes())
-    results, hits, (line,) = toy.start()
-    assert (results, hits) == (RESULTS, 5)
+    results, hits, (line,) = again.start()
+    assert (results, hits) == (RESULTS, 1)
     assert str(other) in line
 
 
 def test_kernels_that_other_processes_compiled_call_their_own_functions(toy: Toy) -> None:
     toy.script.write_text(CALLING, encoding="utf-8")
-    alone = [toy.start(factor).results.strip("[]") for factor in "123"]
-    assert toy.start(*"123").results == f"[{', '.join(alone)}]"
+    alone = [toy.start(factor).results.strip("[]") for factor in "12"]
+    assert toy.start(*"12").results == f"[{', '.join(alone)}]"
 
 
-def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy) -> None:
+def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy, started: Toy) -> None:
     pytest.importorskip("resource")
     results, hits, (line,) = toy.start("full")
     assert (results, hits) == (RESULTS, 0)
     assert str(toy.cache) in line
     assert "NUMBA_CACHE_DIR" in line
     assert toy.files() == []
-    toy.start()
-    assert toy.start("full") == (RESULTS, 6, [])
+    shutil.copytree(started.cache, toy.cache, dirs_exist_ok=True)
+    assert toy.start("full") == (RESULTS, 2, [])
 
 
 def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) -> None:
@@ -156,14 +173,13 @@ def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) 
     assert str(toy.cache) in line
 
 
-def test_kernels_in_a_folder_that_is_only_read_are_loaded(toy: Toy) -> None:
-    toy.start()
-    folder = toy.files()[0].parent
+def test_kernels_in_a_folder_that_is_only_read_are_loaded(again: Toy) -> None:
+    folder = again.files()[0].parent
     folder.chmod(0o555)
     try:
         if os.access(folder, os.W_OK):
             pytest.skip("root may write anywhere")
-        assert toy.start() == (RESULTS, 6, [])
+        assert again.start() == (RESULTS, 2, [])
     finally:
         folder.chmod(0o755)
 
@@ -172,15 +188,8 @@ def test_processes_that_start_at_once_share_the_folder(toy: Toy) -> None:
     processes = [toy.begin() for _ in range(2)]
     for results, _, lines in map(toy.end, processes):
         assert (results, lines) == (RESULTS, [])
-    assert toy.start() == (RESULTS, 6, [])
-    assert len(toy.files()) == 6
-
-
-@pytest.fixture(scope="module")
-def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
-    toy = Toy(tmp_path_factory.mktemp("toy"))
-    toy.start()
-    return toy
+    assert toy.start() == (RESULTS, 2, [])
+    assert len(toy.files()) == 2
 
 
 @pytest.mark.parametrize(
@@ -198,7 +207,7 @@ def test_code_of_another_cpu_or_other_settings_is_not_loaded(started: Toy, envir
 
 
 def test_code_does_not_depend_on_threads_or_hash_seeds(started: Toy) -> None:
-    assert started.start(NUMBA_NUM_THREADS="1", PYTHONHASHSEED="5") == (RESULTS, 6, [])
+    assert started.start(NUMBA_NUM_THREADS="1", PYTHONHASHSEED="5") == (RESULTS, 2, [])
 
 
 def test_plain_python_neither_reads_nor_writes_kernels(toy: Toy) -> None:
@@ -268,10 +277,10 @@ def test_workers_do_not_say_that_they_compile(
 
 def test_the_first_program_says_on_standard_error_that_it_compiles(tmp_path: Path) -> None:
     def lines() -> list[str]:
-        command = [sys.executable, "-c", "from grind_env.cli import main; main()", "run", PLATE, "--json"]
+        command = [sys.executable, "-c", "from grind_env.cli import main; main()", "run", KEYWAY, "--json"]
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        assert json.loads(done.stdout)["parts"][0]["strokes"] == 29
+        assert json.loads(done.stdout)["parts"][0]["strokes"] == 23
         return done.stderr.splitlines()
 
     (line,) = lines()

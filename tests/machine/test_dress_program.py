@@ -63,6 +63,11 @@ def test_setup_time_is_added() -> None:
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ-30.", 2, 0.010),
         # an overhead dresser: the wheel goes up
         ("G91 G01 Y.015 F60.\nZ25. F300.", 1, 0.015),
+        # away from the wheel it may go along any way
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ1. Y1.", 1, 0.020),
+        ("G91 G01 Y.015 F60.\nZ25. F300.\nZ1. Y-1.", 1, 0.015),
+        # to and fro beside the wheel, and two moves at one depth, are no form
+        ("G91 G01 Z5. F500.\nY-1. F60.\nZ-5.\nY-.02\nZ30. F300.", 1, 0.020),
         # a feed move that does not cross the wheel is no pass
         ("G91 G01 Z5. F500.\nY-.02 F60.\nZ30. F300.", 1, 0.020),
     ],
@@ -106,6 +111,13 @@ def test_a_wider_wheel_needs_a_longer_traverse() -> None:
         ("G91 G01 Y-.02 F60.\nZ30. Y-.01 F300.", "form dressing is not simulated, but line 5 leads"),
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.02 F60.\nZ-15. Y-.5\nZ-30. F300.", "form dressing is not simulated"),
         ("G19 G91 G01 Y-.02 F60.\nG02 Z30. R40. F300.", "form dressing is not simulated"),
+        ("G91 G01 Y-.02 F60.\nZ30. Y-.01 F300.", "in a copy of the program for the simulation dress with feed moves"),
+        # in steps, alone and before a pass over all of the wheel
+        ("G91 G01 Y-.02 F60.\nZ17. F300.\nY-.5\nZ18.\nY.5", "form dressing is not simulated, but line 7 leads"),
+        ("G91 G01 Y-.02 F60.\nZ17. F300.\nY-.05\nZ18.\nY.05\nZ-35.", "form dressing is not simulated, but line 7"),
+        # a chamfer and a corner radius after the last pass
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ1. Y-1.", "form dressing is not simulated, but line 6 leads"),
+        ("G91 G01 Y-.02 F60.\nZ30. F300.\nG19 G03 Z1. Y-1. R1.", "form dressing is not simulated, but line 6 leads"),
     ],
 )
 def test_what_is_no_dress_is_refused(body: str, words: str) -> None:

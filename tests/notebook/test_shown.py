@@ -121,7 +121,7 @@ def test_a_record_knows_its_program_and_its_job() -> None:
     assert found.job == grind_env.load_job(PLATE.with_suffix(".toml"))
 
 
-@pytest.mark.parametrize("name", ["strokes", "dresses", "parts"])
+@pytest.mark.parametrize("name", ["strokes", "executions", "dresses", "parts"])
 def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record: GrindingRecord) -> None:
     pytest.importorskip("pandas")
     frame, rows = record.to_dataframe(name), getattr(record, name)
@@ -132,17 +132,19 @@ def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record
 
 
 def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
+    from grind_env.machine.part.executions import EXECUTION_ROW
     from grind_env.machine.part.rows import STROKE_ROW
     from grind_env.machine.record import DRESS_ROW, PART_ROW
 
-    names = {name for dtype in (STROKE_ROW, DRESS_ROW, PART_ROW) for name in dtype.names or ()}
+    names = {name for dtype in (STROKE_ROW, EXECUTION_ROW, DRESS_ROW, PART_ROW) for name in dtype.names or ()}
     counted = {"part", "line", "number", "groove", "after", "program", "cause", "strokes", "infeeds", "dresses"}
     shares = {"torque", "eps", "Br", "G", "A", "lam", "unground", "peak_torque", "burn_ratio", "earlier", "survival"}
-    assert names - set(UNITS) == counted | shares
+    compared = {"first", "speed_ratio", "aggressiveness", "overlap", "severity"}
+    assert names - set(UNITS) == counted | shares | compared
 
 
 def test_a_record_has_no_other_table(record: GrindingRecord) -> None:
-    with pytest.raises(RecordError, match=r"'cost'.*strokes, dresses, parts"):
+    with pytest.raises(RecordError, match=r"'cost'.*strokes, executions, dresses, parts"):
         record.to_dataframe("cost")
 
 
@@ -221,7 +223,19 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
                 name="cost", unit="$", before=same, after=same, difference=Interval(-0.1, -0.2, 0.0), expected=(2, 1.9)
             ),
         ),
-        limits=(LimitUse(name="Ra", limit=0.5, unit="um", margin=1.0, before=0.6, after=0.7, price=None, binds=False),),
+        limits=(
+            LimitUse(
+                name="Ra",
+                limit=0.5,
+                unit="um",
+                margin=1.0,
+                before=0.6,
+                after=0.7,
+                price=None,
+                without=None,
+                binds=False,
+            ),
+        ),
         remarks=(HOSTILE,),
         before="",
         after="",

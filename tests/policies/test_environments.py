@@ -8,7 +8,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
-from grind_env.policies.evaluation import Evaluation, evaluate, roll_out, start_episodes
+from grind_env.policies.evaluation import Evaluation, roll_out, run_seeds, start_episodes
 from grind_env.policies.planners.dynamic_programming import EPISODES_AT_ONCE
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, reveal
@@ -56,7 +56,7 @@ def test_every_policy_decides_in_the_action_space_of_every_environment(env: str,
     # again with another number of episodes: nothing is left of the first run
     for seeds in (range(2), range(3)):
         policy.decided.clear()
-        run = evaluate(policy, simulation, seeds)
+        run = run_seeds(policy, simulation, seeds)
         for decided, done in zip(zip(*policy.decided, strict=True), (run.speeds, run.executions), strict=True):
             wanted = np.where(np.isnan(done), np.nan, np.array(decided).T)
             np.testing.assert_array_equal(done, wanted)
@@ -136,9 +136,9 @@ def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
 @pytest.mark.parametrize("env", BESIDES)
 def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env: str) -> None:
     simulation, seeds = shortened(env, {"stroke": 2}.get(env, 5)), range(3)
-    planned = evaluate(Hindsight(sweeps=1), simulation, seeds)
+    planned = run_seeds(Hindsight(sweeps=1), simulation, seeds)
     plans = [Fixed(E, D, every) for E in (6.0, 12.0, 20.0) for D in (0, 1) for every in (1, 2, 4)]
-    fixed = np.array([evaluate(plan, simulation, seeds).cost for plan in plans])
+    fixed = np.array([run_seeds(plan, simulation, seeds).cost for plan in plans])
     assert (planned.cost <= fixed.min(axis=0)).all()
     # there is something to gain
     assert planned.cost.mean() < 0.98 * fixed.mean(axis=1).min()
@@ -147,10 +147,10 @@ def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env:
 def test_episodes_of_different_lengths_are_joined() -> None:
     simulation = shortened("stroke", 2)
     seeds = range(6)
-    parts = [evaluate(Handbook(), simulation, [seed]) for seed in seeds]
+    parts = [run_seeds(Handbook(), simulation, [seed]) for seed in seeds]
     lengths = [part.speeds.shape[1] for part in parts]
     assert len(set(lengths)) > 1
-    joined, together = Evaluation.joined(parts), evaluate(Handbook(), simulation, seeds)
+    joined, together = Evaluation.joined(parts), run_seeds(Handbook(), simulation, seeds)
     assert joined.speeds.shape == joined.executions.shape == (6, max(lengths))
     assert (~np.isnan(joined.speeds)).sum(axis=1).tolist() == lengths
     for name in ("cost", "good", "finished", "speeds", "executions"):
@@ -161,7 +161,7 @@ def test_episodes_of_different_lengths_are_joined() -> None:
 
 def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
     simulation = shortened("stroke", 3)
-    run = evaluate(Handbook(), simulation, range(4))
+    run = run_seeds(Handbook(), simulation, range(4))
     assert np.nansum(run.executions, axis=1).tolist() == [3.0] * 4
     assert (run.executions[:, 0] == 1.0).all()
     # 50 mm x 0.02 mm at 40 J/mm3 and 80 % of 5 kW
@@ -170,7 +170,7 @@ def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
 
 def test_the_planner_plans_many_episodes_of_different_lengths_as_each_alone() -> None:
     simulation, seeds = shortened("stroke", 1), range(EPISODES_AT_ONCE + 2)
-    together = evaluate(Hindsight(sweeps=0), simulation, seeds)
+    together = run_seeds(Hindsight(sweeps=0), simulation, seeds)
     assert len(np.unique(np.isfinite(together.speeds).sum(axis=1))) > 1
-    alone = [evaluate(Hindsight(sweeps=0), simulation, [seed]).cost[0] for seed in (seeds[0], seeds[-1])]
+    alone = [run_seeds(Hindsight(sweeps=0), simulation, [seed]).cost[0] for seed in (seeds[0], seeds[-1])]
     assert together.cost[[0, -1]].tolist() == alone

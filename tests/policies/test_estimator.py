@@ -38,9 +38,7 @@ def power_of(area):
 
 
 def started(n=1):
-    estimator = SharpnessEstimator(PLATES)
-    estimator.begin(n)
-    return estimator
+    return SharpnessEstimator(PLATES, n)
 
 
 def test_wear_flat_area_from_power_by_hand():
@@ -113,8 +111,7 @@ def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
     force = p.u_ch * 0.02 * vw / vs + rubbing * math.sqrt(300.0 * (0.02 + p.a0))
     last = {"last_speed": 15.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
 
-    estimator = SharpnessEstimator(shop)
-    estimator.begin(1)
+    estimator = SharpnessEstimator(shop, 1)
     assert estimator.update(observation(shop, coming_wear_plate=1.0)).kind[0] == 2.0
     after = estimator.update(observation(shop, coming_gauge=1.0, mean_power=20.0 * vs * force, **last))
     assert after.kind[0] == 0.0
@@ -130,8 +127,7 @@ def test_pressure_of_time_and_thrift_by_hand():
         (cbn, {"executions_left": 0.0, "remaining": 0.25}, (0.0, math.log(0.5 / 30.0))),
         (PLATES, {}, (0.0, 0.0)),
     ):
-        estimator = SharpnessEstimator(simulation)
-        estimator.begin(1)
+        estimator = SharpnessEstimator(simulation, 1)
         estimate = estimator.update(observation(simulation, **values))
         assert (estimate.pressed[0], estimate.thrift[0]) == pytest.approx(expected, abs=1e-6)
 
@@ -140,8 +136,7 @@ def test_pressure_of_time_and_thrift_by_hand():
 def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     simulation = simulated(name)
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(200)])
-    estimator = SharpnessEstimator(simulation)
-    estimator.begin(200)
+    estimator = SharpnessEstimator(simulation, 200)
     estimator.update(simulation.observe(episodes))
     stalled = np.zeros(200, bool)
     for _ in range({"slot": 3, "power_limited": 4}.get(name, 6)):

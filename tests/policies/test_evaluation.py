@@ -27,8 +27,8 @@ from grind_env.policies.evaluation import (
     SEEDS,
     SEEDS_EACH,
     episode_seeds,
-    evaluate,
     roll_out,
+    run_seeds,
     start_episodes,
 )
 from grind_env.policies.policy import expected_dates, reveal
@@ -63,7 +63,7 @@ class Spy:
 
 def spied(sees, seeds=(0, 1, 2)):
     spy = Spy(sees)
-    evaluate(spy, SIMULATION, seeds)
+    run_seeds(spy, SIMULATION, seeds)
     return spy.shown
 
 
@@ -99,7 +99,7 @@ def test_seeds_that_do_not_exist(seeds, count, sentence):
 
 def test_an_evaluation_is_what_the_environment_says():
     seeds = [2_000_000, 2_000_007]
-    result = evaluate(Fixed(10.0, 2, 2), SIMULATION, seeds)
+    result = run_seeds(Fixed(10.0, 2, 2), SIMULATION, seeds)
     env = gym.make("grind/PowerLimited-v0")
     for i, seed in enumerate(seeds):
         env.reset(seed=seed)
@@ -125,7 +125,7 @@ def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(see
         env.reset(seed=seed, options=None if split is None else {"split": split})
         action = env.unwrapped.codec.encode(12000.0, 1)[0]
         costs[split] = sum(env.step(action)[-1]["block_cost"] for _ in range(60))
-        (cost,) = evaluate(plan, SIMULATION, [seed], *([] if split is None else [split])).cost
+        (cost,) = run_seeds(plan, SIMULATION, [seed], *([] if split is None else [split])).cost
         assert cost == pytest.approx(costs[split], rel=1e-12)
     assert costs["all"] == costs[None]
     assert len(set(costs.values())) == 3
@@ -133,8 +133,8 @@ def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(see
 
 @pytest.mark.bits
 def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
-    alone = evaluate(Handbook(), SIMULATION, [5])
-    beside = evaluate(Handbook(), SIMULATION, [4, 5, 6])
+    alone = run_seeds(Handbook(), SIMULATION, [5])
+    beside = run_seeds(Handbook(), SIMULATION, [4, 5, 6])
     assert alone.cost[0] == beside.cost[1]
 
 
@@ -208,7 +208,7 @@ def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
     assert np.array_equal(
-        evaluate(Spy(sees), SIMULATION, [3, 4]).cost, evaluate(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
+        run_seeds(Spy(sees), SIMULATION, [3, 4]).cost, run_seeds(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
     )
 
 
@@ -225,4 +225,4 @@ def test_a_decision_outside_the_action_space_is_an_error():
             return Decision(np.full(len(observation), 50000.0), np.zeros(len(observation)))
 
     with pytest.raises(ActionError, match="E is 50000 mm/min"):
-        evaluate(Reckless("measurements"), SIMULATION, [0])
+        run_seeds(Reckless("measurements"), SIMULATION, [0])

@@ -9,7 +9,7 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.wrappers import BeliefFilter
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
-from grind_env.policies.evaluation import SEEDS, episode_seeds, evaluate
+from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
 from grind_env.policies.follow import follow
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
@@ -33,7 +33,7 @@ class Always:
 
 def test_costs_and_decisions_are_those_of_the_evaluation():
     simulation = find_problem(FLAGSHIP).simulation()
-    judged = evaluate(named_policy("belief_rule", simulation), simulation, episode_seeds("evaluation", 3))
+    judged = run_seeds(named_policy("belief_rule", simulation), simulation, episode_seeds("evaluation", 3))
     found = follow("belief_rule", FLAGSHIP, beside=["full_state_rule", "belief_rule"], episodes=3)
     np.testing.assert_allclose(found.cost.sum(axis=1), judged.cost)
     np.testing.assert_array_equal(found.chosen.speeds, judged.speeds)

@@ -7,7 +7,7 @@ import grind_env
 from grind_env.errors import GrindError
 from grind_env.policies import judging
 from grind_env.policies.evaluation import episode_seeds
-from grind_env.policies.evaluation import evaluate as run
+from grind_env.policies.evaluation import run_seeds as run
 from grind_env.policies.judging import Judgement, evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy

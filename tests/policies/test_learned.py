@@ -13,7 +13,7 @@ from agents.learning.saving import save_policy
 from agents.learning.settings import Settings, settings_for
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.learned.view import LearnerView
@@ -107,10 +107,10 @@ def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, activa
 def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):
     policy = saved(tmp_path, "recurrent_ppo")
     seeds = episode_seeds("validation", 3)
-    first, second = (evaluate(policy, SIMULATION, seeds) for _ in range(2))
+    first, second = (run_seeds(policy, SIMULATION, seeds) for _ in range(2))
     assert np.array_equal(first.speeds, second.speeds)
     assert np.array_equal(first.cost, second.cost)
-    assert first.cost[1:] == pytest.approx(evaluate(policy, SIMULATION, seeds[1:]).cost, rel=1e-15)
+    assert first.cost[1:] == pytest.approx(run_seeds(policy, SIMULATION, seeds[1:]).cost, rel=1e-15)
 
 
 def test_an_agent_knows_its_task_only(tmp_path: Path):

@@ -8,8 +8,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import nearest_speed, speed_grid
-from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
-from grind_env.policies.planners.dynamic_programming import exact_optimum
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.policy import reveal
 from grind_env.policies.registry import make_policy
@@ -17,6 +16,7 @@ from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.process.state import WheelState
 from tests.policies.harness import simulated
+from tests.policies.optimum import exact_optimum
 
 ORACLE = simulated("oracle6")
 COST = Outcome._fields.index("cost")
@@ -76,7 +76,7 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
 def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
     optimum = exact_optimum(ORACLE).cost
     policies = [LookAhead(price=(price,) * 2, growth=(1.7,) * 2) for price in (0.0, 1.0)]
-    blind, seeing = (evaluate(policy, ORACLE, range(1)) for policy in policies)
+    blind, seeing = (run_seeds(policy, ORACLE, range(1)) for policy in policies)
     assert blind.cost[0] > 1.03 * optimum
     assert optimum <= seeing.cost[0] < (1.0 + 1e-9) * optimum
 
@@ -87,7 +87,7 @@ def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
 
     def run(simulation, **changes):
         kinds = len(simulation.task.kinds)
-        return evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), simulation, seeds)
+        return run_seeds(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), simulation, seeds)
 
     assert run(rush, haste=4.0).speeds.mean() > 1.02 * run(rush, haste=0.0).speeds.mean()
     assert run(cbn, layer=0.1).executions.mean() < 0.9 * run(cbn, layer=0.0).executions.mean()
@@ -98,7 +98,7 @@ def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
     simulation = simulated("power_limited")
     seeds = episode_seeds("training", 3)
     policy = LookAhead(price=(1.0,), growth=(1.5,))
-    together, alone = evaluate(policy, simulation, seeds), evaluate(policy, simulation, seeds[1:2])
+    together, alone = run_seeds(policy, simulation, seeds), run_seeds(policy, simulation, seeds[1:2])
     assert np.array_equal(together.speeds[1], alone.speeds[0])
     assert np.array_equal(together.executions[1], alone.executions[0])
 
@@ -106,7 +106,7 @@ def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
 def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
     believing = BeliefRule(**RULE, wK=0.5)
     knowing = FullStateRule(**RULE, wK=0.5, gR=0.0)
-    run, reference = (evaluate(policy, ORACLE, range(1)) for policy in (believing, knowing))
+    run, reference = (run_seeds(policy, ORACLE, range(1)) for policy in (believing, knowing))
     assert np.array_equal(run.speeds, reference.speeds)
     assert np.array_equal(run.executions, reference.executions)
     assert len(set(run.speeds[0])) > 1
@@ -129,7 +129,7 @@ def test_the_belief_rule_by_hand_from_what_is_believed():
             spread.append((np.std(belief.growth), np.std(belief.pressure), decision.executions.mean()))
             return decision
 
-    evaluate(Watched(**plain, gK=0.3, wK=0.4), simulation, episode_seeds("training", 8))
+    run_seeds(Watched(**plain, gK=0.3, wK=0.4), simulation, episode_seeds("training", 8))
     # all of it was put to the test
     assert (np.mean(spread, axis=0) > 0.01).all()
 
@@ -138,7 +138,7 @@ def test_the_belief_is_worth_money():
     # validation episodes: full state < belief < estimate of the sharpness alone
     simulation, seeds = simulated("power_limited"), episode_seeds("validation", 48)
     names = ("full_state_rule", "belief_rule", "adaptive_rule")
-    cost = [float(evaluate(make_policy(name, simulation), simulation, seeds).cost.mean()) for name in names]
+    cost = [float(run_seeds(make_policy(name, simulation), simulation, seeds).cost.mean()) for name in names]
     assert cost[0] < cost[1] < 0.95 * cost[2]
 
 
@@ -153,5 +153,5 @@ def test_the_speeds_tried_are_speeds_of_the_task():
     for name in ("oracle6", "blades"):
         simulation = simulated(name)
         kinds = len(simulation.task.kinds)
-        run = evaluate(LookAhead(price=(1.0,) * kinds, growth=(1.0,) * kinds), simulation, range(2))
+        run = run_seeds(LookAhead(price=(1.0,) * kinds, growth=(1.0,) * kinds), simulation, range(2))
         assert np.array_equal(run.speeds, nearest_speed(simulation.task, run.speeds))

@@ -5,11 +5,10 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices, speed_grid
 from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
-from grind_env.policies.evaluation import episode_seeds, evaluate, start_episodes
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.dynamic_programming import (
     Surcharge,
     cheapest_of_each,
-    exact_optimum,
     forward_plans,
     surcharges,
 )
@@ -18,6 +17,7 @@ from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import simulated
+from tests.policies.optimum import exact_optimum
 
 SIMULATION, ORACLE = simulated("power_limited"), simulated("oracle6")
 TASK = SIMULATION.task
@@ -29,7 +29,7 @@ def runs():
     """Every policy on the same training episodes."""
     names = ("constant", "interval", "power_threshold", "adaptive_rule", "full_state_rule", "mpc", "hindsight")
     seeds = episode_seeds("training", EPISODES)
-    return {name: evaluate(make_policy(name, SIMULATION), SIMULATION, seeds) for name in names}
+    return {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, seeds) for name in names}
 
 
 def test_the_optimum_of_oracle6():
@@ -47,14 +47,14 @@ def test_an_optimum_needs_a_task_without_chance():
 
 @pytest.mark.parametrize("policy", [Hindsight(), make_policy("mpc", ORACLE)])
 def test_planners_find_the_optimum_of_oracle6(policy):
-    run = evaluate(policy, ORACLE, [0])
+    run = run_seeds(policy, ORACLE, [0])
     assert run.cost[0] == pytest.approx(exact_optimum(ORACLE).cost, rel=1e-12)
 
 
 def test_gaps_of_oracle6():
     optimum = exact_optimum(ORACLE).cost
     gaps = {
-        name: float(evaluate(make_policy(name, ORACLE), ORACLE, range(1)).cost.mean())
+        name: float(run_seeds(make_policy(name, ORACLE), ORACLE, range(1)).cost.mean())
         for name in ("constant_per_kind", "constant")
     }
     assert gaps["constant_per_kind"] / optimum == pytest.approx(1.231, abs=0.002)
@@ -75,7 +75,7 @@ def test_hindsight_is_the_cheapest_in_every_episode(runs):
 def test_never_dressing_costs_eight_times_the_best_fixed_plan(runs):
     best = min(runs[name].cost.mean() for name in ("constant", "interval"))
     for E in (3.0, 5.0, 8.0, 12.0, 20.0, 30.0):
-        assert evaluate(Fixed(E, 0), SIMULATION, episode_seeds("training", EPISODES)).cost.mean() > 8.0 * best
+        assert run_seeds(Fixed(E, 0), SIMULATION, episode_seeds("training", EPISODES)).cost.mean() > 8.0 * best
 
 
 @pytest.fixture(scope="module", params=["slot", "job_shop", "rush", "wide_rails", "blades", "CBN"])
@@ -83,8 +83,8 @@ def suite(request):
     """A further task and what its policies did on the same training episodes; the planner plans the first two."""
     simulation = simulated(request.param)
     names = ("constant", "interval", "adaptive_rule")
-    runs = {name: evaluate(make_policy(name, simulation), simulation, episode_seeds("training", 16)) for name in names}
-    return simulation, runs, evaluate(Hindsight(sweeps=1), simulation, episode_seeds("training", 2)).cost.mean()
+    runs = {name: run_seeds(make_policy(name, simulation), simulation, episode_seeds("training", 16)) for name in names}
+    return simulation, runs, run_seeds(Hindsight(sweeps=1), simulation, episode_seeds("training", 2)).cost.mean()
 
 
 def test_the_order_of_reference_policies_in_every_task(suite):
@@ -101,7 +101,7 @@ def test_never_dressing_costs_eight_times_the_best_fixed_plan_in_every_task(suit
     simulation, runs, _ = suite
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
     for E in speed_grid(simulation.task, 6):
-        never = evaluate(Fixed(E / 1000.0, 0), simulation, episode_seeds("training", 16))
+        never = run_seeds(Fixed(E / 1000.0, 0), simulation, episode_seeds("training", 16))
         assert never.cost_per_good_part.value > 8.0 * best
 
 
@@ -174,7 +174,7 @@ def test_a_sweep_never_makes_a_plan_dearer():
 def test_plan_cost_is_the_cost_of_following_the_plan():
     start = start_episodes(SIMULATION, [3, 4])
     cost = plan_cost(SIMULATION, start, np.full((1, 2, 60), 9000.0), np.ones((1, 2, 60)))
-    assert cost[0] == pytest.approx(evaluate(Fixed(9.0, 1), SIMULATION, [3, 4]).cost, rel=1e-12)
+    assert cost[0] == pytest.approx(run_seeds(Fixed(9.0, 1), SIMULATION, [3, 4]).cost, rel=1e-12)
 
 
 @pytest.mark.bits

@@ -13,7 +13,7 @@ from grind_env.cli import main
 from grind_env.envs.names import OTHERS, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
-from grind_env.policies.evaluation import evaluate
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.naming import SHIPPED, chosen_policy
 from grind_env.policies.play import play
@@ -49,7 +49,7 @@ def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
     problem = PLATES if name == "adaptive_rule" else PROBLEM
     simulation = problem.simulation()
     played = play(chosen_policy(name, simulation), problem, seed)
-    run = evaluate(chosen_policy(name, simulation), simulation, [seed])
+    run = run_seeds(chosen_policy(name, simulation), simulation, [seed])
     assert played.cost == pytest.approx(run.cost[0])
     assert (played.good, played.finished) == pytest.approx((run.good[0], run.finished[0]))
     assert played.dresses == run.executions.sum()

@@ -22,7 +22,7 @@ from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned import saved
 from grind_env.policies.learned.saved import ENTRY, load_policy
 from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm
@@ -188,7 +188,7 @@ def test_a_trusted_model_of_stable_baselines_plays_as_the_saved_one(good: bytes,
     ours = load_policy(tmp_path / "agent.safetensors")
     theirs = load_zip(tmp_path / "agent.zip", SIMULATION)
     assert (theirs.form, theirs.name) == (LearnerForm("belief", "grid"), "agent")
-    runs = [evaluate(policy, SIMULATION, episode_seeds("validation", 2)) for policy in (ours, theirs)]
+    runs = [run_seeds(policy, SIMULATION, episode_seeds("validation", 2)) for policy in (ours, theirs)]
     assert np.array_equal(runs[0].speeds, runs[1].speeds)
     with pytest.raises(GrindError, match="was not trained for rush"):
         load_zip(tmp_path / "agent.zip", find_problem("rush").simulation())

@@ -9,7 +9,7 @@ import grind_env
 from agents.application import app
 from agents.tuning.coefficients import RULES, entry_names, from_vector
 from agents.tuning.rules import tunable, tune
-from grind_env.policies.evaluation import episode_seeds, evaluate
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.tuned import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
@@ -152,7 +152,7 @@ def test_the_files_hold_what_their_parameters_cost(task):
     # a look-ahead takes seconds an evaluation
     for name in set(tuned) - ({"look_ahead"} if task != "oracle6" else set()):
         entry = tuned[name]
-        run = evaluate(make_policy(name, simulation), simulation, episode_seeds("training", entry.training_seeds[1]))
+        run = run_seeds(make_policy(name, simulation), simulation, episode_seeds("training", entry.training_seeds[1]))
         assert run.cost.mean() == pytest.approx(entry.training_cost, rel=1e-4), name
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from grind_env.render.ansi import LEVELS, SHOWN, panel
 from grind_env.render.strips import HEADROOM
-from tests.render.harness import GOOD, LIMITS, MOTION, VIEW, with_last, with_wheel
+from tests.render.harness import GOOD, INSTANT, LIMITS, VIEW, with_last, with_wheel
 
 
 def line(text: str, name: str) -> str:
@@ -58,7 +58,7 @@ def test_the_verdict_names_the_limits_that_were_passed(change: dict[str, float],
 
 
 def test_while_a_block_runs_no_verdict_is_given() -> None:
-    text = panel(replace(VIEW, motion=MOTION))
+    text = panel(replace(VIEW, instant=INSTANT))
     assert "good part\n" not in text
     assert "block 2 of 20" in text
 

@@ -12,9 +12,9 @@ from grind_env.render.view import RenderError, View
 from tests.render.harness import (
     CHARTS,
     GOOD,
+    INSTANT,
     LIMITS,
     MACHINE,
-    MOTION,
     TRAY,
     VIEW,
     near,
@@ -74,7 +74,7 @@ def test_the_wheel_goes_from_blue_to_red_as_it_dulls() -> None:
 
 def test_the_wheel_stands_as_high_as_stock_is_left() -> None:
     bottoms = {
-        left: wheel_bottom(replace(VIEW, motion=MOTION, part=replace(VIEW.part, left=left)))
+        left: wheel_bottom(replace(VIEW, instant=INSTANT, part=replace(VIEW.part, left=left)))
         for left in (0.0, 0.15, 0.3)
     }
     assert bottoms[0.0] - bottoms[0.15] == pytest.approx(bottoms[0.15] - bottoms[0.3], abs=1)
@@ -93,7 +93,7 @@ def test_a_burn_leaves_its_mark_and_a_hotter_one_a_bluer_mark() -> None:
 def test_a_burn_is_gone_with_its_part() -> None:
     burnt = with_last(rise=1.3 * LIMITS.rise)
     assert scorched(burnt) > 100
-    assert scorched(replace(burnt, motion=MOTION, part=replace(burnt.part, left=0.3))) == 0
+    assert scorched(replace(burnt, instant=INSTANT, part=replace(burnt.part, left=0.3))) == 0
     assert scorched(replace(burnt, ground=(*burnt.ground, GOOD))) == 0
 
 
@@ -101,10 +101,10 @@ def test_the_table_moves_and_the_diamond_comes_below_the_wheel() -> None:
     def diamond(view: View) -> float:
         return float(np.flatnonzero(near(render(view)[MACHINE], palette.DIAMOND).any(axis=0)).mean())
 
-    left, right = (diamond(replace(VIEW, motion=replace(MOTION, table=table))) for table in (-1.0, 1.0))
+    left, right = (diamond(replace(VIEW, instant=replace(INSTANT, table=table))) for table in (-1.0, 1.0))
     assert left < diamond(VIEW) < right
     assert diamond(VIEW) - left == pytest.approx(right - diamond(VIEW), abs=1.0)
-    assert diamond(replace(VIEW, motion=replace(MOTION, dressing=True))) == pytest.approx(229.0, abs=1.0)
+    assert diamond(replace(VIEW, instant=replace(INSTANT, dressing=True))) == pytest.approx(229.0, abs=1.0)
 
 
 def test_values_beyond_their_limits_are_marked_in_the_charts() -> None:

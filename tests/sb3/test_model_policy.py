@@ -16,7 +16,7 @@ from grind_env.envs.wrappers import (
     VectorHistoryStack,
 )
 from grind_env.errors import GrindError
-from grind_env.policies.evaluation import evaluate
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip, shown_view
 
@@ -57,7 +57,7 @@ def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scal
         env.obs_rms.mean += 0.1
         env.training = False
     model = model_of(env)
-    found = evaluate(ModelPolicy(model), find_problem(FLAGSHIP).simulation(), SEEDS)
+    found = run_seeds(ModelPolicy(model), find_problem(FLAGSHIP).simulation(), SEEDS)
     env.seed(SEEDS.start)
     seen, cost, done = env.reset(), np.zeros(3), np.zeros(3, bool)
     while not done.all():
@@ -80,7 +80,7 @@ def test_judging_a_model_leaves_its_training_as_it_was():
     for judged in (False, True):
         model = model_of(vec_env("belief")).learn(30)
         if judged:
-            evaluate(ModelPolicy(model), find_problem(FLAGSHIP).simulation(), SEEDS)
+            run_seeds(ModelPolicy(model), find_problem(FLAGSHIP).simulation(), SEEDS)
         ends.append(model.learn(30, reset_num_timesteps=False).policy.state_dict())
     assert all(np.array_equal(ends[0][name], ends[1][name]) for name in ends[0])
 
@@ -96,7 +96,7 @@ def test_what_it_cannot_judge_is_refused():
     with pytest.raises(GrindError, match="pre-dress"):
         ModelPolicy(model_of(vec_env(predress=True)))
     with pytest.raises(GrindError, match="was trained for power_limited"):
-        evaluate(ModelPolicy(model_of(vec_env())), find_problem("grind/Slot-v0").simulation(), SEEDS)
+        run_seeds(ModelPolicy(model_of(vec_env())), find_problem("grind/Slot-v0").simulation(), SEEDS)
     with pytest.raises(GrindError, match="does not say what it saw: train it in an environment of grind_env"):
         ModelPolicy(A2C("MlpPolicy", "CartPole-v1"))
     with pytest.raises(GrindError, match=r"does not say what it saw.*no wrappers around the observation"):
@@ -116,7 +116,7 @@ def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path)
         ModelPolicy(A2C.load(tmp_path / "agent", device="cpu")),
         load_zip(tmp_path / "agent.zip", simulation),
     ]
-    live, loaded, without_torch = (evaluate(policy, simulation, SEEDS) for policy in policies)
+    live, loaded, without_torch = (run_seeds(policy, simulation, SEEDS) for policy in policies)
     assert len(np.unique(live.speeds)) > 1
     for other in (loaded, without_torch):
         assert np.array_equal(other.speeds, live.speeds) and np.array_equal(other.executions, live.executions)
@@ -140,7 +140,7 @@ def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
     with pytest.raises(GrindError, match=r"agent.zip saw what a VecNormalize had scaled"):
         load_zip(tmp_path / "agent.zip", simulation)
     with_scale = A2C.load(tmp_path / "agent", env=VecNormalize.load(tmp_path / "scale.pkl", vec_env()), device="cpu")
-    assert evaluate(ModelPolicy(with_scale), simulation, SEEDS).cost.shape == (3,)
+    assert run_seeds(ModelPolicy(with_scale), simulation, SEEDS).cost.shape == (3,)
 
 
 def test_a_file_of_another_task_is_refused(tmp_path, monkeypatch):

@@ -40,7 +40,7 @@ def trial(
     how many posterior spreads it misses."""
     rng = np.random.default_rng(seed)
     programs, job = read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml")
-    parameters = chosen_parameters(job, "auto")
+    parameters = chosen_parameters(job, None)
     z = rng.standard_normal(len(parameters))
     truth = with_entries(job, changes_of(parameters, z))
     log, gauge, said = folder / "log.csv", folder / "parts.csv", folder / "map.toml"

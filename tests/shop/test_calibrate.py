@@ -89,7 +89,7 @@ def test_the_unit_of_the_time_is_found_out(tmp_path):
     program, job = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
     style = Style(rate=200.0, unit="W", comma=False, clock="ms", headings=("time", "power"), noise=80.0, scale=0.0)
     write_log(tmp_path / "log.csv", read_file(program), load_job(job), 1, style, np.random.default_rng(3))
-    found = calibrate(tmp_path / "log.csv", program, job, names="stiffness")
+    found = calibrate(tmp_path / "log.csv", program, job, names=["stiffness"])
     assert any("it is in ms" in remark for remark in found.remarks)
     assert found.estimates[0].value == pytest.approx(20_000.0, rel=0.1)
 
@@ -109,7 +109,7 @@ def test_the_command_ends_in_status_2_with_one_sentence(plates, tmp_path):
 @pytest.mark.parametrize("names", ["chip_energi", "youngs_modulus", "idle_power"])
 def test_a_constant_that_cannot_be_fitted_is_named(plates, names):
     with pytest.raises(CalibrationError, match=names.split("_")[0]):
-        calibrate(plates[0] / "log.csv", EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml", names=names)
+        calibrate(plates[0] / "log.csv", EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml", names=[names])
 
 
 @pytest.mark.parametrize("override", [1.0, 0.7])

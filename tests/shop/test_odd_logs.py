@@ -16,7 +16,7 @@ from tests.shop.coverage import EXAMPLES
 
 PLATE, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
 TRUTH = {"material": {"ploughing_pressure": 0.95}, "machine": {"stiffness": 14_000.0}}
-FITTED = "ploughing_pressure,stiffness"
+FITTED = ("ploughing_pressure", "stiffness")
 LOOP = "%\nO1\n#1=0\nN1 M98 P2001\n#1=#1+1\nIF [#1 EQ {}] GOTO 9\nM00\nGOTO 1\nN9 M30\n\n"
 SECONDS = Style(separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "power [W]"), gaps=0, scale=0.0)
 
@@ -62,7 +62,7 @@ def test_noise_between_parts_is_no_further_execution(tmp_path):
     truth = with_entries(load_job(job), {"material": {"ploughing_pressure": 0.45, "chip_energy": 11.8}})
     style = Style(**{**vars(SECONDS), "rate": 1.0, "idle": 480.0, "warm_up": 0.0})
     write_log(tmp_path / "log.csv", read_file(program), truth, 1, style, np.random.default_rng(1))
-    found = calibrate(tmp_path / "log.csv", program, job, names="ploughing_pressure")
+    found = calibrate(tmp_path / "log.csv", program, job, names=["ploughing_pressure"])
     assert any("in the log once" in remark for remark in found.remarks)
     assert found.errors["power"][2] < 0.1
 
@@ -95,7 +95,7 @@ def test_other_work_in_the_log_is_told(plates, tmp_path):
     end = float(rows[-1].split(",")[0])
     other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 7 % 2)}" for k in range(1, 1200)]
     (tmp_path / "log.csv").write_text("\n".join([*rows, *other]), encoding="utf-8")
-    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names="stiffness")
+    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
     told = [re.search(r"for (\d+) s the log has the power of grinding where", each) for each in found.remarks]
     assert [float(each[1]) for each in told if each] == pytest.approx([60.0], abs=5.0)
 
@@ -104,7 +104,7 @@ def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, 
     text = plates.read_text(encoding="utf-8").replace("[W]", "[kW]")
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"check the unit of the power"):
-        calibrate(tmp_path / "log.csv", PLATE, JOB, names="stiffness")
+        calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, 
 def test_gauges_in_another_unit_are_refused(plates, tmp_path, text, reason):
     (tmp_path / "gauge.csv").write_text(text, encoding="utf-8")
     with pytest.raises(CalibrationError, match=reason):
-        calibrate(plates, PLATE, JOB, gauge=tmp_path / "gauge.csv", names="roughness")
+        calibrate(plates, PLATE, JOB, gauge=tmp_path / "gauge.csv", names=["roughness"])
 
 
 def test_a_job_with_parts_that_differ_is_refused(tmp_path):

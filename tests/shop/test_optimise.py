@@ -15,7 +15,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.policies.statistics import bootstrap
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import finding
@@ -28,6 +27,7 @@ from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.trials import trials_of
+from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, write
 
 PARTS = 4
@@ -198,7 +198,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wishes, found = wishes_of("D", ["D=0..1"], keep=["70"]), []
+    wishes, found = wishes_of(("D",), {"D": (0, 1)}, kept=[70]), []
     monkeypatch.setattr(finding, "JUDGED", 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
@@ -236,7 +236,7 @@ def test_options_that_cannot_be_read_are_told(
 def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
     path = EXAMPLES / "rail_g83.nc"
     job = load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of("E,J,L"), 2, 1)
+    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of(("E", "J", "L")), 2, 1)
     assert {each.name for each in variation.choices.variables} == {"E"}
     assert "J and L are kept as they are" in variation.choices.remarks[0]
 
@@ -258,3 +258,29 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
     search = Search(costs, [4, 2] * 6)
     best = search.costs[search.run((0, 0) * 6, seed=1)]
     assert optimum.cost - 1e-9 <= best <= 1.001 * optimum.cost
+
+
+def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optimised) -> None:
+    for limit in found.limits:
+        if limit.price is not None:
+            worth = 0.01 * found.quantity("cost").after.value
+            assert limit.without is not None
+            assert limit.binds == (limit.price.low > worth and limit.without > limit.margin)
+    said = [sentence for sentence in sentences(found) if "binds" in sentence]
+    assert len(said) == sum(limit.binds for limit in found.limits)
+
+
+def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not() -> None:
+    wishes = wishes_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=PARTS, seconds=1000.0)
+    limits = {limit.name: limit for limit in found.limits}
+    assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
+    assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8
+
+
+def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
+    wishes = wishes_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
+    assert found.verdict is Verdict.INFEASIBLE
+    assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]
+    assert any(sentence.startswith("the limit of Ra binds: ") for sentence in sentences(found))

@@ -34,7 +34,7 @@ def asked_for(name: str, folder: Path, vary: str = ALL, unroll: bool = False) ->
     if unroll:
         text = unrolled(programs, text)
         programs = read(text.text, programs.name)
-    return variation_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary), 1, 1)
+    return variation_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary.split(",")), 1, 1)
 
 
 @pytest.fixture(scope="module")
@@ -125,11 +125,11 @@ def test_calls_without_end_are_refused_and_thousands_are_written_out_at_once() -
 
 def test_a_block_that_is_kept_stays_as_it_is() -> None:
     path = EXAMPLES / "plate_g82.nc"
-    wishes = wishes_of("E,D", keep=["N50"])
+    wishes = wishes_of(("E", "D"), kept=[50])
     found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes, 1, 1)
     assert {each.place for each in found.choices.variables} == {"N70"}
     with pytest.raises(WishError, match=r"N51 is no cycle block .* there are N50, N70"):
-        variation_of(found.programs, found.text, found.job, wishes_of(keep=["51"]), 1, 1)
+        variation_of(found.programs, found.text, found.job, wishes_of(kept=[51]), 1, 1)
 
 
 def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_de
     path.write_text(plate[: plate.index("O9100")] + dress, encoding="utf-8")
     programs, text = read_file(path), text_of(read_bytes(path))
     job = load_job(EXAMPLES / "plate_g82.toml")
-    asked = variation_of(programs, text, job, wishes_of("passes,depth", ["passes=2..4"]), 1, 1)
+    asked = variation_of(programs, text, job, wishes_of(("passes", "depth"), {"passes": (2, 4)}), 1, 1)
     (passes,) = asked.choices.variables
     assert (passes.name, [int(level) for level in passes.levels]) == ("passes", [2, 4])
     assert "depth of O9100 is kept as it is: it has no infeed, for its dresser advances by itself" in " ".join(

@@ -79,7 +79,7 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 def test_other_words_leave_every_other_byte(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text, job, wishes_of("E,D"), 1, 1)
+    variation = variation_of(read_file(path), text, job, wishes_of(("E", "D")), 1, 1)
     assert {(each.place, each.name) for each in variation.choices.variables}
     new = variation.with_words([0] * len(variation.choices.variables)).bytes()
     old = path.read_bytes()
@@ -122,7 +122,7 @@ def test_a_report_shows_the_letters_of_latin_1(tmp_path: Path) -> None:
 def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
     path = FOLDER / "step_grind.nc"
     programs = read_file(path)
-    rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))), programs)
+    rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))))
     runs, strokes = HEADINGS.index("runs"), HEADINGS.index("strokes")
     assert [(row.line, row.cells[runs], row.cells[strokes]) for row in rows] == [(19, "4", "8"), (22, "1", "8")]
 
@@ -130,7 +130,7 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
 @pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
-    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of("D"))
+    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of(("D",)))
     part = grind(read(found.after), load_job(path.with_suffix(".toml"))).parts[0]
     assert found.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
     assert found.quantity("seconds").expected[1] == pytest.approx(part["seconds"], rel=1e-9)

@@ -27,6 +27,7 @@ SECTIONS = [
     "Verdict",
     "Margin to the limits",
     "Blocks",
+    "Comparison",
     "Run",
     "Parts",
     "Dresses and wheel",
@@ -71,6 +72,11 @@ def test_a_report_has_every_section_and_the_numbers_of_the_record(name: str) -> 
     assert sum(int(row[14]) for row in blocks) == record.dresses.size
     assert max(float(row[8]) for row in blocks) == pytest.approx(0.001 * part["peak_power"], abs=0.005)
     assert sum(float(row[5]) for row in blocks) == pytest.approx(strokes["seconds"].sum(), abs=0.1)
+    compared = cells(section(page, "Comparison"))
+    assert max(float(row[1]) for row in compared) == pytest.approx(strokes["Q"].max(), abs=0.005)
+    assert [row[5] for row in compared] == [f"{each:.1f}" for each in record.executions["u_s"]]
+    overlaps = [float(row[8]) for row in cells(section(page, "Dresses and wheel"))]
+    assert set(overlaps) == {round(each, 2) for each in record.dresses["overlap"].tolist()}
     margins = {row[0].split(",")[0]: row for row in cells(section(page, "Margin to the limits"))}
     left = 100.0 * (1.0 - part["Ra"] / job.limits.roughness)
     assert float(margins["roughness Ra"][3]) == pytest.approx(left, abs=0.5)

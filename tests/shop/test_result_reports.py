@@ -194,7 +194,7 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
 
 
 def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
-    found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names="stiffness")
+    found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names=["stiffness"])
     residuals = figures(calibrated_report(found, {}))[1]
     places = {
         label: place
@@ -216,6 +216,6 @@ def test_a_calibration_that_finds_nothing_is_written_up(tmp_path: Path, capsys: 
     assert status("calibrate", table, *options) == 2
     assert "tells none of the constants" in capsys.readouterr().err
     html = written.read_text("utf-8")
-    assert calibrate_table(table, job, names="stiffness").tells_nothing and not output.exists()
+    assert calibrate_table(table, job, names=["stiffness"]).tells_nothing and not output.exists()
     assert "tell 0 of 1 constants" in section(html, "Verdict")
     assert "There is none" in section(html, "Catalogue file")

@@ -238,7 +238,7 @@ def test_a_setting_of_nothing_is_none(tmp_path, number):
         other = [list(row) for row in rows]
         other[3][column] = number
         with pytest.raises(CalibrationError, match=f"setting 3 has no {name}"):
-            calibrate_table(written(tmp_path, other), EXAMPLES / "plate_g82.toml", names="ploughing_pressure")
+            calibrate_table(written(tmp_path, other), EXAMPLES / "plate_g82.toml", names=["ploughing_pressure"])
 
 
 @pytest.mark.parametrize("word", ["inf", "-INF", "nan", "n/a", "", "---"])

@@ -16,9 +16,9 @@ from grind_env.machine.grind import grind as ground
 from grind_env.machine.job import Job, JobError, PartConditions
 from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import D, E
-from grind_env.policies.planners.dynamic_programming import exact_optimum
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
+from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, PLATE
 
 JOB = load_job(EXAMPLES / "plate_g82.toml")

@@ -1,6 +1,7 @@
 """`grind sweep`: every point costs what a program written so costs, and the valley is what it says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,9 @@ from grind_env.cli import main
 from grind_env.control import read
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job.file import load_job
+from grind_env.policies.statistics import Interval
 from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, PLATE
@@ -96,3 +99,17 @@ def test_half_a_dress_interval_is_refused(grind: Grind) -> None:
 def test_a_range_that_begins_at_zero_is_refused(option: str, grind: Grind) -> None:
     status, _, said = grind("sweep", EXAMPLES / "plate_g82.nc", option, "0..0.1", "--parts", 1)
     assert (status, said) == (2, f"grind: {option} begins at 0; begin above 0, for its values are swept by ratio\n")
+
+
+def test_a_limit_binds_where_a_cheaper_point_is_refused_because_of_it(found: Sweep) -> None:
+    assert found.refused == {}
+    best, own = found.best, found.own
+    cheaper = replace(best, cost=Interval(0.5, 0.4, 0.6), shares=(0.5, 0.2, 1.18, 0.9), lead=own.lead)
+    dearer = replace(best, cost=Interval(9.0, 8.9, 9.1), shares=(0.5, 1.3, 0.7, 0.9))
+    refused = replace(found, speeds=(*found.speeds, cheaper, dearer))
+    assert refused.best == best
+    assert refused.refused == {"Ra": cheaper}
+    (said,) = (sentence for sentence in sentences(refused) if "binds" in sentence)
+    assert said.startswith(f"the limit of Ra binds: E{cheaper.E:.0f}, a dress every {cheaper.every} parts")
+    assert said.endswith(" would cost 0.500 $ and come to 118 % of it")
+    assert any("Ra 118 %" in row for row in tables_of(replace(refused, speeds=(cheaper,), dresses=()))[1].rows)

@@ -6,36 +6,26 @@ programs are added to a file of the commit, so that a run which was interrupted 
 tells of findings, 130 of an interruption.
 """
 
-import argparse
-import json
 import os
 import subprocess
 import sys
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
 from grind_env.machine.job.text import job_text
+from tests.campaign import Record, run
 from tests.soak.examine import SLOW, examine
 from tests.soak.writer import case
 
 CHUNK = 100
-STREAM = 1 << 32
-"""Programs of one --seed; those of different seeds do not meet."""
 KEPT = 3
 """Findings of a kind whose program and job are kept, of each chunk."""
 WARM = 60
 """Programs after which what they need has been compiled."""
-INTERRUPTED = 130
-
-Record = dict[str, Any]
 
 
 def run_chunk(seeds: range) -> Record:
@@ -98,48 +88,8 @@ def commit() -> str:
 
 def main() -> int:
     """Run what is not yet done, and report all of it."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--programs", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=float, help="begin no further hundred after so many s")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("build/soak"), help="folder of the results")
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    path = options.out / f"{commit()}-seed-{options.seed}.jsonl"
-    console = Console(stderr=True)
-    records = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    known = {(record["first"], record["programs"]) for record in records}
-    origin = options.seed * STREAM
-    end = origin + options.programs
-    chunks = [range(start, min(start + CHUNK, end)) for start in range(origin, end, CHUNK)]
-    left = [chunk for chunk in chunks if (chunk.start, len(chunk)) not in known]
-    columns = (*Progress.get_default_columns()[:3], MofNCompleteColumn(), TimeRemainingColumn())
-    began = time.monotonic()
-    with (
-        Progress(*columns, console=console) as progress,
-        ProcessPoolExecutor(options.jobs) as pool,
-        path.open("a") as results,
-    ):
-        done = options.programs - sum(map(len, left))
-        task = progress.add_task("programs", total=options.programs, completed=done)
-        futures = [pool.submit(run_chunk, chunk) for chunk in left]
-        try:
-            for future in as_completed(futures):
-                record = future.result()
-                records.append(record)
-                results.write(json.dumps(record) + "\n")
-                results.flush()
-                progress.advance(task, record["programs"])
-                if options.seconds is not None and time.monotonic() - began > options.seconds:
-                    pool.shutdown(cancel_futures=True)
-                    break
-        except (KeyboardInterrupt, BrokenProcessPool):
-            pool.shutdown(wait=False, cancel_futures=True)
-            console.print("interrupted; the same command goes on from here")
-            return INTERRUPTED
+    records, console = run(__doc__, Path("build/soak"), run_chunk, CHUNK, mark=f"{commit()}-")
     _report(records, console)
-    console.print(f"results in {path}")
     return int(any(record["kinds"] for record in records))
 
 

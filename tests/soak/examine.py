@@ -136,7 +136,7 @@ def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     radius = {WHEEL_RADIUS: 0.5 * first_diameter(case.job)}
     report = check(known["programs"], replace(case.job.control, radii=radius))
     known["motions"] = report.motions
-    known["checked"] = str(report.errors[-1]) if report.errors else None
+    known["checked"] = "; ".join(map(str, report.errors)) or None
     for error in report.errors:
         _require_sentence(error, examined)
     return True

@@ -46,8 +46,8 @@ class Passed(NamedTuple):
 
 
 @dataclass(slots=True)
-class Course:
-    """The elements along which the wheel has run since the compensation was switched on."""
+class GougeCheck:
+    """Compares each element with those along which the wheel has run since the compensation was switched on."""
 
     passed: deque[Passed] = field(default_factory=lambda: deque(maxlen=HELD))
 

@@ -16,7 +16,7 @@ from grind_env.control.compensation.corners import (
     side_change,
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.gouging import Course
+from grind_env.control.compensation.gouging import GougeCheck
 from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, Point, Segment
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
@@ -56,7 +56,7 @@ class Compensation:
         self.programmed: Position | None = None
         self.plane = "G18"
         self.detect = True
-        self._course = Course()
+        self._gouge_check = GougeCheck()
 
     def position(self, actual: Position) -> Position:
         """The programmed position, the axes standing at `actual`."""
@@ -133,7 +133,7 @@ class Compensation:
         else:  # a lapsed compensation has left the wheel where this move ends
             to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
             elements = (Segment(move.start, to),)
-        self.offset, self.programmed, self._course = offset, path.end, Course()
+        self.offset, self.programmed, self._gouge_check = offset, path.end, GougeCheck()
         pieces = _pieces(elements, actual, path.end, plane)
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
 
@@ -186,7 +186,7 @@ class Compensation:
         level, own = path.end[third], command.block.place
         if path.start[third] != level:
             return
-        gouged = self._course.follow(own, element, centre, level)
+        gouged = self._gouge_check.follow(own, element, centre, level)
         if gouged is not None:
             raise command.error(
                 "interference",

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Table
 from grind_env.envs.blocks.tape import Sigmas, deal_orders, fill, fill_dates, unless
 from grind_env.envs.contexts import Fixed, Given, from_ranges
 from grind_env.envs.tasks import Task
@@ -28,7 +29,6 @@ EPISODE = slice(0, 5)
 TOGETHER = 16
 """Episodes begun in one go, few enough that their numbers stay in the nearest cache."""
 
-Table = NDArray[np.float64]
 
 read_fixed = column_reader(Fixed)
 

@@ -4,6 +4,7 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 (tests/envs/test_program_equality.py).
 """
 
+import functools
 import itertools
 import re
 from collections.abc import Callable, Sequence
@@ -65,9 +66,10 @@ class CycleBlock(NamedTuple):
     """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
 
 
+@functools.lru_cache(4096)
 def number(value: float) -> str:
     """A word's number with a decimal point and at most three decimals, as the control reads it."""
-    text = f"{value:.3f}".rstrip("0")
+    text = f"{value + 0.0:.3f}".rstrip("0")  # -0.0 is the same key of the cache as 0.0
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
 
 
@@ -78,7 +80,7 @@ def coming_block(
     row = episodes.tape[i, episodes.block[i]]
     kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
     surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
-    wheel, own, changes = episodes.wheel(i), episodes.own(i), int(episodes.memory[i, WHEEL_CHANGES])
+    (wheel, own), changes = episodes.wheel_and_own(i), int(episodes.memory[i, WHEEL_CHANGES])
     return CycleBlock(kind, surface, stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes, own)
 
 

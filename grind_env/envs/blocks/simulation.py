@@ -12,6 +12,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
@@ -22,7 +23,7 @@ from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given, without_effect
-from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
@@ -90,6 +91,7 @@ class BlockSimulation:
         self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
+        self._step = self._step_of(process, gauge)
         # kept from step to step: of tens of MB the system would have to find every page anew
         self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.branches.base.shape[1]))
 
@@ -146,7 +148,7 @@ class BlockSimulation:
         results = np.zeros((n, len(Tally._fields)))
         if len(self._cycles) < n:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
-        self._step_of(self.process, self.gauge)(
+        self._step(
             self._tables(n),
             tuple(episodes.arrays().values()),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),

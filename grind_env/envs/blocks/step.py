@@ -245,6 +245,12 @@ def row_of(row: TapeRow, shop: Shop) -> int:
 @functools.cache
 def blocks_step(process: Process, gauge: Gauge) -> Callable[..., None]:
     """The compiled step of G82 blocks."""
+    return step_of(blocks_work(process, gauge))
+
+
+@functools.cache
+def blocks_work(process: Process, gauge: Gauge) -> Work:
+    """Of what that step is made."""
     (begin, settle_one), grind_plunges = floor_of(process, gauge), loops_of(COURSES["G82"], process).lanes
 
     @entry
@@ -289,4 +295,4 @@ def blocks_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         for i in active:
             settle_one(i, tables, episodes, choices, shop, results, outcomes)
 
-    return step_of(Work(Tables, EpisodeArrays, Choices, prepare, grind, settle))
+    return Work(Tables, EpisodeArrays, Choices, prepare, grind, settle)

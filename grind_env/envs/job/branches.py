@@ -5,8 +5,9 @@ from typing import cast
 
 import numpy as np
 
+from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
-from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grind_env.envs.episodes import Episodes, EpisodesT, Numbers, Table
+from grind_env.arrays import Numbers, Table
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.job.step import JobArrays
 from grind_env.envs.program_episode import ProgramEpisode
 

@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
@@ -20,7 +21,7 @@ from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
 from grind_env.envs.blocks.tables import FOUND, Outcome, Shop
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes, Numbers, Table
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Table
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation, room_for
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes, Table
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
 from grind_env.envs.strips.program import block_text, crossover, part_program

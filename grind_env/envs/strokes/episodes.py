@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from grind_env.envs.episodes import NOISE, Episodes, EpisodesT, Numbers, Table
+from grind_env.arrays import Numbers, Table
+from grind_env.envs.episodes import NOISE, Episodes, EpisodesT
 
 
 @dataclass(slots=True)

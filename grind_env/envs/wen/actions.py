@@ -1,4 +1,4 @@
-"""The action of `grind/Wen-v0`, to a setting and back, and arguments that mean something in the other ids only."""
+"""The action of `grind/Wen-v0` as a setting, and arguments that mean something in the other ids only."""
 
 from typing import Any
 
@@ -6,12 +6,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.actions import IN_BOX, ActionError, check_shape, illegal, plain, real_numbers
+from grind_env.arrays import Array
+from grind_env.envs.actions import IN_BOX, ActionError, check_shape, illegal, real_numbers
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
-
-Array = NDArray[Any]
 
 LOW, HIGH = np.array(LOWEST), np.array(HIGHEST)
 """Bounds of a setting."""
@@ -89,18 +88,3 @@ def decode(values: Array) -> Array:
         raise illegal(int(i), name, float(values[i, k]), IN_BOX)
     settings: Array = LOW + 0.5 * (values + 1.0) * (HIGH - LOW)
     return settings
-
-
-def encode(setting: Setting) -> NDArray[np.float32]:
-    """The action, shape (4,), that chooses a setting.
-
-    Raises:
-        ActionError: if the setting lies outside the bounds.
-    """
-    values = np.array(setting)
-    good = (values >= LOW) & (values <= HIGH)
-    if not good.all():
-        k = int(np.flatnonzero(~good)[0])
-        raise ActionError(f"{Setting._fields[k]} is {plain(values[k])}, but must be from {LOW[k]:g} to {HIGH[k]:g}")
-    action: NDArray[np.float32] = (2.0 * (values - LOW) / (HIGH - LOW) - 1.0).astype(np.float32)
-    return action

@@ -5,13 +5,11 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.contexts import ContextError, option_items
 from grind_env.envs.observations import Reading
 from grind_env.envs.wen.model import CASES
-
-Array = NDArray[Any]
 
 
 def draw_case(rng: np.random.Generator, fixed: int | None) -> int:

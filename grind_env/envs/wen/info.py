@@ -2,12 +2,9 @@
 
 from typing import Any
 
-from numpy.typing import NDArray
-
+from grind_env.arrays import Array
 from grind_env.envs.wen.judging import OBJECTIVE, VIOLATION
 from grind_env.envs.wen.model import Setting, WenVerdict
-
-Array = NDArray[Any]
 
 
 def report(settings: Array, verdicts: Array) -> dict[str, Any]:

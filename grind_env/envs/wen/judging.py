@@ -1,13 +1,9 @@
 """What a setting of `grind/Wen-v0` comes to."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.wen.model import CASES, Setting, WenVerdict, judge_settings
-
-Array = NDArray[Any]
 
 CASE_ROWS = np.array(list(CASES.values()))
 OBJECTIVE, VIOLATION = WenVerdict._fields.index("objective"), WenVerdict._fields.index("violation")

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.arguments import check_count, refuse_render
 from grind_env.envs.contexts import read_all_options
 from grind_env.envs.observations import Reading
@@ -30,8 +30,6 @@ from grind_env.envs.wen.info import report, with_masks
 from grind_env.envs.wen.judging import judged, named
 from grind_env.envs.wen.model import CASES, Setting, WenVerdict
 from grind_env.envs.wen.view import sheet_of
-
-Array = NDArray[Any]
 
 
 class WenVectorEnv(VectorEnv[Array, Array, Array]):

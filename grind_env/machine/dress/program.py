@@ -166,12 +166,9 @@ def measure_dress(
     traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
     dressing = _at_the_wheel(out, passes, cross, plunge)
     formed = next((motion for motion in dressing if _is_formed(motion, cross, plunge)), None)
+    formed = formed or _step_of_form(dressing, cross, plunge, width)
     if formed is not None:
-        raise _error(
-            number,
-            f"form dressing is not simulated, but line {formed.line} leads the diamond along a form; "
-            f"dress with feed moves along {AXES[cross]} and {AXES[plunge]}, one at a time",
-        )
+        raise _form_error(formed, number, cross, plunge)
     if not traverses:
         raise _error(
             number,
@@ -179,7 +176,12 @@ def measure_dress(
         )
     places = [traverse.end[plunge] for traverse in traverses]
     first = _first_infeed(out[: passes[0]], plunge, number, alone=max(places) - min(places) < STEP)
-    towards = math.copysign(1.0, first if abs(first) >= STEP else places[-1] - places[0])
+    sunk = first if abs(first) >= STEP else places[-1] - places[0]
+    towards = math.copysign(1.0, sunk)
+    leaving = itertools.takewhile(lambda motion: isinstance(motion, Line | Arc), out[passes[-1] + 1 :])
+    for motion in leaving if abs(sunk) >= STEP else ():
+        if _is_formed(motion, cross, plunge) and towards * _way(motion, plunge) > -STEP:
+            raise _form_error(motion, number, cross, plunge)
     depths = [towards * place for place in places]
     before = list(itertools.accumulate(depths, max))  # the deepest pass up to each
     infeeds = [abs(first), *(after - old for old, after in itertools.pairwise(before))]
@@ -271,6 +273,36 @@ def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
         return True
     both = min(abs(_way(motion, cross)), abs(_way(motion, plunge)))
     return isinstance(motion, Line) and both > STEP
+
+
+def _step_of_form(dressing: Sequence[Motion], cross: int, plunge: int, width: float) -> Motion | None:
+    """A motion that goes on over the wheel at another depth than the one before it: a form in steps; None if none does.
+
+    Neither takes the diamond over the whole wheel.
+    """
+    before: Motion | None = None
+    for motion in dressing:
+        way = _way(motion, cross)
+        if not isinstance(motion, Line) or abs(way) >= width - STEP:
+            before = None
+        elif abs(way) >= STEP:
+            if (
+                before is not None
+                and way * _way(before, cross) > 0.0
+                and abs(motion.start[plunge] - before.end[plunge]) >= STEP
+            ):
+                return motion
+            before = motion
+    return None
+
+
+def _form_error(formed: Motion, number: int, cross: int, plunge: int) -> DressProgramError:
+    return _error(
+        number,
+        f"form dressing is not simulated, but line {formed.line} leads the diamond along a form; in a copy of the "
+        f"program for the simulation dress with feed moves along {AXES[cross]} and {AXES[plunge]}, one at a time, at "
+        "the feed and infeed of the form: it then grinds with a cylinder that is dressed alike",
+    )
 
 
 def _first_infeed(approach: Sequence[Motion], plunge: int, number: int, *, alone: bool) -> float:

@@ -280,7 +280,7 @@ class Job:
 
     Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
     `part`, one after the other; empty if none does. `process` is what grinds, and `own` what it remembers besides the
-    wheel as the shift begins, by its fields; empty for what it begins with by itself.
+    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself.
     """
 
     part: Part

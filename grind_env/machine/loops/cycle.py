@@ -159,5 +159,5 @@ def measured(wheel: WheelState) -> WheelState:
 @inlined
 def stroke_seconds(stroking: Stroking, reversal: float) -> tuple[float, float]:
     """Time of the stroke after so many reversals of the cycle, and what of it is its own, s."""
-    first, own = stroking.first_seconds, stroking.set_out
-    return stroking.stroke_seconds if reversal > 0.0 else first, stroking.stroke_seconds if reversal > 0.0 else own
+    later, again = stroking.stroke_seconds, reversal > 0.0
+    return later if again else stroking.first_seconds, later if again else stroking.set_out

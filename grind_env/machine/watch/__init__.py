@@ -55,8 +55,8 @@ class Watch:
         self.way.judge(part, plan.axis)
         self.cycles.begin(part, plan)
         self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
-        if plan.dresses and plan.dresses > plunges(plan):
-            self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, plunges(plan)))
+        if plan.dresses and plan.dresses > (infeeds := plunges(plan)):
+            self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, infeeds))
 
     def runs(self, line: int, running: Running, diameter: float) -> None:
         """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""

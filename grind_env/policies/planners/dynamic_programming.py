@@ -1,18 +1,17 @@
-"""Plans for a known tape: exact for a small task, by forward dynamic programming over state classes for a large one."""
+"""Plans for a known tape, by forward dynamic programming over classes of states."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.blocks.tables import KindRow, Outcome, ShopMemory
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
 from grind_env.machine.loops.tally import Tally
-from grind_env.policies.choices import Array, Decision, all_choices
+from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.columns import AREA, COST, VOLUME
 
 AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
@@ -121,46 +120,3 @@ def cheapest_of_each(cost: Array, *groups: Index) -> Index:
     first = np.ones(len(order), bool)
     first[1:] = (keys[:, 1:] != keys[:, :-1]).any(axis=0)
     return order[first]
-
-
-@dataclass(frozen=True, slots=True)
-class Optimum:
-    """The cheapest plan of a deterministic task."""
-
-    cost: float
-    """$, handover included."""
-    speeds: Array
-    """E, mm/min, shape (blocks,)."""
-    executions: Array
-    """D, shape (blocks,)."""
-    runner_up: float
-    """Cost of the second-best plan, $."""
-
-
-def exact_optimum(simulation: Simulation) -> Optimum:
-    """The exact optimum of a task without chance and with levels of E, by trying every plan.
-
-    Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
-
-    Raises:
-        GrindError: if the task draws anything at random or has a range of E.
-    """
-    task = simulation.task
-    if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
-        raise GrindError(f"{task.name} has no exact optimum: that needs levels of E and no spread")
-    choices = all_choices(task, SPEEDS)
-    count = len(choices.speeds)
-    start = simulation.start([np.random.default_rng(0)])
-    costs = []
-    for k in range(count):  # one first choice at a time keeps the last level small
-        state = start.pick([0])
-        cost = simulation.step(state, choices.speeds[[k]], choices.executions[[k]])[0][:, COST]
-        for _ in range(1, task.blocks):
-            state = state.pick(np.repeat(np.arange(len(cost)), count))
-            decision = np.tile(choices.speeds, len(cost)), np.tile(choices.executions, len(cost))
-            cost = np.repeat(cost, count) + simulation.step(state, *decision)[0][:, COST]
-        costs.append(cost)
-    every = np.concatenate(costs)
-    best, second = np.argsort(every, kind="stable")[:2]
-    plan = np.array(np.unravel_index(best, (count,) * task.blocks))
-    return Optimum(float(every[best]), choices.speeds[plan], choices.executions[plan], float(every[second]))

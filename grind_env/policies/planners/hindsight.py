@@ -6,10 +6,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Array, Decision, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, nearest_speed, speed_bounds
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import forward_plans, surcharges
 from grind_env.policies.policy import Sees

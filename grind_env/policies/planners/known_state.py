@@ -10,10 +10,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import (
     AREA,
     CHANGES,

@@ -36,8 +36,7 @@ class AdaptiveDress(DressLaw):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide on D."""

@@ -32,8 +32,7 @@ class AdaptiveSpeed(SpeedLaw):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots, and back to the first block of the plan."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
         self.plan = Fixed(self.E[0], self.D, self.every)
         self.plan.begin(simulation, episodes)
 

@@ -36,9 +36,8 @@ class BeliefRule(SharpnessRule):
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to what is believed of any wheel and lot."""
         self.task, self.belief = simulation.task, WheelBelief(MemberModel(simulation))
-        self.estimator = SharpnessEstimator(simulation)
+        self.estimator = SharpnessEstimator(simulation, episodes)
         self.belief.begin(episodes)
-        self.estimator.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Believe, then decide."""

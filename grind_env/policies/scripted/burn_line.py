@@ -7,12 +7,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader
-from grind_env.policies.choices import Array, Decision, nearest_speed
+from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.instruments import Instruments
 from grind_env.policies.scripted.rules import REFERENCE_AREA

@@ -92,10 +92,10 @@ class SharpnessEstimator:
     It reads the measured observation only, the first entries of the full one.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, episodes: int = 0) -> None:
         self.task, self.simulation = simulation.task, simulation
         self.parameters = simulation.branches.nominal
-        self.begin(0)
+        self.begin(episodes)
 
     def begin(self, n: int) -> None:
         """Forget everything; n episodes begin."""

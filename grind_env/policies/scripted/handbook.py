@@ -6,11 +6,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.branches import coming_kinds
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Array, Decision, nearest_speed
+from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 
 USUAL_SPEED = 12.0

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.branches import coming_kinds
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Array
 
 
 class Instruments:

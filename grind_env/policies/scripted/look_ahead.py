@@ -7,13 +7,14 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Array, Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
@@ -27,7 +28,7 @@ HASTE_WIDTH = 0.1
 
 SECONDS = Outcome._fields.index("seconds")
 SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
-MATERIAL, ROUGHNESS = (TapeRow._fields.index(name) for name in ("material", "ra_scale"))
+ROUGHNESS = TapeRow._fields.index("ra_scale")
 
 
 class Prices(NamedTuple):

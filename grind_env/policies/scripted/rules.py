@@ -9,11 +9,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Array, Decision, nearest_speed
+from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
@@ -83,8 +84,7 @@ class ConstantPerKind:
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Prepare to read the kind of the coming block."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Look up."""
@@ -219,8 +219,7 @@ class AdaptiveRule(SharpnessRule):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation)
-        self.estimator.begin(episodes)
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide."""

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.extras import needing
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.logs import Log
-from grind_env.shop.calibrate.pattern import Numbers, Pattern
+from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
 with needing("shop", "a calibration needs"):

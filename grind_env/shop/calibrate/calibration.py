@@ -2,13 +2,14 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.files import shown
@@ -25,7 +26,7 @@ from grind_env.shop.calibrate.logs import Log, read_log
 from grind_env.shop.calibrate.meter import averaged, without_lag
 from grind_env.shop.calibrate.observe import Observations, observe
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
-from grind_env.shop.calibrate.pattern import Numbers, Pattern, pattern_of
+from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
@@ -81,7 +82,7 @@ def calibrate(
     *,
     gauge: Path | None = None,
     map_file: Path | None = None,
-    names: str = "auto",
+    names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a log of the spindle's power.
@@ -92,7 +93,7 @@ def calibrate(
         job: what was ground on which machine.
         gauge: text with a row for every part that was measured.
         map_file: what the columns are, where their names do not say it.
-        names: of the constants to fit, with commas between; `auto` for those of the usual ones that the log tells.
+        names: of the constants to fit; None for those of the usual ones that the log tells.
         told: is told what is being done.
 
     Raises:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from grind_env.arrays import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, not_used
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.pattern import Numbers
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 
 INCH = 25.4

@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
-from grind_env.shop.calibrate.pattern import Numbers, Pattern
+from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
 EDGE_IN, EDGE_OUT = 0.35, 0.1

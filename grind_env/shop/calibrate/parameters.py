@@ -1,7 +1,7 @@
 """What may be fitted: constants of the catalogue, each with the spread that it has before anything was measured."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,7 +25,6 @@ SPREADS: Mapping[str, Mapping[str, float]] = {
 """Logarithmic standard deviations before measuring, by kind and field: what the sources of the catalogue are uncertain
 by
 (`catalogue_data/*.toml`), and how machines and wheels of one name differ."""
-AUTO = "auto"
 OTHER_SPREAD = 0.3
 """Of a field that is fitted only because it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
@@ -95,19 +94,21 @@ def _changed(entry: Any, values: Mapping[str, float]) -> Any:
     return replace(entry, **values)
 
 
-def chosen_parameters(job: Job, names: str, beside: Sequence[tuple[str, str]] = ()) -> tuple[Parameter, ...]:
+def chosen_parameters(
+    job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
+) -> tuple[Parameter, ...]:
     """The constants that may be fitted.
 
     Args:
         job: whose entries.
-        names: `auto`, or names with commas between, such as `chip_energy,wheel.roughness`.
-        beside: kinds and keys that `auto` takes, too.
+        names: of constants, such as `chip_energy` and `wheel.roughness`; None for the usual ones.
+        beside: kinds and keys that are usual, too.
 
     Raises:
         CalibrationError: no entry has such a field, several have it, or it is 0 and cannot be scaled.
     """
-    if names.strip() != AUTO:
-        return tuple(_named(job, name) for name in dict.fromkeys(each.strip() for each in names.split(",")))
+    if names is not None:
+        return tuple(_named(job, name) for name in dict.fromkeys(names))
     usual = [(kind, key) for kind, spreads in SPREADS.items() for key in spreads]
     return tuple(
         _parameter(job, kind, key) for kind, key in (*usual, *beside) if getattr(entries_of(job)[kind], key) > 0.0

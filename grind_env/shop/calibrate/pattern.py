@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.control import DressStart, Programs, ProgramStop, Stroke, execute
 from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.forward import Forward
 from grind_env.shop.calibrate.sheet import Floats
-
-Numbers = NDArray[np.int64]
 
 PAUSE = 0.5
 """s; strokes further apart than that are not of one run."""

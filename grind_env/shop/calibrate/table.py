@@ -9,7 +9,7 @@ says which they are where they are not, and of which responses only ratios count
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -81,7 +81,7 @@ def calibrate_table(
     job: Path,
     *,
     map_file: Path | None = None,
-    names: str = "auto",
+    names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a table of settings.

@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import ReportFile
+from grind_env.terminal import table_console
 
 
 def calibrate(
@@ -50,19 +51,22 @@ def calibrate(
     """
     from rich.console import Console
 
+    from grind_env.shop import calls
     from grind_env.shop.calibrate.show import as_data, show
-    from grind_env.shop.calls import calibrate as fit
     from grind_env.shop.report.calibrated import calibrated_report
     from grind_env.shop.report.document import prepare_page, write_page
 
     if report is not None:
         prepare_page(report)
+    constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
-        found = fit(log, job, program=program, gauge=gauge, map_file=map_file, fit=names, told=status.update)
+        found = calls.calibrate(
+            log, job, program=program, gauge=gauge, map_file=map_file, fit=constants, told=status.update
+        )
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        show(found, Console(markup=False, highlight=False))
+        show(found, table_console())
     if report is not None:
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))

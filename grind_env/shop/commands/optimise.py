@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, ReportFile, Runs, Seed
+from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
 """Exit statuses beside those of every command."""
@@ -59,10 +60,9 @@ def optimise(
 
     Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
     """
-    from rich.console import Console
-
     from grind_env.machine.job.file import job_beside, load_job
-    from grind_env.shop.calls import optimise as search
+    from grind_env.shop import calls
+    from grind_env.shop.commands import texts
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
     from grind_env.shop.report.document import prepare_page, write_page
@@ -70,17 +70,17 @@ def optimise(
 
     if report is not None:
         prepare_page(report)
-    found = search(
+    found = calls.optimise(
         program,
         job,
-        vary=vary,
-        bounds=bounds or (),
-        rounding=rounding or (),
-        margin=margin or (),
-        keep=keep or (),
+        vary=None if vary is None else texts.listed([vary]),
+        bounds=texts.named("--bounds", bounds or (), texts.ends),
+        rounding=texts.named("--round", rounding or (), texts.number),
+        margin=texts.named("--margin", margin or (), texts.number),
+        keep=[texts.label(each) for each in texts.listed(keep or ())],
         unroll=unroll,
         parts=parts,
-        budget=budget,
+        budget=texts.seconds(budget),
         seed=seed,
     )
     if found.verdict is Verdict.BETTER and output is not None:
@@ -88,7 +88,7 @@ def optimise(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_optimised(found, Console(markup=False))
+        print_optimised(found, table_console())
         if found.verdict is Verdict.BETTER:
             print("name a file with -o to have it" if output is None else f"written to {output}")
     if report is not None:

@@ -44,9 +44,9 @@ def report(
     """
     from grind_env.control.options import variables_of
     from grind_env.errors import printable
-    from grind_env.shop.calls import report as write_report
+    from grind_env.shop import calls
 
-    written = write_report(
+    written = calls.report(
         program,
         job,
         output,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE, Keeps
+from grind_env.terminal import table_console
 
 
 def init(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()]) -> None:
@@ -43,11 +44,9 @@ def catalogue(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List materials, wheels, dressers, fluids and machines, or show an entry: values, units, ranges and source."""
-    from rich.console import Console
-
     from grind_env.shop.entries import catalogue_data, print_catalogue
 
     if as_json:
         print(json.dumps(catalogue_data(kind, name, file or ())))
     else:
-        print_catalogue(kind, name, file or (), Console(markup=False, highlight=False))
+        print_catalogue(kind, name, file or (), table_console())

@@ -8,6 +8,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
+from grind_env.terminal import table_console
 
 
 def sweep(
@@ -36,19 +37,27 @@ def sweep(
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
     limit; if not, what they keep of the worst one.
     """
-    from rich.console import Console
-
     from grind_env.render.figures import prepare_figure
-    from grind_env.shop.calls import sweep as study
+    from grind_env.shop import calls
+    from grind_env.shop.commands import texts
     from grind_env.shop.sweep.figure import plot_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
 
     if plot is not None:
         prepare_figure(plot)
-    found = study(program, job, E=speed, dress_every=every, lead=lead, depth=depth, parts=parts, seed=seed)
+    found = calls.sweep(
+        program,
+        job,
+        E=None if speed is None else texts.ends("--E", "E", speed),
+        dress_every=None if every is None else texts.ends("--dress-every", "intervals", every),
+        lead=None if lead is None else texts.ends("--lead", "lead", lead),
+        depth=None if depth is None else texts.ends("--depth", "depth", depth),
+        parts=parts,
+        seed=seed,
+    )
     if plot is not None:
         plot_sweep(found, plot)
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_sweep(found, Console(markup=False))
+        print_sweep(found, table_console())

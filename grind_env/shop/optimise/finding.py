@@ -12,11 +12,19 @@ from grind_env.files import read_bytes
 from grind_env.machine.job import Job, Part
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
-from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.judgement import few, limits_of, paired, quantities_of, undressed, verdict_of, word_of
+from grind_env.shop.optimise.judgement import (
+    Freed,
+    few,
+    limits_of,
+    paired,
+    quantities_of,
+    undressed,
+    verdict_of,
+    word_of,
+)
 from grind_env.shop.optimise.outcome import Optimised, Verdict
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
@@ -106,8 +114,8 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     difference = paired(new.cost[0] - old.cost[0])
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled
-    prices = _prices(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
-    limits = limits_of(variation, old, new, prices)
+    freed = _freed(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
+    limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
     verdict, reason = verdict_of(bool(feasible), difference, limits, beyond, on)
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
@@ -169,11 +177,9 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
         )
 
 
-def _prices(
-    variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress
-) -> dict[str, Interval]:
-    """What each limit costs: what the best words without it save on unseen lots."""
-    with_all, prices = variation.measure(judged, [best]).cost[0], {}
+def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Freed]:
+    """The best words without each limit: what they save on unseen lots, and how far they are beyond it."""
+    with_all, words = variation.measure(judged, [best]).cost[0], {}
     for k, name in enumerate(LIMITS):
         free = without(variation.job, name)
         if free is None:
@@ -185,8 +191,9 @@ def _prices(
         search.run(best, variation.seed, GENERATIONS // FEWER)
         point = _chosen(other, [best, *search.ranked])
         found = other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]).cost[0]
-        prices[name] = paired(with_all - found)
-    return prices
+        share = float(variation.measure(judged, [point]).ratios[0, k])
+        words[name] = Freed(paired(with_all - found), share)
+    return words
 
 
 def without(job: Job, limit: str) -> Job | None:

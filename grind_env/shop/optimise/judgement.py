@@ -1,16 +1,21 @@
 """What is said of the best words found: better or not, by how much, and which limits bind."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.variables import Spot, Variable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.trials import LIMITS, Array, Measures, Trials
+from grind_env.shop.trials import LIMITS, Measures, Trials
 
 WORTH_NAMING = 0.01
 """Share of the cost of a part that a limit costs at least if it is said to bind."""
+NEAR = 0.95
+"""Share of what is asked of a limit from which on it is near."""
 
 QUANTITIES = {
     "cost": "$",
@@ -86,9 +91,24 @@ def _shown(once: Trials) -> dict[str, float]:
     return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
 
 
-def limits_of(variation: Variation, old: Measures, new: Measures, prices: dict[str, Interval]) -> tuple[LimitUse, ...]:
-    """How near parts come to each limit, and what it costs, where that was looked at: `prices`, $ a part."""
-    limits = variation.job.limits
+class Freed(NamedTuple):
+    """The best words without a limit."""
+
+    price: Interval
+    """What they save, $ a part."""
+    share: float
+    """Of the limit, that 95 of 100 parts keep with them."""
+
+
+def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
+    """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
+    limits, worth = variation.job.limits, WORTH_NAMING * float(new.cost.mean())
+
+    def binds(name: str, after: float, margin: float) -> bool:
+        if name not in freed:
+            return after > NEAR * margin
+        return freed[name].price.low > worth and freed[name].share > margin
+
     values = {
         "power": limits.power / 1000.0,
         "temp": limits.rise,
@@ -103,8 +123,9 @@ def limits_of(variation: Variation, old: Measures, new: Measures, prices: dict[s
             margin=float(variation.margins[k]),
             before=float(old.ratios[0, k]),
             after=float(new.ratios[0, k]),
-            price=prices.get(name),
-            binds=name in prices and prices[name].low > WORTH_NAMING * float(new.cost.mean()),
+            price=freed[name].price if name in freed else None,
+            without=freed[name].share if name in freed else None,
+            binds=binds(name, float(new.ratios[0, k]), float(variation.margins[k])),
         )
         for k, name in enumerate(LIMITS)
     )

@@ -79,7 +79,9 @@ class LimitUse:
         before: share that 95 of 100 parts keep, with the program as it was.
         after: the same share with other words.
         price: $ a part that the best words without this limit save; None if that was not sought.
-        binds: whether that is worth naming, beyond chance.
+        without: share of the limit that 95 of 100 parts keep with those words; None likewise.
+        binds: whether the search has felt it: `price` is worth naming, beyond chance, and those words are refused
+            because of this limit; where they were not sought, whether `after` is near what is asked.
     """
 
     name: str
@@ -89,6 +91,7 @@ class LimitUse:
     before: float
     after: float
     price: Interval | None
+    without: float | None
     binds: bool
 
     @property

@@ -12,10 +12,10 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.extras import needing
 from grind_env.shop.optimise.budget import TimeUp
 
-Array = NDArray[np.float64]
 Point = tuple[int, ...]
 
 PER_VARIABLE, LEAST_POPULATION, MOST_POPULATION = 10, 24, 120
@@ -59,7 +59,7 @@ class Search:
         """All points, the cheapest first."""
         return sorted(self.costs, key=lambda point: (self.costs[point], point))
 
-    def evaluate(self, points: Sequence[Point]) -> Array:
+    def costs_of(self, points: Sequence[Point]) -> Array:
         """Costs of points, which are remembered."""
         new = [point for point in dict.fromkeys(points) if point not in self.costs]
         at_once = min(self.at_once, AT_ONCE)
@@ -77,7 +77,7 @@ class Search:
         Raises:
             TimeUp: before the start itself was evaluated.
         """
-        self.evaluate([start])
+        self.costs_of([start])
         if all(count == 1 for count in self.counts):
             return start
         try:
@@ -97,7 +97,7 @@ class Search:
             whole = np.rint(points.T.reshape(-1, len(free))).astype(int)
             rows = np.tile(np.array(start), (len(whole), 1))
             rows[:, free] = whole
-            return self.evaluate([tuple(row) for row in rows.tolist()])
+            return self.costs_of([tuple(row) for row in rows.tolist()])
 
         differential_evolution(
             costs,
@@ -119,7 +119,7 @@ class Search:
         """Go to the cheapest neighbour as long as there is a cheaper one."""
         best = self.ranked[0]
         while True:
-            self.evaluate(self._neighbours(best))
+            self.costs_of(self._neighbours(best))
             better = self.ranked[0]
             if better == best:
                 return

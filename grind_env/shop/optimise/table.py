@@ -64,6 +64,7 @@ def sentences(found: Optimised) -> list[str]:
             said.append(
                 f"{word.place}: {word.name} {word.after} is its {word.at_bound} value that was tried (--bounds)"
             )
+    said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
         said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
     programs = "program" if found.evaluations == 1 else "programs"
@@ -142,9 +143,16 @@ def _limits(found: Optimised) -> Rows:
 def price_text(limit: LimitUse) -> str:
     """What a part costs without a limit, beside what it costs with it, $, and whether the limit binds."""
     if limit.price is None:
-        return ""
+        return "binds" if limit.binds else ""
     change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)
     return f"{signed(change, 3)} {'binds' if limit.binds else ''}".rstrip()
+
+
+def binding(limit: LimitUse) -> str:
+    """By what it is seen that a limit binds."""
+    if limit.without is None:
+        return f"parts come to {100.0 * limit.after:.0f} % of it, and {100.0 * limit.margin:.0f} % is asked"
+    return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
 
 
 def signed(interval: Interval, digits: int) -> str:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control import Programs
 from grind_env.machine.job import Job
 from grind_env.shop.optimise.budget import Budget
@@ -15,18 +16,7 @@ from grind_env.shop.optimise.editing import ProgramText, added_word, like, other
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
-from grind_env.shop.trials import (
-    LIMITS,
-    Array,
-    Between,
-    LotUse,
-    Measures,
-    Trials,
-    lots_of,
-    nothing,
-    settings_like,
-    trials_of,
-)
+from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, settings_like, trials_of
 
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""

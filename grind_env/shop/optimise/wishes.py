@@ -1,9 +1,11 @@
 """What a user asks of a search: words to be varied, bounds and steps of their values, blocks to be kept, margins."""
 
-import re
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
+from numbers import Real
+from typing import TypeAlias
 
 from grind_env.errors import GrindError, did_you_mean, quoted
 
@@ -12,10 +14,9 @@ WORDS = ("E", "D", "J", "L", "lead", "depth", "passes")
 USUAL = ("E", "D")
 LIMITS = ("power", "temp", "Ra", "size")
 
-_NUMBER = r"(\d+\.?\d*|\.\d+)"
-_RANGE = re.compile(rf"{_NUMBER}\.\.{_NUMBER}")
-_LABEL = re.compile(r"[Nn]?(\d{1,5})")
-_SECONDS = re.compile(rf"{_NUMBER}\s*(s|min|)")
+Number: TypeAlias = float | Decimal
+Ends: TypeAlias = Collection[Number]
+"""Lowest and highest value."""
 
 
 class WishError(GrindError):
@@ -48,107 +49,95 @@ class Wishes:
 
 
 def wishes_of(
-    vary: str | None = None,
-    bounds: Sequence[str] = (),
-    steps: Sequence[str] = (),
-    keep: Sequence[str] = (),
-    margins: Sequence[str] = (),
+    words: Collection[str] | None = None,
+    bounds: Mapping[str, Ends] = {},
+    steps: Mapping[str, Number] = {},
+    kept: Collection[int] = (),
+    margins: Mapping[str, Number] = {},
 ) -> Wishes:
-    """Read the options of the command line; lists may be separated by commas or given one by one.
+    """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there.
 
     Raises:
-        WishError: one of them cannot be read.
+        WishError: one of them is none.
     """
-    words = USUAL if vary is None else tuple(_known("--vary", word, WORDS) for word in _parts([vary]))
-    if not words:
+    for option, names, known in (
+        ("--vary", words or (), WORDS),
+        ("--bounds", bounds, WORDS),
+        ("--round", steps, WORDS),
+        ("--margin", margins, LIMITS),
+    ):
+        for name in names:
+            if name not in known:
+                hint = did_you_mean(name, known)
+                raise WishError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
+    if words is not None and not words:
         raise WishError(f"--vary names no word; there are {', '.join(WORDS)}")
+    for label in kept:
+        if not isinstance(label, int):
+            raise WishError(f"--keep: {quoted(label)} is no N word; give its number")
     return Wishes(
-        words=words,
-        add=vary is not None,
-        bounds={name: range_of("--bounds", name, text) for name, text in _pairs("--bounds", bounds, WORDS)},
-        steps={name: _positive("--round", name, text) for name, text in _pairs("--round", steps, WORDS)},
-        kept=frozenset(_label(text) for text in _parts(keep)),
-        margins={name: _share("--margin", name, text) for name, text in _pairs("--margin", margins, LIMITS)},
+        words=USUAL if words is None else tuple(words),
+        add=words is not None,
+        bounds={name: ends_of("--bounds", name, ends) for name, ends in bounds.items()},
+        steps={name: _positive("--round", name, step) for name, step in steps.items()},
+        kept=frozenset(kept),
+        margins={name: _share("--margin", name, share) for name, share in margins.items()},
     )
 
 
-def range_of(option: str, name: str, text: str) -> tuple[Decimal, Decimal]:
-    """The ends of a range such as 5000..25000.
+def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
+    """The ends of a range, as they are written in decimals.
 
     Raises:
         WishError: it is none.
     """
-    match = _RANGE.fullmatch(text)
-    if match is None:
-        raise WishError(f"{option}: {quoted(text)} is no range of {name}; write two numbers with two points between")
-    low, high = Decimal(match[1]), Decimal(match[2])
+    try:
+        low, high = (Decimal(str(end)) for end in ends)
+        is_range = low >= 0 and high.is_finite()
+    except (TypeError, ValueError, ArithmeticError):
+        is_range = False
+    if not is_range:
+        raise WishError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
     if low > high:
-        raise WishError(f"{option}: the range {text} of {name} begins above its end; write {high}..{low}")
+        raise WishError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
     return low, high
 
 
-def whole_range_of(option: str, name: str, text: str) -> tuple[int, int]:
-    """The ends of a range such as 1..20 of whole numbers.
+def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
+    """The ends of a range of whole numbers.
 
     Raises:
         WishError: it is none.
     """
-    low, high = range_of(option, name, text)
+    low, high = ends_of(option, name, ends)
     if low % 1 or high % 1:
-        raise WishError(f"{option}: the ends of {text} are no whole numbers, as {name} are")
+        raise WishError(f"{option}: the ends of {low}..{high} are no whole numbers, as {name} are")
     return int(low), int(high)
 
 
-def seconds_of(text: str) -> float:
-    """A time such as 60, 60s or 2min, s.
+def seconds_of(budget: Number) -> float:
+    """The time of a search, s.
 
     Raises:
         WishError: it is none.
     """
-    match = _SECONDS.fullmatch(text.strip())
-    if match is None:
-        raise WishError(f"--budget: {quoted(text)} is no time; write 60s or 2min")
-    return float(match[1]) * (60.0 if match[2] == "min" else 1.0)
+    if not (isinstance(budget, Real | Decimal) and budget >= 0):
+        raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
+    return float(budget)
 
 
-def _parts(texts: Sequence[str]) -> list[str]:
-    return [part.strip() for text in texts for part in text.split(",") if part.strip()]
+def _positive(option: str, name: str, value: Number) -> Decimal:
+    if not (isinstance(value, Real | Decimal) and 0 < value < math.inf):
+        raise WishError(f"{option}: {quoted(value)} is no value of {name}; write a number above 0")
+    return Decimal(str(value))
 
 
-def _pairs(option: str, texts: Sequence[str], names: Sequence[str]) -> list[tuple[str, str]]:
-    pairs = [part.partition("=") for part in _parts(texts)]
-    for name, equals, value in pairs:
-        if not (equals and value):
-            raise WishError(f"{option}: {quoted(name)} has no value; write it as in {names[0]}=...")
-    return [(_known(option, name.strip(), names), value.strip()) for name, _, value in pairs]
-
-
-def _known(option: str, name: str, names: Sequence[str]) -> str:
-    if name not in names:
-        hint = did_you_mean(name, names)
-        raise WishError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(names)}")
-    return name
-
-
-def _positive(option: str, name: str, text: str) -> Decimal:
-    if re.fullmatch(_NUMBER, text) is None or not Decimal(text) > 0:
-        raise WishError(f"{option}: {quoted(text)} is no value of {name}; write a number above 0")
-    return Decimal(text)
-
-
-def _share(option: str, name: str, text: str) -> float:
-    share = _positive(option, name, text)
+def _share(option: str, name: str, value: Number) -> float:
+    share = _positive(option, name, value)
     if share > 1:
         meant = share / 100 if 10 <= share <= 100 else Decimal("0.85")
         raise WishError(
-            f"{option}: {name}={text} is {text} times the limit, and no share of it; write a number up to 1, such as "
+            f"{option}: {name}={value} is {value} times the limit, and no share of it; write a number up to 1, such as "
             f"{name}={f'{meant:f}'.removeprefix('0')}"
         )
     return float(share)
-
-
-def _label(text: str) -> int:
-    match = _LABEL.fullmatch(text)
-    if match is None:
-        raise WishError(f"--keep: {quoted(text)} is no block label; write it as in N80")
-    return int(match[1])

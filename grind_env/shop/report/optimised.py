@@ -10,7 +10,7 @@ from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.judgement import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
-from grind_env.shop.optimise.table import NAMES, decimals, price_text, sentences, signed
+from grind_env.shop.optimise.table import NAMES, binding, decimals, price_text, sentences, signed
 from grind_env.shop.report.document import (
     Cell,
     Level,
@@ -74,9 +74,9 @@ def _verdict(found: Optimised) -> "Markup":
         if found.verdict is Verdict.BETTER
         else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."
     )
-    binding = [each.name for each in found.limits if each.binds]
+    bind = [f"{each.name} ({binding(each)})" for each in found.limits if each.binds]
     priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
-    named = [f"Limits that bind: {', '.join(binding)}."] if binding else ["No limit binds."] if priced else []
+    named = [f"Limits that bind: {', '.join(bind)}."] if bind else ["No limit binds."] if priced else []
     return verdict(LEVELS[found.verdict], headline, named)
 
 
@@ -137,8 +137,8 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     headings = ("limit", "value", "asked, %", "before, %", f"{after}, %", "cost of a part without it, $")
     caption = (
         "Shares are those of the limit below which 95 of 100 parts stay. The last column is how much the best words "
-        "without the limit change the cost; a limit binds if, beyond chance, that is more than "
-        f"{100.0 * WORTH_NAMING:g} % of it."
+        "without the limit change the cost; a limit binds if, beyond chance, they save more than "
+        f"{100.0 * WORTH_NAMING:g} % and are refused because of it."
     )
     shares = f"Share of each limit below which 95 of 100 parts stay, before and {after}; lines are the shares asked."
     return [table(headings, rows, caption), figure(_shares(limits, after), shares, 340)]

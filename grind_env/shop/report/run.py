@@ -14,6 +14,7 @@ from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
+from grind_env.render.comparison import MEANING, compared_blocks, sharpening_texts
 from grind_env.render.curves import picture
 from grind_env.render.tables import SCALES, faults, part_table, totals
 from grind_env.shop.report.assumptions import assumptions
@@ -68,7 +69,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
     Raises:
         MissingExtra: Jinja2 or plotly is not installed.
     """
-    blocks = block_rows(record, programs)
+    blocks = block_rows(record)
     shown = picture(record, job)
     bands = " Bands go from the lowest to the highest value." if shown.banded else ""
     marks = " Orange lines are dresses, shaded strokes spark out, dotted lines set the blocks off."
@@ -77,6 +78,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Verdict", [_verdict(record, job)]),
         Section("Margin to the limits", [_margins(record, job)]),
         Section("Blocks", [_blocks(blocks)]),
+        Section("Comparison", [_compared(record)]),
         Section("Run", [figure(run_figure(shown), caption, run_height(shown))]),
         Section("Parts", _parts(record, job)),
         Section("Dresses and wheel", _dresses(record, job)),
@@ -147,6 +149,11 @@ def _blocks(blocks: Sequence[BlockRow]) -> "Markup":
     return table(HEADINGS, _shortened(rows, len(HEADINGS)), caption, left=2)
 
 
+def _compared(record: GrindingRecord) -> "Markup":
+    headings = ("block", "Q'w, mm³/mm/s", "V'w, mm³/mm", "speed ratio vs/vw", "aggressiveness", "ec, J/mm³")
+    return table(headings, _shortened(compared_blocks(record), len(headings)), MEANING)
+
+
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     found = part_table(record, job)
     rows = [
@@ -178,7 +185,10 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
     last = float(record.strokes["ds"][-1])
     if not dresses.size:
         return [paragraph(f"The wheel is not dressed. It ends with {last:.3f} mm of diameter.")]
-    keys = [(row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}") for row in dresses]
+    keys = [
+        (row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}", *sharpening_texts(row))
+        for row in dresses
+    ]
     rows = []
     for key, numbered in groupby(enumerate(keys), key=lambda item: item[1]):
         numbers = [number for number, _ in numbered]
@@ -190,8 +200,7 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
                 f"O{key[1]}",
                 _range(int(first["part"]), int(final["part"])),
                 _range(int(first["after"]), int(final["after"])),
-                key[2],
-                key[3],
+                *key[2:],
                 f"{final['ds']:.3f}",
             ]
         )
@@ -203,6 +212,9 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         "after stroke",
         "time, s",
         "wheel taken off, mm³",
+        "lead, mm/rev",
+        "overlap ratio",
+        "severity",
         "diameter after it, mm",
     )
     per_dress = 2.0 * float(dresses["removed"].mean()) / (math.pi * float(dresses["ds"].mean()) * wheel.width)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
-from grind_env.shop.trials import Array, LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,6 +84,11 @@ class SweepPoint:
         """Whether 95 of 100 parts keep each limit."""
         return max(self.shares) <= 1.0
 
+    @property
+    def worst_limit(self) -> str:
+        """The limit to which parts come nearest, or which they pass by most."""
+        return LIMITS[int(np.argmax(self.shares))]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
@@ -108,6 +114,18 @@ class Sweep:
     def best(self) -> SweepPoint:
         """The cheapest point that keeps the limits, if one does."""
         return cheapest([self.own, *self.speeds, *self.dresses])
+
+    @property
+    def refused(self) -> dict[str, SweepPoint]:
+        """The cheapest point that is beyond each limit and cheaper than the best one: these limits bind."""
+        best = self.best
+        points = [point for point in (*self.speeds, *self.dresses) if point.cost.value < best.cost.value]
+        found = {}
+        for k, name in enumerate(LIMITS):
+            beyond = [point for point in points if point.shares[k] > 1.0]
+            if beyond and best.keeps_limits:
+                found[name] = min(beyond, key=lambda point: point.cost.value)
+        return found
 
     @property
     def intervals(self) -> tuple[SweepPoint, ...]:
@@ -180,7 +198,8 @@ def sweep(
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])
         ranges = Ranges(
-            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)), every=(1, min(20, parts)) if study.dresses else None
+            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)),
+            every=(1, min(LONGEST, parts)) if study.dresses else None,
         )
     study.refuse(ranges)
     own = study.points("the program as it is", [Setting()])[0]

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import LIMITS, lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -82,6 +82,10 @@ def sentences(found: Sweep) -> list[str]:
                 f"best dress interval: every {_parts(point.every)} with E{point.E:.0f}, {point.cost.value:.3f} $ a "
                 f"part; its valley, up to 2 % dearer: {valley}"
             )
+    for name, point in found.refused.items():
+        cost, share = point.cost.value, 100.0 * point.shares[LIMITS.index(name)]
+        words = _settings(point, found.own)
+        said.append(f"the limit of {name} binds: {words} would cost {cost:.3f} $ and come to {share:.0f} % of it")
     if not best.keeps_limits:
         said.append("no point of the sweep keeps all limits")
     saved = found.own.cost.value - best.cost.value
@@ -130,8 +134,17 @@ def _cells(point: SweepPoint) -> dict[str, str]:
         "rise": f"{point.rise:.0f}",
         "size_error": f"{point.size_error:.1f}",
         "scrap": f"{100.0 * point.scrap:.1f}",
-        "limits": "kept" if point.keeps_limits else f"{100.0 * max(point.shares):.0f} %",
+        "limits": "kept" if point.keeps_limits else f"{point.worst_limit} {100.0 * max(point.shares):.0f} %",
     }
+
+
+def _settings(point: SweepPoint, own: SweepPoint) -> str:
+    """E of a point, its dress interval, and lead and depth where they are not those of the program."""
+    said = [f"E{point.E:.0f}"]
+    said += [f"a dress every {_parts(point.every)}"] if point.every else []
+    said += [f"lead {point.lead:.3f} mm"] if point.lead != own.lead else []
+    said += [f"depth {point.depth:.4f} mm"] if point.depth != own.depth else []
+    return ", ".join(said)
 
 
 def _cost(point: SweepPoint) -> float:

@@ -1,0 +1,45 @@
+"""Numbers by which engineers compare cycles on other wheels and machines; the process model computes with none of them.
+
+Units are mm, s, W and J, but the wheel speed `vs` in m/s. Sources: [M] Malkin, Grinding Technology; [B] Badger, The
+Grinding Doc, and Drazumeric, Badger, Roininen & Krajnik 2020, On geometry and kinematics of abrasive processes: the
+theory of aggressiveness.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers: TypeAlias = NDArray[np.float64]
+
+
+def ground_volume(ae: Numbers, b: Numbers, Lw: Numbers) -> Numbers:
+    """Volume that strokes of depth `ae`, width `b` and length `Lw` remove, mm3; all of shape (strokes,)."""
+    return ae * b * Lw
+
+
+def grinding_energy(power: Numbers, Lw: Numbers, vw: Numbers) -> Numbers:
+    """Energy of strokes over the length `Lw` at table speed `vw`, J: `power` lasts over the part.
+
+    All are of shape (strokes,).
+    """
+    return power * Lw / vw
+
+
+def speed_ratio(vs: Numbers, vw: Numbers) -> Numbers:
+    """Speed ratio q = vs/vw of wheel and table [M]; all of shape (strokes,)."""
+    return 1000.0 * vs / vw
+
+
+def aggressiveness(vw: Numbers, vs: Numbers, ae: Numbers, ds: Numbers) -> Numbers:
+    """Aggressiveness of surface grinding, Aggr = 10^6 (vw/vs) (ae/ds)^0.5 [B]: chip thickness, whatever the grains.
+
+    All are of shape (strokes,).
+
+    Args:
+        vw: table speed, mm/s.
+        vs: wheel speed, m/s.
+        ae: depth of cut, mm.
+        ds: wheel diameter, mm.
+    """
+    return 1e6 * (vw / (1000.0 * vs)) * np.sqrt(ae / ds)

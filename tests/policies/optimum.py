@@ -1,0 +1,55 @@
+"""The exact optimum of a small task, which planners and searches have to find."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.envs.simulation import Simulation
+from grind_env.errors import GrindError
+from grind_env.policies.choices import all_choices
+from grind_env.policies.columns import COST
+from grind_env.policies.planners.dynamic_programming import SPEEDS
+
+
+@dataclass(frozen=True, slots=True)
+class Optimum:
+    """The cheapest plan of a deterministic task."""
+
+    cost: float
+    """$, handover included."""
+    speeds: Array
+    """E, mm/min, shape (blocks,)."""
+    executions: Array
+    """D, shape (blocks,)."""
+    runner_up: float
+    """Cost of the second-best plan, $."""
+
+
+def exact_optimum(simulation: Simulation) -> Optimum:
+    """The exact optimum of a task without chance and with levels of E, by trying every plan.
+
+    Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
+
+    Raises:
+        GrindError: if the task draws anything at random or has a range of E.
+    """
+    task = simulation.task
+    if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
+        raise GrindError(f"{task.name} has no exact optimum: that needs levels of E and no spread")
+    choices = all_choices(task, SPEEDS)
+    count = len(choices.speeds)
+    start = simulation.start([np.random.default_rng(0)])
+    costs = []
+    for k in range(count):  # one first choice at a time keeps the last level small
+        state = start.pick([0])
+        cost = simulation.step(state, choices.speeds[[k]], choices.executions[[k]])[0][:, COST]
+        for _ in range(1, task.blocks):
+            state = state.pick(np.repeat(np.arange(len(cost)), count))
+            decision = np.tile(choices.speeds, len(cost)), np.tile(choices.executions, len(cost))
+            cost = np.repeat(cost, count) + simulation.step(state, *decision)[0][:, COST]
+        costs.append(cost)
+    every = np.concatenate(costs)
+    best, second = np.argsort(every, kind="stable")[:2]
+    plan = np.array(np.unravel_index(best, (count,) * task.blocks))
+    return Optimum(float(every[best]), choices.speeds[plan], choices.executions[plan], float(every[second]))
