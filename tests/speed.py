@@ -23,21 +23,10 @@ from grind_env.envs.blocks.tables import kind_row, shop_row
 from grind_env.envs.infeed.infeed import write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
 from grind_env.envs.tasks import Task, load_task, read_task
-from grind_env.machine.loops.batch import (
-    CYCLE,
-    FEEDS,
-    NO_MOTIONS,
-    PARAMETERS,
-    PART,
-    PLUNGES,
-    TALLY,
-    WHEEL,
-    as_table,
-    grind_cycles,
-    longest_plunges,
-)
-from grind_env.machine.loops.feeding import Motion
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.feeding import FeedMotion
 from tests import speed_control, speed_envs, speed_training
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, WHEEL, as_table, grind_cycles
 
 SECONDS = 0.5
 """Measured of each loop and number of machines, about."""
@@ -51,7 +40,7 @@ Loop = Callable[..., None]
 START = """
 import time; begin = time.perf_counter()
 from tests.speed import cycles
-from grind_env.machine.loops.batch import grind_cycles
+from tests.batches import grind_cycles
 loaded = time.perf_counter(); grind_cycles(*cycles(1)); print(time.perf_counter() - loaded, loaded - begin)
 """
 
@@ -101,7 +90,7 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     task = read_task("reciprocation")
     kind, shop, rate = kind_row(task, task.kinds[0]), shop_row(task), task.infeed / 60.0
     most, rows = 3, []
-    motions = np.zeros((2 * (most + 1) * machines, len(Motion._fields)))
+    motions = np.zeros((2 * (most + 1) * machines, len(FeedMotion._fields)))
     for first in range(0, len(motions), 2 * (most + 1)):
         speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
         infeed = infeed_of(kind, kind.stock, speed, shop.dwell, executions, shop.acceleration, rate)

@@ -13,9 +13,10 @@ import grind_env
 from grind_env.envs.blocks import step
 from grind_env.envs.blocks.tables import shop_row
 from grind_env.envs.gauge import GAUGE
-from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, PLUNGES, longest_plunges
+from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
+from tests.batches import PLUNGES
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those of G82 blocks, which are timed beside their kernel."""

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
 from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.run import GrindingRun
 
 Words = Mapping[str, str]
@@ -43,11 +43,11 @@ class BlockRun:
     plan: CyclePlan
     inch: bool
     part: int
-    strokes: Table
-    increments: Table
-    plunged: Table
-    dresses: Table
-    finished: Table
+    strokes: Array
+    increments: Array
+    plunged: Array
+    dresses: Array
+    finished: Array
     judged: bool
     deepest: float
     seconds: float
@@ -221,7 +221,7 @@ def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> 
         raise
 
 
-def _increments(strokes: Table) -> Table:
+def _increments(strokes: Array) -> Array:
     """By how much each stroke goes deeper than the one before it on its part, mm; the first one as if from 0."""
     before = np.concatenate([[0.0], np.where(np.diff(strokes["part"]) == 0, strokes["Z"][:-1], 0.0)])
     return np.asarray(strokes["Z"] - before[: strokes.size])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import CyclePlan, Programs
 from grind_env.errors import GrindError, quoted
 from grind_env.extras import needing
@@ -16,7 +17,6 @@ from grind_env.kernel.columns import dtype_of
 from grind_env.machine.dress.sharpening import Sharpening
 from grind_env.machine.job import Job
 from grind_env.machine.loops.compiled import PartVerdict
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.executions import executions_of
 from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import Unjudged
@@ -120,12 +120,12 @@ class Log:
         """Add one row, a value for each field."""
         self._single.append(row)
 
-    def extend(self, rows: Table) -> None:
+    def extend(self, rows: Array) -> None:
         """Add rows of the same dtype, shape (rows,)."""
         self._close()
         self._bytes += rows.tobytes()
 
-    def table(self, first: int = 0) -> Table:
+    def table(self, first: int = 0) -> Array:
         """A copy of the rows from `first` on, shape (rows,)."""
         self._close()
         return np.frombuffer(self._bytes[first * self.dtype.itemsize :], self.dtype)
@@ -160,9 +160,9 @@ class GrindingRecord:
         job: on which; its parts are those of the run.
     """
 
-    strokes: Table
-    dresses: Table
-    parts: Table
+    strokes: Array
+    dresses: Array
+    parts: Array
     stages: tuple[tuple[tuple[str, ...], ...], ...]
     unjudged: tuple[tuple[Unjudged, ...], ...]
     warnings: tuple[str, ...]
@@ -172,7 +172,7 @@ class GrindingRecord:
     job: Job
 
     @property
-    def executions(self) -> Table:
+    def executions(self) -> Array:
         """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec).
 
         Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.

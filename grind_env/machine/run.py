@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import (
     Arc,
     Control,
@@ -45,7 +46,6 @@ from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of, sharpenings_of
 from grind_env.machine.job import Job, PartConditions, require_conditions
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import PartRun
@@ -403,7 +403,7 @@ class GrindingRun:
         self.watch.runs(line, self.running, self.mount.diameter)
         return self.part.take_up(self.running.setup)
 
-    def _add(self, rows: Table, plunged: bytes, stalls: bool) -> None:
+    def _add(self, rows: Array, plunged: bytes, stalls: bool) -> None:
         """Strokes or an infeed have been made; if the spindle stalls in them, what comes after is later.
 
         `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of

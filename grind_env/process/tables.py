@@ -17,7 +17,7 @@ from grind_env.errors import GrindError, did_you_mean, quoted, shortened
 from grind_env.files import shown
 from grind_env.process.entries import Quantity
 
-Table = Mapping[str, Any]
+TomlTable = Mapping[str, Any]
 
 
 class TableError(GrindError):
@@ -127,13 +127,13 @@ def wrong(key: str, value: object, legal: str, error: Error) -> TableError:
     return error(f"{key} is {quoted(value)}, but must be {legal}", key, value, legal)
 
 
-def sub_table(parent: Table, name: str, legal: Iterable[str], error: Error, place: str = "") -> Table:
+def sub_table(parent: TomlTable, name: str, legal: Iterable[str], error: Error, place: str = "") -> TomlTable:
     """A table without unknown keys; an empty one if it is missing."""
     place = place or name
     return checked(parent.get(name, {}), place, legal, error)
 
 
-def checked(value: object, place: str, legal: Iterable[str], error: Error) -> Table:
+def checked(value: object, place: str, legal: Iterable[str], error: Error) -> TomlTable:
     """What stands at a place, as a table without unknown keys."""
     if not isinstance(value, Mapping):
         raise wrong(place, value, f"a table, headed [{place}]", error)
@@ -141,7 +141,7 @@ def checked(value: object, place: str, legal: Iterable[str], error: Error) -> Ta
     return value
 
 
-def refuse_unknown(table: Table, legal: Iterable[str], error: Error, prefix: str = "") -> None:
+def refuse_unknown(table: TomlTable, legal: Iterable[str], error: Error, prefix: str = "") -> None:
     """Check the keys of a table; the error names the first unknown one and the key most like it."""
     legal = tuple(legal)
     for key, value in table.items():
@@ -152,7 +152,7 @@ def refuse_unknown(table: Table, legal: Iterable[str], error: Error, prefix: str
             )
 
 
-def refuse_missing(table: Table, kind: type[Any], place: str, error: Error) -> None:
+def refuse_missing(table: TomlTable, kind: type[Any], place: str, error: Error) -> None:
     """Check that a table has all keys without a default."""
     for key in keys(kind, required=True):
         if key not in table:

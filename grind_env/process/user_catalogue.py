@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.process.catalogue import KINDS, Catalogue, CatalogueError, load_catalogue, quantities
-from grind_env.process.tables import Error, Table, sub_table, wrong
+from grind_env.process.tables import Error, TomlTable, sub_table, wrong
 
 OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
 """Keys of a set-up that change single values of an entry."""
 
 
-def files_of(document: Table, folder: Path, error: Error, own: Iterable[str] = ()) -> list[Path]:
+def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str] = ()) -> list[Path]:
     """The catalogue files that a document names, which are looked for in a folder; `own` keys may stand beside them."""
     files = sub_table(document, "catalogue", ("files", *own), error).get("files", [])
     if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
@@ -24,7 +24,7 @@ def files_of(document: Table, folder: Path, error: Error, own: Iterable[str] = (
     return [folder / name for name in files]
 
 
-def catalogue_of(document: Table, folder: Path, error: Error) -> Catalogue:
+def catalogue_of(document: TomlTable, folder: Path, error: Error) -> Catalogue:
     """The built-in catalogue with the files that a document names, and the entries in it."""
     files = files_of(document, folder, error, KINDS)
     entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in KINDS}
@@ -35,7 +35,7 @@ def catalogue_of(document: Table, folder: Path, error: Error) -> Catalogue:
         raise error(f"{place}: {reason}", place, files) from None
 
 
-def entry_of(catalogue: Catalogue, key: str, name: object, setup: Table, error: Error) -> Any:
+def entry_of(catalogue: Catalogue, key: str, name: object, setup: TomlTable, error: Error) -> Any:
     """The catalogue entry that a key such as `setup.wheel` names, with the overrides for its kind in the set-up."""
     kind = key.rpartition(".")[2]
     place = f"setup.{kind}_overrides"

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control.source import lines_of
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curves import block_name
 
@@ -62,13 +62,13 @@ def sharpening_texts(dress: np.void) -> tuple[str, ...]:
     return tuple(form.format(dress[name]) for name, form in SHARPENING.items())
 
 
-def between(values: Table, form: str) -> str:
+def between(values: Array, form: str) -> str:
     """The lowest and the highest value, or the one that all of them are as they are shown."""
     low, high = form.format(values.min()), form.format(values.max())
     return low if low == high else f"{low} to {high}"
 
 
-def _compared(record: GrindingRecord, rows: Table) -> tuple[str, ...]:
+def _compared(record: GrindingRecord, rows: Array) -> tuple[str, ...]:
     ground, cutting = rows["ground"].sum(), rows["speed_ratio"] > 0.0
     return (
         blocks_named(record, rows["line"].tolist()),

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.errors import printable
 from grind_env.machine.job import Job
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.unjudged import Unjudged, lines_said, runs, unjudged_lines
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
@@ -303,7 +303,7 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     }
 
 
-def _rows(table: Table) -> list[dict[str, Any]]:
+def _rows(table: Array) -> list[dict[str, Any]]:
     """A table of a record as JSON objects."""
     return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]
 

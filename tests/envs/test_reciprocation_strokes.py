@@ -12,14 +12,14 @@ from grind_env.envs.infeed.infeed import Infeed, Segment, segments, write_motion
 from grind_env.envs.infeed.step import feeding_of, infeed_stroking
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.loops.batch import FEEDS, PART, TALLY, WHEEL, as_table
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.feeding import Motion
+from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.loops.rows import LOG
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
+from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
@@ -88,7 +88,7 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
     """Wheels, parts, tallies and stroke logs of the scalar loop, and in bits of the lanes; a dress takes `seconds`."""
     n, p = len(cases), job.parameters
     rows = 2 * (max(case.D for case in cases) + 1)
-    motions = np.full((n * rows, len(Motion._fields)), np.nan)
+    motions = np.full((n * rows, len(FeedMotion._fields)), np.nan)
     for i, case in enumerate(cases):
         write_motions(motions, i * rows, case.infeed_block)
     feedings = np.array([case.row(seconds, i * rows) for i, case in enumerate(cases)])

@@ -7,11 +7,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from grind_env.arrays import Array
 from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.errors import GrindError
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.run import GrindingError
 from tests.envs.harness import assert_same, native
@@ -157,7 +157,7 @@ def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
     grind = PartRun.grind
 
-    def picky(part: PartRun, rows: Table, *way: Any) -> Any:
+    def picky(part: PartRun, rows: Array, *way: Any) -> Any:
         if rows["E"][0] < 3300.0 and part.conditions.factors:
             raise GrindingError("no finite numbers")
         return grind(part, rows, *way)

@@ -258,7 +258,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
         "thing = frozenset(map(str, range(50)))\ndef kernel(x): return x in thing, x in {'a', 'b', 'c', 'd'}\n"
         f"kernels = [vars(importlib.import_module(name)) for name in {names}]\n"
         "step = kernels[0]['blocks_step'](kernels[1]['PROCESS'], kernels[2]['GAUGE'])\n"
-        "print(fingerprint(step), fingerprint(kernels[3]['PLUNGES'].lanes), fingerprint(kernel))"
+        "print(fingerprint(step), fingerprint(kernels[3]['longest_plunges']), fingerprint(kernel))"
     )
 
     def found(seed: int) -> list[str]:
@@ -274,7 +274,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     before = found(1)
     step, process, gauge, batch = map(importlib.import_module, names)
     blocks_step = step.blocks_step(process.PROCESS, gauge.GAUGE)
-    assert before[:2] == [fingerprint(blocks_step), fingerprint(batch.PLUNGES.lanes)]
+    assert before[:2] == [fingerprint(blocks_step), fingerprint(batch.longest_plunges)]
     assert before == found(2)
     with (tmp_path / "grind_env/kernel/elementary.py").open("a", encoding="utf-8") as file:
         file.write("# an intrinsic might be different\n")

@@ -4,15 +4,17 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import Control, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
-from grind_env.machine.loops.batch import NO_MOTIONS, PLUNGES, TALLY, as_table
+from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
-from grind_env.machine.loops.rows import LOG, Table
+from grind_env.machine.loops.rows import LOG
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
+from tests.batches import PLUNGES, TALLY, as_table
 
 CATALOGUE = load_catalogue()
 
@@ -98,7 +100,7 @@ def told_stepped(record: GrindingRecord) -> tuple[str, ...]:
     return tuple(warning for warning in record.warnings if warning not in late)
 
 
-def log_cycles(cycles: Table, parameters: Table, wheels: Table, parts: Table, strokes: int) -> tuple[Table, Table]:
+def log_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, strokes: int) -> tuple[Array, Array]:
     """What `grind_cycles` does, by the loop of one machine after the other; the first strokes of each are logged.
 
     Returns:

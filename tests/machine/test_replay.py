@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grind_env.arrays import Array
 from grind_env.control import execute, read
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.outline import JobProgramError
@@ -16,7 +17,6 @@ from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -129,7 +129,7 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
 
 
 def assert_same(
-    simulation: JobSimulation, episodes: JobEpisodes, sums: Table, good: float, run: GrindingRun
+    simulation: JobSimulation, episodes: JobEpisodes, sums: Array, good: float, run: GrindingRun
 ) -> GrindingRecord:
     """The first episode, whose tallies and survivals have come to `sums` and `good`, is what a run of it has made."""
     total, record = Tally(*sums.tolist()), run.record()

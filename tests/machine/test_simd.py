@@ -5,8 +5,8 @@ import llvmlite.binding as llvm
 import numba
 import pytest
 
-from grind_env.machine.loops.batch import FEEDS, PLUNGES, TRAVERSES
 from grind_env.machine.loops.loops import Loops
+from tests.batches import FEEDS, PLUNGES, TRAVERSES
 
 pytestmark = pytest.mark.bits
 

@@ -12,16 +12,7 @@ from hypothesis import strategies as st
 
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.machine.loops.batch import (
-    CYCLE,
-    NO_MOTIONS,
-    PARAMETERS,
-    PART,
-    PLUNGES,
-    WHEEL,
-    as_table,
-    grind_cycles,
-)
+from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.rows import LOG
 from grind_env.machine.loops.tally import (
@@ -35,6 +26,7 @@ from grind_env.machine.loops.tally import (
 )
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
+from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, as_table, grind_cycles
 from tests.machine.harness import DRESS_NUMBERS, job, log_cycles, start_wheel
 
 MICRON = 0.001

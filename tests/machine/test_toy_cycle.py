@@ -15,7 +15,7 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined
-from grind_env.machine.loops.batch import FEEDS, NO_MOTIONS, PART, TALLY, WHEEL, as_table
+from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.courses import COURSES, course_of
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.loops import Loops, loops_of
@@ -27,6 +27,7 @@ from grind_env.machine.script.tables import tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import Drive
 from grind_env.process.state import StrokeResult
+from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
 from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
 
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grind_env.arrays import Array
 from grind_env.control import CycleStrokes, read
 from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.watch import Watch
@@ -106,7 +106,7 @@ def outcome(text: str, job: Job, conditions: tuple[PartConditions, ...], **setti
         return str(error)
 
 
-def require_equal(found: Table, stepped: Table, tolerance: float) -> None:
+def require_equal(found: Array, stepped: Array, tolerance: float) -> None:
     """Every column is the same: whole numbers and texts exactly, the others within a relative tolerance."""
     assert found.shape == stepped.shape
     for name in found.dtype.names or ():

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grind_env.arrays import Array
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.loops.batch import NO_MOTIONS, PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
 from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.rows import LOG, Table
+from grind_env.machine.loops.rows import LOG
 from grind_env.machine.loops.strips import Zone, strips_of
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.tally import RETRACTED
@@ -23,6 +24,7 @@ from grind_env.process.entries import Machine
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeResult, WheelState
+from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
 from tests.machine.harness import CATALOGUE, job, run
 
 FEED = 191.0 / 60.0
@@ -132,7 +134,7 @@ class Case:
         return strip_centres(0.0, self.width / 2.0)
 
     @property
-    def joined(self) -> Table:
+    def joined(self) -> Array:
         """The part in as few zones as the traverses allow."""
         return zones_of(self.centres, traverse_edges(self.rules, self.start / 4.0, self.end / 4.0), WHEEL_WIDTH)
 
@@ -161,14 +163,14 @@ def cases(**fixed: Any) -> st.SearchStrategy[Case]:
     return st.builds(Case, **{**drawn, **{name: st.just(value) for name, value in fixed.items()}})
 
 
-def padded(tables: list[Table]) -> Table:
+def padded(tables: list[Array]) -> Array:
     """The surfaces of several parts in one table; zones that a part lacks have no strips."""
     most = max(len(table) for table in tables)
     none = Zone(S=0.0, Rs=1.0, reached=0.0, centre=np.inf, strips=0.0)
     return np.array([[*table, *[none] * (most - len(table))] for table in tables])
 
 
-def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Table, Table, Table]:
+def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Array, Array, Array]:
     return (
         np.array([(*case.stroking(dress_seconds), *case.rules) for case in cases]),
         as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
@@ -178,16 +180,16 @@ def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Table, Tab
 
 @dataclasses.dataclass(frozen=True)
 class Ground:
-    wheels: Table
-    surfaces: Table
-    tallies: Table
+    wheels: Array
+    surfaces: Array
+    tallies: Array
     log: Any
 
     def machine(self, i: int) -> bytes:
         return self.wheels[i].tobytes() + self.surfaces[i].tobytes() + self.tallies[i].tobytes()
 
 
-def in_lanes(cases: list[Case], surfaces: Table) -> Ground:
+def in_lanes(cases: list[Case], surfaces: Array) -> Ground:
     cycles, parameters, wheels = machines(cases)
     surfaces, tallies = surfaces.copy(), np.zeros((len(cases), len(TALLY)))
     order = np.arange(len(cases))
@@ -195,7 +197,7 @@ def in_lanes(cases: list[Case], surfaces: Table) -> Ground:
     return Ground(wheels, surfaces, tallies, None)
 
 
-def one_by_one(cases: list[Case], surfaces: Table, dress_seconds: float = 30.0) -> Ground:
+def one_by_one(cases: list[Case], surfaces: Array, dress_seconds: float = 30.0) -> Ground:
     cycles, parameters, wheels = machines(cases, dress_seconds)
     surfaces, tallies, log = surfaces.copy(), np.zeros((len(cases), len(TALLY))), np.zeros((len(cases), STROKES), LOG)
     rows = log.view(np.float64).reshape(*log.shape, -1)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from grind_env.arrays import Array
 from grind_env.control import execute, read
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.step import NEW_PART
@@ -27,7 +28,7 @@ from grind_env.kernel.columns import replacer
 from grind_env.machine.job import Job
 from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.loops import loops_of
-from grind_env.machine.loops.rows import LOG, OWN_FROM, Table
+from grind_env.machine.loops.rows import LOG, OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
 from grind_env.process.process import PROCESS, Drive, Hook, Moment, Process, composed
@@ -190,7 +191,7 @@ def ground(written: Written, *, whole: bool = True) -> GrindingRun:
 class Played(NamedTuple):
     """An episode of which some blocks have been run."""
 
-    wheel: Table
+    wheel: Array
     """With what is remembered besides."""
     memory: ShopMemory
     written: Written

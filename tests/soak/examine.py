@@ -15,6 +15,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import Control, ControlError, Dwell, Programs, check, execute, read
 from grind_env.control.control import WHEEL_RADIUS
 from grind_env.envs.blocks.tables import Outcome
@@ -26,7 +27,6 @@ from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.grind import grind, refuse_unjudged
 from grind_env.machine.job import Job
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -213,7 +213,7 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
     examined.happened |= {name for name, true in happened.items() if true}
 
 
-def _compare_tables(kind: str, found: Table, expected: Table, loosely: bool, examined: Examined) -> None:
+def _compare_tables(kind: str, found: Array, expected: Array, loosely: bool, examined: Examined) -> None:
     """To the bit; nearly, where dresses that are not executed anew have other times in their last bits."""
     if found.shape != expected.shape:
         examined.differ(f"{kind}: number", found.shape, expected.shape)
@@ -328,15 +328,15 @@ class Stepped:
         wheels: after each block, shape (blocks, fields of `WheelState`).
     """
 
-    outcomes: Table
-    tallies: Table
-    wheels: Table
+    outcomes: Array
+    tallies: Array
+    wheels: Array
 
-    def outcome(self, name: str) -> Table:
+    def outcome(self, name: str) -> Array:
         """A column."""
         return self.outcomes[:, Outcome._fields.index(name)]
 
-    def tally(self, name: str) -> Table:
+    def tally(self, name: str) -> Array:
         """A column."""
         return self.tallies[:, Tally._fields.index(name)]
 
@@ -344,7 +344,7 @@ class Stepped:
 def _stepped_blocks(simulation: JobSimulation, choices: Sequence[tuple[float, int]]) -> Stepped:
     """The blocks with those E, mm/min, and D."""
     episodes = simulation.start([np.random.default_rng(0)])
-    rows: tuple[list[Table], list[Table], list[Table]] = [], [], []
+    rows: tuple[list[Array], list[Array], list[Array]] = [], [], []
     for E, D in choices:
         outcomes, tallies = simulation.step(episodes, np.array([E]), np.array([float(D)]))
         for each, new in zip(rows, (outcomes[0], tallies[0], episodes.wheels[0].copy()), strict=True):
@@ -353,7 +353,7 @@ def _stepped_blocks(simulation: JobSimulation, choices: Sequence[tuple[float, in
 
 
 def _compare_wheels(
-    way: str, simulation: JobSimulation, found: Table, expected: Sequence[Any], examined: Examined
+    way: str, simulation: JobSimulation, found: Array, expected: Sequence[Any], examined: Examined
 ) -> None:
     """After each block; its wear since it was gauged is known at a stop here, with the next block there.
 

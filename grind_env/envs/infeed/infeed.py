@@ -16,7 +16,7 @@ import numpy as np
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.loops.feeding import DRESSES, ENDS, GOES_ON, Motion, write_motion
+from grind_env.machine.loops.feeding import DRESSES, ENDS, GOES_ON, FeedMotion, write_motion
 from grind_env.machine.loops.rules import motion_time
 
 
@@ -86,7 +86,7 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
         total = block.seconds + block.dwell
         last = number == int(infeed.requests)
         last_begin = total - INSTANT if last else block.seconds + 2.0 * INSTANT
-        down = Motion(
+        down = FeedMotion(
             begin=0.0,
             end=block.seconds,
             depth=block.start,
@@ -99,7 +99,7 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
             leg_seconds=total,
             after=GOES_ON,
         )
-        rest = Motion(
+        rest = FeedMotion(
             begin=block.seconds,
             end=total,
             depth=block.end,

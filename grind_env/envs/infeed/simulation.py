@@ -14,7 +14,7 @@ from grind_env.envs.infeed.step import feedings_step
 from grind_env.envs.observations import Reading, readings
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
-from grind_env.machine.loops.feeding import Feeding, Motion
+from grind_env.machine.loops.feeding import Feeding, FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
 from grind_env.process.process import Process
 
@@ -64,5 +64,5 @@ class InfeedSimulation(BlockSimulation):
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         if len(self._motions) < n:
-            self._motions = np.empty((n, 2 * (self.task.action.executions + 1), len(Motion._fields)))
+            self._motions = np.empty((n, 2 * (self.task.action.executions + 1), len(FeedMotion._fields)))
         return *super()._tables(n), self._motions[:n], self.task.infeed / 60.0

@@ -16,8 +16,8 @@ from grind_env.envs.program_episode import ProgramEpisode
 class JobEpisodes(Episodes):
     """The state of N episodes.
 
-    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.Stage`); `surfaces` are
-    the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
+    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.StageSoFar`); `surfaces`
+    are the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
     with, shape (N,); `programs` are those under execution if the control runs them.
     """
 

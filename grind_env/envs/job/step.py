@@ -57,7 +57,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 
-class Stage(NamedTuple):
+class StageSoFar(NamedTuple):
     """What a part has come to since the operator last judged it, and where the machine stands."""
 
     torque: float
@@ -87,11 +87,11 @@ class Found(NamedTuple):
     """By how much a stroke has gone deeper at most, mm."""
 
 
-read_stage, write_stage = column_reader(Stage), column_writer(Stage)
-with_stage, gone_on = replacer(Stage, "torque", "rise", "gauged"), replacer(Stage, "gone", "rested")
+read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
+with_stage, gone_on = replacer(StageSoFar, "torque", "rise", "gauged"), replacer(StageSoFar, "gone", "rested")
 write_drive = column_writer(Drive)
 read_found, write_found = column_reader(Found), column_writer(Found)
-STAGE_FIELDS, FOUND_FIELDS = len(Stage._fields), len(Found._fields)
+STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
 PICK = ShopMemory._fields.index("pick")
@@ -107,7 +107,7 @@ def place_of(episodes: Any, i: int) -> int:
 
 
 @inlined
-def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, WheelState]:
+def on_the_part(row: BlockRow, stage: StageSoFar, wheel: WheelState) -> tuple[StageSoFar, WheelState]:
     """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
     starts = row.starts_part > 0.0
     if starts or stage.gauged > 0.0:
@@ -119,8 +119,8 @@ def on_the_part(row: BlockRow, stage: Stage, wheel: WheelState) -> tuple[Stage, 
 
 @inlined
 def judged(
-    row: BlockRow, part: PartState, tally: Tally, stage: Stage, size_error: float, before: float
-) -> tuple[float, Stage]:
+    row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float
+) -> tuple[float, StageSoFar]:
     """Probability that the part is good so far, and what its stage has come to.
 
     Args:
@@ -209,7 +209,7 @@ class JobArrays(NamedTuple):
     """As they are gauged."""
     memory: Any
     stages: Any
-    """Shape (N, fields of `Stage`)."""
+    """Shape (N, fields of `StageSoFar`)."""
     surfaces: Any
     """Of parts in zones, shape (N, zones, fields of `Zone`)."""
     first: Any
@@ -300,7 +300,7 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
     (pass_time, before), settle_jobs = shift_of(process), settle_of(process, gauge)
 
     @inlined
-    def came_and_waited(tables: JobTables, number: int, row: BlockRow, stage: Stage) -> tuple[float, float]:
+    def came_and_waited(tables: JobTables, number: int, row: BlockRow, stage: StageSoFar) -> tuple[float, float]:
         """Time on the way to the first block, and that for which the machine waits for the part to be loaded, s."""
         came = tables.approach if number == 0 else 0.0
         gone = tables.approach if number == 0 else stage.gone

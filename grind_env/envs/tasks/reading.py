@@ -48,7 +48,7 @@ from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
 from grind_env.process.cost import dress_cost, running_cost
-from grind_env.process.tables import Table, checked, keys, refuse_missing, refuse_unknown, wrong
+from grind_env.process.tables import TomlTable, checked, keys, refuse_missing, refuse_unknown, wrong
 from grind_env.process.user_catalogue import files_of
 from grind_env.toml import TomlError, read_toml
 
@@ -185,7 +185,7 @@ def _base(source: object, path: Path) -> Path:
     return FOLDER / f"{source}{SUFFIX}"
 
 
-def _merged(base: Table, own: Table) -> dict[str, Any]:
+def _merged(base: TomlTable, own: TomlTable) -> dict[str, Any]:
     """Two documents in one: tables change single keys, other values are replaced."""
     document = {key: value for key, value in base.items() if key not in OWN}
     if "kind" in own:
@@ -201,7 +201,7 @@ def _merged(base: Table, own: Table) -> dict[str, Any]:
     return document
 
 
-def _drop_alternatives(document: dict[str, Any], own: Table) -> None:
+def _drop_alternatives(document: dict[str, Any], own: TomlTable) -> None:
     for one, other in ALTERNATIVES:
         for said, dropped in ((one, other), (other, one)):
             if said in own and dropped not in own:
@@ -225,7 +225,7 @@ def _parsed(path: Path) -> dict[str, Any]:
     return document
 
 
-def _task(path: Path, document: Table) -> Task:
+def _task(path: Path, document: TomlTable) -> Task:
     given = {key: _table(kind, document[key], key) for key, kind in TABLES.items() if key in document}
     found = document.get("kind", [])
     if not isinstance(found, list):

@@ -68,7 +68,16 @@ from grind_env.machine.job.job import (
 )
 from grind_env.process.catalogue import KINDS, USUAL, Catalogue
 from grind_env.process.entries import Quantity
-from grind_env.process.tables import Content, Table, checked, contents, keys, refuse_missing, refuse_unknown, sub_table
+from grind_env.process.tables import (
+    Content,
+    TomlTable,
+    checked,
+    contents,
+    keys,
+    refuse_missing,
+    refuse_unknown,
+    sub_table,
+)
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
@@ -116,7 +125,7 @@ def load_job(path: str | Path) -> Job:
         raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
 
 
-def _job(document: Table, folder: Path) -> Job:
+def _job(document: TomlTable, folder: Path) -> Job:
     refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts"), JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
@@ -143,7 +152,7 @@ def _job(document: Table, folder: Path) -> Job:
     )
 
 
-def _parts(document: Table, part: Table, catalogue: Catalogue) -> tuple[PartConditions, ...]:
+def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[PartConditions, ...]:
     """How each part differs from the one in the table `part`, which has its material already."""
     found = document.get("parts", [])
     if not isinstance(found, list):
@@ -157,7 +166,7 @@ def _parts(document: Table, part: Table, catalogue: Catalogue) -> tuple[PartCond
     return tuple(parts)
 
 
-def _conditions(table: Table, part: Table, catalogue: Catalogue) -> PartConditions:
+def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> PartConditions:
     for key, content in {"stock": contents(Part)["stock"], "factors": FACTORS, "new_wheel_factors": FACTORS}.items():
         if key in table and not content.allows(table[key]):
             raise wrong(f"parts.{key}", table[key], content.legal)
@@ -170,7 +179,7 @@ def _conditions(table: Table, part: Table, catalogue: Catalogue) -> PartConditio
     return PartConditions(**{**table, "part": own})
 
 
-def _stages(part: Table) -> tuple[Stage, ...]:
+def _stages(part: TomlTable) -> tuple[Stage, ...]:
     """The stages of the part before the last one."""
     place, found = "part.stages", part.get("stages", [])
     if not isinstance(found, list):
@@ -178,7 +187,7 @@ def _stages(part: Table) -> tuple[Stage, ...]:
     return tuple(_stage(number, {place: table}, place) for number, table in enumerate(found, 1))
 
 
-def _stage(number: int, parent: Table, place: str) -> Stage:
+def _stage(number: int, parent: TomlTable, place: str) -> Stage:
     try:
         table = sub_table(parent, place, keys(Stage), JobError)
         refuse_missing(table, Stage, place, JobError)

@@ -47,7 +47,7 @@ class Feeding(NamedTuple):
     """Time of its leg at which the operator gauges the part, s; infinite if he does not."""
 
 
-class Motion(NamedTuple):
+class FeedMotion(NamedTuple):
     """A motion of the program, or a dwell. Times are s since the leg began."""
 
     begin: float
@@ -85,7 +85,7 @@ class FeedProgress(NamedTuple):
     ends: float
     """Time of the leg at which it ends, s."""
     row: float
-    """Motion that is then under way."""
+    """The motion that is then under way."""
     over: float
     """1 once there is no stroke to make any more."""
     begin: float
@@ -105,10 +105,10 @@ class FeedProgress(NamedTuple):
     """1 if the operator gauges the part before the coming stroke ends, else 0."""
 
 
-read_motion, write_motion = column_reader(Motion), column_writer(Motion)
+read_motion, write_motion = column_reader(FeedMotion), column_writer(FeedMotion)
 after_stroke = replacer(FeedProgress, "reversal", "dresses", "begins", "middle", "ends", "gauged")
 at_stroke = replacer(FeedProgress, "dresses", "begins", "middle", "ends", "row", "over", "gauged_at", "gauged")
-in_motion = replacer(FeedProgress, *(name for name in Motion._fields if name in FeedProgress._fields))
+in_motion = replacer(FeedProgress, *(name for name in FeedMotion._fields if name in FeedProgress._fields))
 
 
 @inlined

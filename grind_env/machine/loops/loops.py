@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
 from grind_env.machine.loops.courses import Course
@@ -18,7 +19,6 @@ from grind_env.machine.loops.rows import (
     OWN_FROM,
     RULES_FROM,
     Made,
-    Table,
     log_made,
     log_stroke,
     log_wheel,
@@ -29,7 +29,7 @@ from grind_env.machine.loops.rows import (
     write_tally,
     write_wheel,
 )
-from grind_env.machine.loops.surfaces import Buffer, Place, Surface, whole, zoned
+from grind_env.machine.loops.surfaces import Buffer, Place, SurfaceLanes, whole, zoned
 from grind_env.machine.loops.tally import Tally, wheel_depth
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters, WheelState
@@ -72,7 +72,7 @@ def zoned_loops_of(course: Course, process: Process = PROCESS) -> Loops:
 
 
 @functools.cache
-def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surface]) -> Loops:
+def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], SurfaceLanes]) -> Loops:
     records: tuple[type[Any], ...] = (
         Stroking,
         course.cycle,
@@ -99,7 +99,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
     @inlined
-    def place_in(rows: Table, lane: int) -> Place:
+    def place_in(rows: Array, lane: int) -> Place:
         """Where the coming stroke of a lane lies."""
         stroking, progress = get_stroking(rows, lane), get_progress(rows, lane)
         near, Z = edge(stroking, progress), depth(stroking, get_cycle(rows, lane), progress)
@@ -107,7 +107,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
-    def stroke_in(rows: Table, lane: int, b: float, reached: float, part: PartState) -> Any:
+    def stroke_in(rows: Array, lane: int, b: float, reached: float, part: PartState) -> Any:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
         stroking, cycle, progress = get_stroking(rows, lane), get_cycle(rows, lane), get_progress(rows, lane)
         wheel, own, part, tally, stroke = advance(
@@ -148,13 +148,13 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
 
     @inlined
     def load(
-        rows: Table,
+        rows: Array,
         lane: int,
-        cycles: Table,
-        parameters: Table,
-        wheels: Table,
-        surfaces: Table,
-        tallies: Table,
+        cycles: Array,
+        parameters: Array,
+        wheels: Array,
+        surfaces: Array,
+        tallies: Array,
         i: int,
     ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
@@ -171,7 +171,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         load_surface(rows, lane, surfaces, i)
 
     @inlined
-    def store(rows: Table, lane: int, wheels: Table, surfaces: Table, tallies: Table, i: int) -> None:
+    def store(rows: Array, lane: int, wheels: Array, surfaces: Array, tallies: Array, i: int) -> None:
         """Write what a lane holds to machine i."""
         write_wheel(wheels, i, get_wheel(rows, lane))
         write_own(wheels, i, get_own(rows, lane))
@@ -179,7 +179,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         store_surface(rows, lane, surfaces, i)
 
     @inlined
-    def serve(rows: Table, lane: int, motions: Table) -> None:
+    def serve(rows: Array, lane: int, motions: Array) -> None:
         """Find the coming stroke of a lane, and run the dress executions that are due before it."""
         stroking, p = get_stroking(rows, lane), get_parameters(rows, lane)
         wheel, own, tally = get_wheel(rows, lane), get_own(rows, lane), get_tally(rows, lane)
@@ -195,13 +195,13 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
 
     @entry
     def lanes(
-        cycles: Table,
-        parameters: Table,
-        wheels: Table,
-        surfaces: Table,
-        tallies: Table,
-        motions: Table,
-        order: Table,
+        cycles: Array,
+        parameters: Array,
+        wheels: Array,
+        surfaces: Array,
+        tallies: Array,
+        motions: Array,
+        order: Array,
         first: int,
         step: int,
     ) -> None:
@@ -239,7 +239,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
 
     @entry
     def scalar(
-        cycles: Table, parameters: Table, wheels: Table, surfaces: Table, tallies: Table, motions: Table, log: Table
+        cycles: Array, parameters: Array, wheels: Array, surfaces: Array, tallies: Array, motions: Array, log: Array
     ) -> None:
         for i in range(len(cycles)):
             stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)

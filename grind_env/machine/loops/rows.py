@@ -1,18 +1,14 @@
 """How kernels read and write the records of a machine: each a row of a table, one field a column."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-
-Table = NDArray[Any]
-"""One row a machine."""
 
 read_stroking, write_stroking = column_reader(Stroking), column_writer(Stroking)
 read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)

@@ -4,10 +4,11 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.cycle import idle_of
-from grind_env.machine.loops.rows import OWN_FROM, Table, read_parameters, read_wheel, write_parameters, write_wheel
+from grind_env.machine.loops.rows import OWN_FROM, read_parameters, read_wheel, write_parameters, write_wheel
 from grind_env.process.process import Drive, Moment, Process, whole_ms
 
 
@@ -28,7 +29,7 @@ def shift_of(process: Process) -> Shift:
     idle, process_before = idle_of(process), process.before
 
     @inlined
-    def pass_time(wheels: Table, parameters: Table, i: int, seconds: float, loads: bool) -> None:
+    def pass_time(wheels: Array, parameters: Array, i: int, seconds: float, loads: bool) -> None:
         wheel, own, p = read_wheel(wheels, i), read_own(wheels, i), read_parameters(parameters, i)
         wheel, own = idle(wheel, own, p, seconds, loads)
         write_wheel(wheels, i, wheel)
@@ -38,7 +39,7 @@ def shift_of(process: Process) -> Shift:
         return Shift(_nothing if process.idle is None else pass_time, _as_commanded)
 
     @inlined
-    def before(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Any:
+    def before(wheels: Array, parameters: Array, i: int, dwell: float, moment: Moment) -> Any:
         moment = Moment(number=moment.number, seconds=whole_ms(moment.seconds), place=moment.place, E=moment.E)
         drive = Drive(share=1.0, dwell=dwell)
         wheel, own, p = read_wheel(wheels, i), read_own(wheels, i), read_parameters(parameters, i)
@@ -57,11 +58,11 @@ def entries_of(process: Process) -> Shift:
     pass_time, before = shift_of(process)
 
     @entry
-    def pass_time_of(wheels: Table, parameters: Table, i: int, seconds: float, loads: bool) -> None:
+    def pass_time_of(wheels: Array, parameters: Array, i: int, seconds: float, loads: bool) -> None:
         pass_time(wheels, parameters, i, seconds, loads)
 
     @entry
-    def before_of(wheels: Table, parameters: Table, i: int, dwell: float, moment: Moment) -> Drive:
+    def before_of(wheels: Array, parameters: Array, i: int, dwell: float, moment: Moment) -> Drive:
         return before(wheels, parameters, i, dwell, moment)
 
     return Shift(pass_time_of, before_of)

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.rows import Table, read_part, read_zone, write_part, write_zone
+from grind_env.machine.loops.rows import read_part, read_zone, write_part, write_zone
 from grind_env.machine.loops.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeResult, WheelState
@@ -46,7 +47,7 @@ class Buffer(NamedTuple):
     """As of `cycle.Acts`: makes it outside the lanes."""
 
 
-class Surface(NamedTuple):
+class SurfaceLanes(NamedTuple):
     """A way to keep surfaces, in a table with an entry for each machine: compiled functions of it."""
 
     size: Callable[..., Any]
@@ -66,32 +67,32 @@ class Surface(NamedTuple):
     part."""
 
 
-def whole(buffer: Buffer) -> Surface:
+def whole(buffer: Buffer) -> SurfaceLanes:
     """Surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
     lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
     stroking_in, part_in, stroke_in, advance = buffer.stroking, buffer.part, buffer.stroke, buffer.advance
 
     @inlined
-    def size(surfaces: Table) -> int:
+    def size(surfaces: Array) -> int:
         return buffer_size
 
     @inlined
-    def load(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+    def load(rows: Array, lane: int, surfaces: Array, i: int) -> None:
         pass
 
     @inlined
-    def store(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+    def store(rows: Array, lane: int, surfaces: Array, i: int) -> None:
         write_part(surfaces, i, part_in(rows, lane))
 
     @entry
-    def advance_lanes(rows: Table) -> None:
+    def advance_lanes(rows: Array) -> None:
         for lane in range(lanes):
             part = part_in(rows, lane)
             stroke_in(rows, lane, stroking_in(rows, lane).width, part.Z, part)
 
     @inlined
     def advance_one(
-        surfaces: Table,
+        surfaces: Array,
         i: int,
         place: Place,
         stroking: Stroking,
@@ -107,7 +108,9 @@ def whole(buffer: Buffer) -> Surface:
         write_part(surfaces, i, part)
         return wheel, own, part, tally, stroke, b
 
-    return Surface(size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one)
+    return SurfaceLanes(
+        size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one
+    )
 
 
 BUNCH = 2
@@ -136,7 +139,7 @@ def is_under(zone: Zone, place: Place) -> bool:
     return (place.edge <= zone.centre) & (zone.centre < place.end)
 
 
-def zoned(buffer: Buffer) -> Surface:
+def zoned(buffer: Buffer) -> SurfaceLanes:
     """Surfaces in zones; their table has shape (N, zones, fields of `Zone`).
 
     In the lanes the zones are run one after the other, each with all lanes side by side.
@@ -155,41 +158,41 @@ def zoned(buffer: Buffer) -> Surface:
     first_zone, zone_size = starts[-1] * lanes, len(Zone._fields) * lanes
 
     @inlined
-    def get_zone(rows: Table, number: int, lane: int) -> Any:
+    def get_zone(rows: Array, number: int, lane: int) -> Any:
         # LLVM sees of a bounded number that the zone is not where a loop over the lanes writes, and vectorises it
         return read_lane(rows, (number & (MOST_ZONES - 1)) * zone_size + lane)
 
     @inlined
-    def put_zone(rows: Table, number: int, lane: int, zone: Zone) -> None:
+    def put_zone(rows: Array, number: int, lane: int, zone: Zone) -> None:
         write_lane(rows, (number & (MOST_ZONES - 1)) * zone_size + lane, zone)
 
     @inlined
-    def size(surfaces: Table) -> Any:
+    def size(surfaces: Array) -> Any:
         if surfaces.shape[1] > MOST_ZONES:
             raise ValueError("a surface has more than 4096 zones: let a zone have more strips")
         bunches = (surfaces.shape[1] + BUNCH - 1) // BUNCH
         return first_zone + bunches * BUNCH * zone_size
 
     @inlined
-    def begin(surfaces: Table, i: int) -> PartState:
+    def begin(surfaces: Array, i: int) -> PartState:
         deepest = 0.0
         for number in range(surfaces.shape[1]):
             deepest = max(deepest, read_zone(surfaces[i], number).reached)
         return PartState(Z=deepest, S=0.0, Rs=0.0)
 
     @inlined
-    def load(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+    def load(rows: Array, lane: int, surfaces: Array, i: int) -> None:
         zones = surfaces.shape[1]
         for number in range((rows.size - first_zone) // zone_size):
             put_zone(rows, number, lane, read_zone(surfaces[i], number) if number < zones else NO_ZONE)
 
     @inlined
-    def store(rows: Table, lane: int, surfaces: Table, i: int) -> None:
+    def store(rows: Array, lane: int, surfaces: Array, i: int) -> None:
         for number in range(surfaces.shape[1]):
             write_zone(surfaces[i], number, get_zone(rows, number, lane))
 
     @entry
-    def advance_lanes(rows: Table) -> None:
+    def advance_lanes(rows: Array) -> None:
         zones = (rows.size - first_zone) // zone_size
         for lane in range(lanes):
             place = place_in(rows, lane)
@@ -223,7 +226,7 @@ def zoned(buffer: Buffer) -> Surface:
 
     @inlined
     def advance_one(
-        surfaces: Table,
+        surfaces: Array,
         i: int,
         place: Place,
         stroking: Stroking,
@@ -254,4 +257,6 @@ def zoned(buffer: Buffer) -> Surface:
         met = contact.engaged > 0.0
         return wheel, own, part, tally, stroke if met else IDLE, b if met else 0.0
 
-    return Surface(size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one)
+    return SurfaceLanes(
+        size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one
+    )

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control.cycles import traverse
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.strips import Strips, Zone
 from grind_env.process.equations import INITIAL_ROUGHNESS
 
@@ -51,7 +51,7 @@ EDGES: Mapping[str, Callable[[Any, float, float], Sequence[float]]] = {"G83": tr
 """The same of every cycle that crosses, by its code."""
 
 
-def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Table:
+def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Array:
     """A new part in zones of neighbouring strips that only ever lie under the wheel together.
 
     Args:
@@ -67,12 +67,12 @@ def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Tab
     return _new_zones(centres, np.flatnonzero((under[:, 1:] != under[:, :-1]).any(axis=0)) + 1)
 
 
-def strip_zones(centres: Strips) -> Table:
+def strip_zones(centres: Strips) -> Array:
     """A new part with a zone for each strip, shape (strips, fields of `Zone`); `centres` has shape (strips,), mm."""
     return _new_zones(centres, np.arange(1, centres.size))
 
 
-def _new_zones(centres: Strips, bounds: NDArray[np.int64]) -> Table:
+def _new_zones(centres: Strips, bounds: NDArray[np.int64]) -> Array:
     firsts = np.concatenate([[0], bounds])
     counts = np.diff(np.append(firsts, centres.size))
     zone = Zone(S=0.0, Rs=INITIAL_ROUGHNESS, reached=0.0, centre=math.nan, strips=math.nan)

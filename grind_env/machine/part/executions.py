@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.machine.loops.rows import Table
+from grind_env.arrays import Array
 from grind_env.process import comparison
 
 EXECUTION_ROW = np.dtype(
@@ -24,7 +24,7 @@ EXECUTION_ROW = np.dtype(
 )
 
 
-def first_strokes(strokes: Table) -> NDArray[np.int64]:
+def first_strokes(strokes: Array) -> NDArray[np.int64]:
     """Where executions of blocks begin in the strokes of a record, shape (executions,)."""
     if not strokes.size:
         return np.zeros(0, np.int64)
@@ -34,7 +34,7 @@ def first_strokes(strokes: Table) -> NDArray[np.int64]:
     return np.append(0, np.flatnonzero(changes) + 1)
 
 
-def executions_of(strokes: Table) -> Table:
+def executions_of(strokes: Array) -> Array:
     """The executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
     firsts = first_strokes(strokes)
     rows = np.zeros(firsts.size, EXECUTION_ROW)

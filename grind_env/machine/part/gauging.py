@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.loops.rows import Table, read_zone
+from grind_env.machine.loops.rows import read_zone
 from grind_env.machine.loops.strips import Strips
 from grind_env.machine.loops.tally import FINISHING_DEPTH
 
@@ -46,7 +47,7 @@ def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None 
 
 
 @inlined
-def gauge_zones(zones: Table, stock: float) -> Surface:
+def gauge_zones(zones: Array, stock: float) -> Surface:
     """The surface of a part, which strokes have passed over the whole length of.
 
     Args:

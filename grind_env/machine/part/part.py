@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.compiled import count_dress, count_stroke, judge
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.strips import IDLE, Strips
 from grind_env.machine.loops.tally import NOTHING
 from grind_env.machine.loops.zones import strip_centres
@@ -102,14 +102,14 @@ class PartRun:
 
     def grind(
         self,
-        rows: Table,
+        rows: Array,
         first_ends: Ends,
         ends: Ends,
         edges: Strips,
         mount: Mount,
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
-    ) -> tuple[Table, NDArray[np.bool_]]:
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """Pass over the part once or many times, with dresses between.
 
         Args:

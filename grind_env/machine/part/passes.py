@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.loops.cycle import dress_lead, idle_of
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.loops.strips import IDLE, Strips, strips_of
 from grind_env.machine.loops.tally import Tally, count_dress, count_stroke, wheel_depth
 from grind_env.machine.part.rows import TableStroke, WheelSeen
@@ -58,7 +58,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         Rs: Strips,
         reached: Strips,
         covered: Strips,
-        rows: Table,
+        rows: Array,
         first_way: Way,
         later_way: Way,
         first: NDArray[np.int64],
@@ -66,11 +66,11 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         plunged: NDArray[np.bool_],
         due: NDArray[np.int64],
         dress: DressPlan,
-        dressed: Table,
+        dressed: Array,
         width: float,
         p: StrokeParameters,
         tally: Tally,
-        own: Table,
+        own: Array,
         lived: float,
     ) -> tuple[WheelState, Tally, float]:
         """Make strokes over a part, and the dresses that fall due between them.

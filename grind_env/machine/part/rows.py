@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.kernel.columns import dtype_of
-from grind_env.machine.loops.rows import Table
 from grind_env.process.state import StrokeResult
 
 
@@ -16,7 +16,7 @@ class TableStroke(NamedTuple):
     """At its start, s."""
     seconds: float
     E: float
-    """Table speed, mm/min; F of an infeed."""
+    """Array speed, mm/min; F of an infeed."""
     Z: float
     """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
     b: float
@@ -52,7 +52,7 @@ STROKE_ROW = np.dtype(
 )
 
 
-def numbers_of(rows: Table) -> Table:
+def numbers_of(rows: Array) -> Array:
     """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view.
 
     Its shape is (strokes, fields).

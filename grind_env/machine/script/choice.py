@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.errors import GrindError
 from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.dress.times import dress_seconds
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
 from grind_env.machine.script.tables import NO_COURSE, BlockRow, ScriptTables
@@ -21,7 +21,7 @@ class SettingsError(GrindError):
     """Settings with which a block cannot be run."""
 
 
-def taken(script: Script, tables: ScriptTables, block: Table, settings: Table) -> Table:
+def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
     """Settings as blocks take them: their own where they have no word for them, and with the time of a dress.
 
     Args:
@@ -46,7 +46,7 @@ def taken(script: Script, tables: ScriptTables, block: Table, settings: Table) -
     return result
 
 
-def _refuse_outside(script: Script, block: Table, own: Table, settings: Table) -> None:
+def _refuse_outside(script: Script, block: Array, own: Array, settings: Array) -> None:
     """Refuse settings for which the script is not made; those of the program itself always are right."""
     ranges, fastest = script.ranges, script.job.control.maximum_feed / 60.0
     bounds: tuple[tuple[int, str, float, float, bool], ...] = (

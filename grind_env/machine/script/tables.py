@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import CyclePlan, Dwell, Line
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.job import Job
 from grind_env.machine.loops.courses import COURSES
-from grind_env.machine.loops.feeding import ENDS, GOES_ON, Motion
-from grind_env.machine.loops.rows import Table
+from grind_env.machine.loops.feeding import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feeds import FEED
 from grind_env.machine.script.block import ScriptBlock, edge_of
@@ -115,23 +115,23 @@ PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
 class ScriptTables(NamedTuple):
     """A script in numbers: `blocks`, `plans`, `own`, `ways`, `motions` and `zones` are in the units of their fields."""
 
-    blocks: Table
+    blocks: Array
     """Shape (blocks, fields of `BlockRow`)."""
-    plans: Table
+    plans: Array
     """Shape (blocks, fields of `PlanRow`)."""
-    own: Table
+    own: Array
     """What the program itself sets in them, shape (blocks, fields of `BlockSettings`)."""
-    ways: Table
+    ways: Array
     """From each block to the next one, as of `ScriptBlock.ways`, shape (blocks, 4, fields of `Way`)."""
-    motions: Table
-    """Beside the tables of all blocks, shape (motions, fields of `Motion`)."""
-    zones: Table
+    motions: Array
+    """Beside the tables of all blocks, shape (motions, fields of `FeedMotion`)."""
+    zones: Array
     """A new part, shape (zones, fields of `Zone`); one zone if the wheel covers it in every stroke."""
 
 
 def tables_of(script: Script) -> ScriptTables:
     """A script in numbers."""
-    motions: list[Motion] = []
+    motions: list[FeedMotion] = []
     rows: list[BlockRow] = []
     depths: list[float] = []
     starts, part, reached, first_of_part, first_of_stage, stage = True, 0, 0.0, 0, 0, 0
@@ -167,7 +167,7 @@ def tables_of(script: Script) -> ScriptTables:
     ways = np.array([block.ways for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
     zones = _zones(script, rows)
     blocks = _table(rows, BlockRow), _table(plans, PlanRow)
-    return ScriptTables(*blocks, _table(own, BlockSettings), ways, _table(motions, Motion), zones)
+    return ScriptTables(*blocks, _table(own, BlockSettings), ways, _table(motions, FeedMotion), zones)
 
 
 def is_whole(script: Script, tables: ScriptTables) -> bool:
@@ -182,7 +182,7 @@ def is_whole(script: Script, tables: ScriptTables) -> bool:
     return over and len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
 
 
-def _table(rows: list[Any], kind: type[Any]) -> Table:
+def _table(rows: list[Any], kind: type[Any]) -> Array:
     return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
 
 
@@ -248,7 +248,7 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
     return block.reached if plan.plunge_axis is None else max(block.reached, job.part.surface - plan.depth_target)
 
 
-def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
+def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
     """The motions beside the table, in depth from the zero of the axes, and the rest after them, if there are any."""
     control, plan, time, rows = job.control, block.plan, 0.0, []
     plunge = plunge_axis(plan.axis)
@@ -258,7 +258,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
         way, across = -motion.end[plunge] - depth, edge_of(motion.end, plan) - edge
         feed = motion.feed if isinstance(motion, Line) else control.rapid_feed
         rows.append(
-            Motion(
+            FeedMotion(
                 begin=time,
                 end=time + motion.seconds,
                 depth=depth,
@@ -276,7 +276,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
     if not (rows or block.to_secondary or block.gauged_on_the_way) and block.strokes_alone:
         return []
     end = block.beside[-1].end if rows else block.end
-    rest = Motion(
+    rest = FeedMotion(
         begin=total,
         end=total,
         depth=-end[plunge],
@@ -292,7 +292,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[Motion]:
     return [*rows, rest]
 
 
-def _zones(script: Script, rows: Sequence[BlockRow]) -> Table:
+def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
     """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
     part, wheel = script.job.part, script.job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()

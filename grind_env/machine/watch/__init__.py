@@ -3,11 +3,11 @@
 The texts are in `advice.py`.
 """
 
+from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.grinding import plunges
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
@@ -64,7 +64,7 @@ class Watch:
             self.notices.tell(line, subject, text)
 
     def strokes(
-        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
+        self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
         """Strokes have been made.
 

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import CycleStrokes, Infeed
 from grind_env.machine.axes import AXES
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.watch import advice
@@ -42,7 +42,7 @@ class Cuts:
             self.notices.tell(0, "diameter", advice.worn_wheel(self.least))
 
     def strokes(
-        self, part: PartRun, event: CycleStrokes, rows: Table, A: float, dress: DressPlan, dressed: Table
+        self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
         """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
         ae, flats = rows["ae"].tolist(), rows["A"].tolist()
@@ -59,7 +59,7 @@ class Cuts:
         if not quiet:
             self._judge(part, event, made, rows[made:], A)
 
-    def _judge(self, part: PartRun, event: CycleStrokes, made: int, rows: Table, A: float) -> None:
+    def _judge(self, part: PartRun, event: CycleStrokes, made: int, rows: Array, A: float) -> None:
         """Judge strokes after those that have been `made`; wear flats `A` before them."""
         Z, ae, ds, A_after = (rows[name] for name in ("Z", "ae", "ds", "A"))
         lying, line, word = part.job.part, event.plan.line, speed_word(event.plan)

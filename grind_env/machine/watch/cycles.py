@@ -7,10 +7,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from grind_env.arrays import Array
 from grind_env.control import CyclePlan, CycleStrokes
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
-from grind_env.machine.loops.rows import Table
 from grind_env.machine.part.feeds import FEED
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unjudged import Unjudged
@@ -47,7 +47,7 @@ class Cycle(NamedTuple):
     removed: float = 0.0
     """Depth ground off."""
 
-    def after(self, event: CycleStrokes, rows: Table) -> "Cycle":
+    def after(self, event: CycleStrokes, rows: Array) -> "Cycle":
         """The same after further strokes, with their rows."""
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
         Z = rows["Z"].tolist()
@@ -113,7 +113,7 @@ class Cycles:
         on = self.cycle if self.goes_on(part, plan) else None
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
-    def count(self, event: CycleStrokes, rows: Table) -> float:
+    def count(self, event: CycleStrokes, rows: Array) -> float:
         """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
         assert self.cycle is not None
         self.cycle = self.cycle.after(event, rows)

@@ -1,6 +1,6 @@
 """The worst stroke or infeed of a cycle for the spindle, if it has slowed or stalled."""
 
-from grind_env.machine.loops.rows import Table
+from grind_env.arrays import Array
 from grind_env.machine.part.part import SLOWED
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
@@ -21,7 +21,7 @@ class Overload:
         self._line, self._torque = 0, 0.0  # of the worst one; 0 if there is none
         self._said = "", ""
 
-    def add(self, rows: Table, p: StrokeParameters) -> None:
+    def add(self, rows: Array, p: StrokeParameters) -> None:
         """Strokes or infeeds of a block have been made, dtype `record.STROKE_ROW`, in which it perhaps slowed."""
         worst = rows[int(rows["torque"].argmax())]
         line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power

@@ -1,0 +1,50 @@
+"""One cycle on each of many machines, as arrays of records: what tests and the benchmark hand to the loops."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.control.cycles.plunge import PlungeCycle
+from grind_env.kernel.columns import dtype_of
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.feeding import FEED
+from grind_env.machine.loops.loops import loops_of, zoned_loops_of
+from grind_env.machine.loops.tally import Tally
+from grind_env.process.state import StrokeParameters, WheelState
+
+FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(COURSES["G82"]), zoned_loops_of(COURSES["G83"])
+"""Of the process of the package."""
+
+CYCLE = dtype_of(Stroking, PlungeCycle)
+"""Of a G82."""
+PARAMETERS, WHEEL, PART, TALLY = map(dtype_of, (StrokeParameters, WheelState, PartState, Tally))
+
+
+def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, *, threads: int = 1) -> Array:
+    """Run one G82 on each of N machines in lanes; the result does not depend on the threads.
+
+    Args:
+        cycles: shape (N,), dtype `CYCLE`.
+        parameters: shape (N,), dtype `PARAMETERS`.
+        wheels: shape (N,), dtype `WHEEL`; updated in place.
+        parts: shape (N,), dtype `PART`; updated in place.
+        threads: how many share the machines.
+
+    Returns:
+        Tallies, shape (N,), dtype `TALLY`.
+    """
+    tallies, order = np.zeros(len(cycles), TALLY), np.empty(len(cycles), np.int64)
+    longest_plunges(as_table(cycles), np.arange(len(cycles)), order)
+    tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
+    # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(lambda first: PLUNGES.lanes(*tables, NO_MOTIONS, order, first, threads), range(threads)))
+    return tallies
+
+
+def as_table(records: Array) -> Array:
+    """View a contiguous array of records, shape (N,), as float64, shape (N, fields)."""
+    return records.view(np.float64).reshape(records.shape[0], -1)
