@@ -8,7 +8,7 @@ they took a third of the time to compile. A record is at a lane or row that coun
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, overload
 
 import numpy as np
 from numba import types
@@ -24,6 +24,13 @@ Indices: TypeAlias = Callable[[Any, Any], list[tuple[Any, ...]]]
 
 LANES, ROWS = 1, 2
 """Dimensions of the array."""
+
+
+class Replace(Protocol):
+    """`replace(old, numbers)` of whatever record has the fields."""
+
+    def __call__(self, old: Record, numbers: tuple[Any, ...], /) -> Record:
+        """The record with these numbers."""
 
 
 def dtype_of(*records: type[NamedTuple]) -> np.dtype[np.void]:
@@ -73,7 +80,15 @@ def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any]
     return _stores(write, record, ROWS, _in_row(fields))
 
 
-def replacer(record: type[Record] | None, *names: str) -> Callable[[Record, tuple[Any, ...]], Record]:
+@overload
+def replacer(record: None, *names: str) -> Replace: ...
+
+
+@overload
+def replacer(record: type[Record], *names: str) -> Callable[[Record, tuple[Any, ...]], Record]: ...
+
+
+def replacer(record: type[Any] | None, *names: str) -> Callable[[Any, tuple[Any, ...]], Any]:
     """Compiled `replace(old, numbers) -> record` with other numbers in the fields of these names, in this order.
 
     Of any record that has them, if None is given. numba knows no `_replace`.
