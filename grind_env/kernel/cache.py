@@ -3,7 +3,8 @@
 numba's own cache has an index that processes which write at once can spoil, loads whatever the files hold, and
 notices edits in the file of the kernel alone. Here the name of a file is the fingerprint of all that its code depends
 on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of its name and of the rest.
-Whatever happens to the files, a kernel can be compiled anew, and one line says so.
+Whatever happens to the files, a kernel can be compiled anew, and one line says so. Of workers that start at once, each
+kernel is compiled by one.
 
 A kernel from disk brings the symbols of the process that compiled it, and of two with one name LLVM takes the first,
 whatever the other holds. numba numbers them, so that those of two processes meet: here the numbers are drawn.
@@ -21,15 +22,18 @@ import pickle
 import secrets
 import shutil
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numba
 import platformdirs
 from numba.core.bytecode import FunctionIdentity
+from numba.core.compiler_lock import global_compiler_lock
 
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
+from grind_env.lock import alone
 
 DIGEST = hashlib.sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # s, after which a file is deleted
@@ -44,6 +48,7 @@ def keep_on_disk(kernel: Any) -> None:
     if hasattr(kernel, "_cache"):
         folder = Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
         kernel._cache = KernelCache(kernel, folder)
+        kernel.compile = functools.partial(_compile_once, kernel._cache, kernel.compile)
     else:
         _say(f"numba {numba.__version__} takes no cache but its own: kernels are compiled at every start")
 
@@ -53,7 +58,7 @@ class KernelCache:
 
     Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
     `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU)
-    and `serialize.dumps`.
+    `serialize.dumps`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
     """
 
     announced: ClassVar[bool] = False
@@ -69,6 +74,16 @@ class KernelCache:
         """The folder; None where it cannot be made."""
         return str(self._folder) if self._folder.is_dir() else None
 
+    def lock(self, signature: Any) -> Path | None:
+        """What is held while the kernel is compiled for these types of arguments; None if it need not be, or cannot."""
+        try:
+            target = self._kernel.targetctx
+            target.refresh()
+            path = self._path(signature, target.codegen())
+        except Exception:  # `save_overload` says why it has no file
+            return None
+        return None if path.exists() or not self.cache_path else path.with_suffix(".lock")
+
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled kernel for these types of arguments; None if it has to be compiled."""
         try:
@@ -76,7 +91,7 @@ class KernelCache:
             path = self._path(signature, target.codegen())
             content = path.read_bytes()
         except FileNotFoundError:
-            self._announce()
+            self.announce()
             return None
         except Exception:  # there cannot be a file: `save_overload` says why
             return None
@@ -108,7 +123,7 @@ class KernelCache:
     def flush(self) -> None:
         """Nothing: what `recompile` makes of changed constants has another name."""
 
-    def _announce(self) -> None:
+    def announce(self) -> None:
         """Say that it takes a while, if it does; one line a process, and none for each of many workers."""
         seconds = COMPILATION * count_functions(self._kernel)
         if seconds >= LONG and self.cache_path and not KernelCache.announced and not multiprocessing.parent_process():
@@ -119,6 +134,19 @@ class KernelCache:
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")
         return self._folder / f"{name}-{fingerprint(self._kernel, signature, codegen.magic_tuple())}.nbc"
+
+
+def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature: Any) -> Any:
+    """Load or compile a kernel; of processes that want one at a time, one compiles it and the others wait for it."""
+    with contextlib.ExitStack() as held:
+        # in this order in every thread: a kernel compiles those that it calls
+        held.enter_context(global_compiler_lock)
+        lock = cache.lock(signature)
+        if lock is not None:
+            cache.announce()
+            with contextlib.suppress(OSError):
+                held.enter_context(alone(lock))
+        return compile_(signature)
 
 
 def _digest(path: Path, payload: bytes) -> bytes:

@@ -184,12 +184,25 @@ def test_kernels_in_a_folder_that_is_only_read_are_loaded(again: Toy) -> None:
         folder.chmod(0o755)
 
 
-def test_processes_that_start_at_once_share_the_folder(toy: Toy) -> None:
-    processes = [toy.begin() for _ in range(2)]
-    for results, _, lines in map(toy.end, processes):
-        assert (results, lines) == (RESULTS, [])
+def test_of_processes_that_start_at_once_one_compiles_each_kernel(toy: Toy) -> None:
+    starts = [*map(toy.end, [toy.begin() for _ in range(3)])]
+    assert all((results, lines) == (RESULTS, []) for results, _, lines in starts)
+    if sys.platform != "win32":
+        assert sum(hits for _, hits, _ in starts) == 2 * (len(starts) - 1)
     assert toy.start() == (RESULTS, 2, [])
     assert len(toy.files()) == 2
+
+
+def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tmp_path: Path) -> None:
+    toy.script.write_text(CALLING, encoding="utf-8")
+    process = toy.begin("1")
+    while not any(path.suffix == ".lock" for path in toy.files()):
+        assert process.poll() is None
+    process.kill()
+    process.communicate()
+    left = [path for path in toy.files() if path.suffix == ".lock"]
+    assert left and toy.start("1").lines == []
+    assert not any(path.suffix == ".lock" for path in toy.files())
 
 
 @pytest.mark.parametrize(
