@@ -91,7 +91,6 @@ class BlockSimulation:
         self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
-        self._step = self._step_of(process, gauge)
         # kept from step to step: of tens of MB the system would have to find every page anew
         self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.branches.base.shape[1]))
 
@@ -148,7 +147,7 @@ class BlockSimulation:
         results = np.zeros((n, len(Tally._fields)))
         if len(self._cycles) < n:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
-        self._step(
+        self._step_of(self.process, self.gauge)(
             self._tables(n),
             tuple(episodes.arrays().values()),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
