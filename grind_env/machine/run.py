@@ -40,7 +40,7 @@ from grind_env.control import (
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
@@ -51,7 +51,7 @@ from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun
 from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
 from grind_env.machine.part.running import Running
-from grind_env.machine.part.stations import Sweep, met, sweep_of, sweep_of_plan, touched
+from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, Log
 from grind_env.machine.watch import Watch
@@ -545,24 +545,6 @@ class GrindingRun:
         self._add(np.array([row], STROKE_ROW), bytes([done.plunged]), stalls)
         if self.job.setup.grooving_wheel:
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
-
-
-def alone(event: Stroke) -> CycleStrokes:
-    """A stroke that has come by itself, as strokes of which there is one."""
-    axis = event.axis
-    return CycleStrokes(
-        time=event.finish,
-        plan=event.cycle,
-        start=event.start,
-        feed=event.feed,
-        begins=(event.begin,),
-        seconds=(event.seconds,),
-        plunge=(event.middle[plunge_axis(axis)],),
-        cross=(event.middle[cross_axis(axis)],),
-        end=event.end,
-        dresses=(),
-        inch=event.inch,
-    )
 
 
 HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {

@@ -7,7 +7,7 @@ reaches below the surface of the part somewhere on that way.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.control import CyclePlan, CycleStrokes, Position
+from grind_env.control import CyclePlan, CycleStrokes, Position, Stroke
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.mounting import first_diameter
@@ -74,3 +74,21 @@ def _lies_under(part: Part, sweep: Sweep, reach: float, job: Job) -> bool:
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
     width = job.setup.wheel.width
     return along and near < part.across + part.width - DEPTH_TOLERANCE and part.across + DEPTH_TOLERANCE < far + width
+
+
+def alone(event: Stroke) -> CycleStrokes:
+    """A stroke that has come by itself, as strokes of which there is one."""
+    axis = event.axis
+    return CycleStrokes(
+        time=event.finish,
+        plan=event.cycle,
+        start=event.start,
+        feed=event.feed,
+        begins=(event.begin,),
+        seconds=(event.seconds,),
+        plunge=(event.middle[plunge_axis(axis)],),
+        cross=(event.middle[cross_axis(axis)],),
+        end=event.end,
+        dresses=(),
+        inch=event.inch,
+    )
