@@ -60,6 +60,7 @@ from pathlib import Path
 from grind_env.errors import GrindError, shortened
 from grind_env.files import ReadError, beside, is_file, shown
 from grind_env.machine.job.job import (
+    PART_AT_STATION,
     Diamond,
     Job,
     JobError,
@@ -215,6 +216,8 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
             raise wrong(f"parts.{key}", table[key], content.legal)
     own = None
     if "part" in table:
+        if not part.keys() >= set(keys(Part, required=True)):  # it is that of the stations to say what is missing
+            raise JobError(PART_AT_STATION, "parts.part")
         differing = dict(sub_table(table, "part", keys(Part), JobError, "parts.part"))
         if "material" in differing:
             differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)

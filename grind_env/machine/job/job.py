@@ -33,6 +33,10 @@ WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1
 """A work coordinate system of the control."""
 
 
+PART_AT_STATION = "parts.part says what parts are that lie at stations; say there what differs, and leave it out"
+"""What to say of parts of other kinds in a job with stations."""
+
+
 class JobError(TableError):
     """A job that cannot be run."""
 
@@ -370,10 +374,7 @@ class Job:
                     each.origin,
                 )
         if any(each.part is not None for each in self.parts):
-            raise JobError(
-                "parts.part says what parts are that lie at stations; say there what differs, and leave it out",
-                "parts.part",
-            )
+            raise JobError(PART_AT_STATION, "parts.part")
 
     def of_part(self, number: int) -> "Job":
         """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""
