@@ -56,6 +56,7 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from grind_env.errors import GrindError, shortened
 from grind_env.files import ReadError, beside, is_file, shown
@@ -192,7 +193,9 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
         if "material" in own:
             own["material"] = entry_of(catalogue, "part.material", own["material"], {}, JobError)
         refuse_missing({**part, **own}, Part, "part", JobError)
-        lies = {key: tuple(table[key]) if isinstance(table[key], list) else table[key] for key in place if key in table}
+        lies: dict[str, Any] = {
+            key: tuple(table[key]) if isinstance(table[key], list) else table[key] for key in place if key in table
+        }
         return Station(**{"name": str(number), **lies, "part": _part({**part, **own})})
     except JobError as error:
         message = f"station {shortened(str(name))}: {error.message}"
