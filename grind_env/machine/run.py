@@ -141,6 +141,11 @@ class GrindingRun:
             replace(self.job, parts=tuple(self.conditions), met=tuple(self._met)),
         )
 
+    @property
+    def parts_before(self) -> int:
+        """How many parts of the run have been begun before the one at hand, or before the next one if that is off."""
+        return len(self.parts) if self.unloaded_at is not None else self.part.number - 1
+
     def tell(self, execution: Execution) -> None:
         """Tell the control what the machine has become by what has happened: it measures wheel and table."""
         execution.set_wheel_radius(0.5 * self.mount.diameter)

@@ -193,9 +193,9 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
         if "material" in own:
             own["material"] = entry_of(catalogue, "part.material", own["material"], {}, JobError)
         refuse_missing({**part, **own}, Part, "part", JobError)
-        lies: dict[str, Any] = {
-            key: tuple(table[key]) if isinstance(table[key], list) else table[key] for key in place if key in table
-        }
+        lies: dict[str, Any] = {key: table[key] for key in place if key in table}
+        if isinstance(lies.get("origin"), list):
+            lies["origin"] = tuple(lies["origin"])
         return Station(**{"name": str(number), **lies, "part": _part({**part, **own})})
     except JobError as error:
         message = f"station {shortened(str(name))}: {error.message}"
