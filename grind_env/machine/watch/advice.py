@@ -216,7 +216,7 @@ def unsimulated_cycle(air: str, depths: tuple[float, float]) -> str:
     """What to say of a cycle in the `air` that may grind another part, with strokes between two depths, mm."""
     return (
         f"{air}; its strokes, {_deep(depths)}, may be those of another part, which is not simulated, so that this one "
-        "is not judged; give every part a program and a job of its own"
+        "is not judged; give every part a program and a job of its own, or say in [[stations]] of the job where it lies"
     )
 
 
